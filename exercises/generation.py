@@ -7,37 +7,37 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.difficulty import HARDEST, describe_band, difficulty, step
+from qdot.exercises.arm.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
 from qdot.exercises.arm.library import robots
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.stream import Stream, derive_seed
-from qdot.exercises.common.variation import DEFAULT, STEPS, axes_of
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, variation_axes
 from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.families.listing import FamilyListing, listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.quizzes import ASKED, QUIZZES
 
-ATTEMPTS = 8
+MAX_ATTEMPTS = 8
 """Maximum number of arms that are tried until every question finds something to ask about.
 
 Only families with varied structures and quizzes try more than one."""
 
-DRAWS = 200
+MAX_SAMPLED_ARMS = 200
 """Maximum number of arms that are sampled to find one in a band of difficulty."""
 
-SHORT_QUIZ = (
+QUIZ_CANDIDATES = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
     "dependence", "match-columns", "speed", "determinant-value", "true-or-false",
 )  # fmt: skip
 """Candidates for a quiz: it takes the first question of each form that applies."""
 
-QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
+MAX_QUIZ_ARMS, QUIZ_CHECKED_ARMS = 12, 2
 """Maximum number of arms that are sampled until all short questions apply, and the number that decides on a quiz.
 
 A short question is put into a family's quiz only if it applies to all of the latter."""
 
-LOOKED_AT, LOOKED_AT_VARIED = 8, 120
+LISTING_ARMS, VARIED_LISTING_ARMS = 8, 120
 """Number of arms from which a family's difficulty is determined; more if structures vary, as hard ones are rare."""
 
 
@@ -50,7 +50,7 @@ def look_up_family(name: str) -> Family:
             f'{name} is no family but a real robot: robot = "{name}" in assignment.toml asks about it, and '
             f"`qdot families {name}` lists what"
         )
-    raise unknown("family", name, list(FAMILIES))
+    raise unknown_name("family", name, list(FAMILIES))
 
 
 def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
@@ -64,22 +64,22 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
     in_convention = partial(_in_convention, convention=identity.convention, twist_order=identity.twist_order)
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
-    axes = axes_of(identity.variation)
-    if family.structures is not None:
-        accepts = lambda chain: not _object_to_questions(in_convention(chain), identity.questions)  # noqa: E731
-        return in_convention(family.structures(stream, axes, identity.band, accepts))
+    axes = variation_axes(identity.variation)
+    if family.sample_structure is not None:
+        accepts = lambda chain: not _find_objection(in_convention(chain), identity.questions)  # noqa: E731
+        return in_convention(family.sample_structure(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
     arms = map(in_convention, _sample_arms(family, stream, axes))
-    low, high = identity.band or (0, HARDEST)
+    low, high = identity.band or (0, HARDEST_BAND)
     steps_by_arm: dict[Chain, int] = {}
-    for sample_index, chain in enumerate(islice(arms, DRAWS)):
+    for sample_index, chain in enumerate(islice(arms, MAX_SAMPLED_ARMS)):
         if identity.band is not None:
             if chain in steps_by_arm:
                 break
-            steps_by_arm[chain] = step(chain)
+            steps_by_arm[chain] = difficulty_band(chain)
             if not low <= steps_by_arm[chain] <= high:
                 continue
-        if sample_index >= QUIZ_DRAWS or _object_to_questions(chain, quizzes) is None:
+        if sample_index >= MAX_QUIZ_ARMS or _find_objection(chain, quizzes) is None:
             return chain
     steps = describe_band(min(steps_by_arm.values()), max(steps_by_arm.values()))
     raise QdotError(
@@ -97,20 +97,20 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
     """Yield random arms of a family without end; a problem takes the first one that is suitable."""
     yield family.sample(stream, axes)
     for sample_number in count(1):
-        yield family.sample(stream.part(f"draw {sample_number}"), axes)
+        yield family.sample(stream.substream(f"draw {sample_number}"), axes)
 
 
-def _object_to_questions(chain: Chain, questions: Sequence[str]) -> str | None:
+def _find_objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions doesn't apply to an arm, or None; unknown questions are skipped."""
     for name in questions:
-        if name in ASKED and (objection := ASKED[name].refusal(chain)) is not None:
+        if name in ASKED and (objection := ASKED[name].find_obstacle(chain)) is not None:
             return f"question {name!r} can't be asked of {chain.name}: {objection}"
     return None
 
 
-def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
-    """Return the names of the questions in `among` that apply to an arm, in order."""
-    return tuple(name for name, question in among.items() if question.refusal(chain) is None)
+def applicable_questions(chain: Chain, candidates: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
+    """Return the names of the questions in `candidates` that apply to an arm, in order."""
+    return tuple(name for name, question in candidates.items() if question.find_obstacle(chain) is None)
 
 
 def _find_family(family: str | Family) -> Family:
@@ -122,70 +122,72 @@ def _look_up_listing(family: Family) -> FamilyListing | None:
     return listing().get(family.name) if FAMILIES.get(family.name) is family else None
 
 
-def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
+def questions_of_family(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the questions that apply to a family's arms; in a varied family, to at least one arm."""
     known_family = _find_family(family)
     entry = _look_up_listing(known_family)
     return find_questions(known_family, convention) if entry is None or convention else entry.questions
 
 
-def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
+def select_quiz_questions(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the short questions in a family's quiz: one of each form, if one applies."""
     known_family = _find_family(family)
-    identities = (ProblemId(known_family.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
+    identities = (ProblemId(known_family.name, seed, convention=convention) for seed in range(QUIZ_CHECKED_ARMS))
     arms = [sample_chain(identity, known_family) for identity in identities]
     chosen_by_form: dict[str, str] = {}
-    for name in SHORT_QUIZ:
+    for name in QUIZ_CANDIDATES:
         question = QUIZZES[name]
-        if question.form not in chosen_by_form and all(question.refusal(arm) is None for arm in arms):
+        if question.form not in chosen_by_form and all(question.find_obstacle(arm) is None for arm in arms):
             chosen_by_form[question.form] = name
     return tuple(chosen_by_form.values())
 
 
 def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
     """Determine from sampled arms which questions apply to a family."""
-    if not family.varied:
+    if not family.has_varied_structure:
         return applicable_questions(sample_chain(ProblemId(family.name, 0, convention=convention), family))
     missing = dict(QUESTIONS)
-    for arm in (_in_convention(chain, convention) for chain in _sampled_arms(family)):
+    for arm in (_in_convention(chain, convention) for chain in _listing_arms(family)):
         for name in applicable_questions(arm, missing):
             del missing[name]
     return tuple(name for name in QUESTIONS if name not in missing)
 
 
 @cache
-def _sampled_arms(family: Family) -> tuple[Chain, ...]:
+def _listing_arms(family: Family) -> tuple[Chain, ...]:
     """Return the arms from which a family's questions and difficulty are determined.
 
     If structures are sampled, these are one arm of each structure, and every class occurs once before any occurs twice.
     The arms of a class lose rank in the same way, so a question that applies to none of these arms applies to no other.
     """
-    if family.structures is None:
-        return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
+    if family.sample_structure is None:
+        return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LISTING_ARMS))
     arms: list[Chain] = []
 
     def is_last(chain: Chain) -> bool:
         arms.append(chain)
-        return len(arms) == LOOKED_AT_VARIED
+        return len(arms) == VARIED_LISTING_ARMS
 
     with suppress(QdotError):  # the family has fewer structures
-        family.structures(Stream(f"qdot/{ENGINE}/{family.name}/looked at"), STEPS["full"], None, is_last)
+        family.sample_structure(
+            Stream(f"qdot/{ENGINE}/{family.name}/looked at"), VARIATION_STEPS["full"], None, is_last
+        )
     return tuple(arms)
 
 
-def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
+def find_listing(family: str | Family, convention: str = "") -> FamilyListing:
     """Return a family's listing: the stored one of a registered family, else one computed from sampled arms."""
     known_family = _find_family(family)
-    entry = _look_up_listing(known_family) or find_out(known_family)
+    entry = _look_up_listing(known_family) or compute_listing(known_family)
     return replace(entry, questions=find_questions(known_family, convention)) if convention else entry
 
 
 @cache
-def find_out(family: Family) -> FamilyListing:
+def compute_listing(family: Family) -> FamilyListing:
     """Compute a family's listing from sampled arms: kinds of joints, difficulty, questions."""
-    arms = _sampled_arms(family)
-    steps = [step(arm) for arm in arms]
-    kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
+    arms = _listing_arms(family)
+    steps = [difficulty_band(arm) for arm in arms]
+    kinds = "" if family.has_varied_structure else "".join(joint.kind for joint in arms[0].joints)
     return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _measure_steps(family))
 
 
@@ -194,16 +196,18 @@ def _measure_steps(family: Family) -> tuple[int, ...]:
 
     Families with varied structures and robots from files have no such steps.
     """
-    if family.varied or family.robot:
+    if family.has_varied_structure or family.robot_argument:
         return ()
-    return tuple(difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in STEPS)
+    return tuple(
+        difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in VARIATION_STEPS
+    )
 
 
 def check_questions(
     family: str | Family,
     questions: Sequence[str],
     band: tuple[int, int] | None = None,
-    variation: str = DEFAULT,
+    variation: str = DEFAULT_VARIATION,
     convention: str = "",
 ) -> None:
     """Raise QdotError if a question is unknown, is asked twice, or doesn't apply to the family's arms."""
@@ -211,30 +215,30 @@ def check_questions(
     _check_names(questions)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
-            if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
+            if (reason := ASKED[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known_family.name}: {reason}")
     entry = None if convention else _look_up_listing(known_family)
     if entry is not None:
         missing = [name for name in questions if name not in entry.questions]
-        if not known_family.varied and band is None and variation in STEPS and not missing:
+        if not known_family.has_varied_structure and band is None and variation in VARIATION_STEPS and not missing:
             return  # the listing covers the arms of every step: no derivation needed
         for name in missing:
-            if known_family.varied and name in QUESTIONS:
+            if known_family.has_varied_structure and name in QUESTIONS:
                 raise QdotError(
                     f"question {name!r} can be asked of no arm of {known_family.name}; "
                     f"`qdot families {known_family.name}` lists what can"
                 )
     identity = ProblemId(known_family.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_can_be_asked(sample_chain(identity, known_family), questions, known_family, convention)
+    _check_questions_apply(sample_chain(identity, known_family), questions, known_family, convention)
 
 
 def _check_names(questions: Sequence[str]) -> None:
     for name in questions:
         if name not in ASKED:
-            raise unknown("question", name, list(ASKED))
+            raise unknown_name("question", name, list(ASKED))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
-        source = next((question for question in ASKED[name].shows if question in questions), None)
+        source = next((question for question in ASKED[name].shown_answers if question in questions), None)
         if source is not None:
             raise QdotError(
                 f"question {name!r} shows the answer to {source!r} among its options; ask them of different arms, each "
@@ -242,11 +246,11 @@ def _check_names(questions: Sequence[str]) -> None:
             )
 
 
-def _check_can_be_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
-    objection = _object_to_questions(chain, questions)
+def _check_questions_apply(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
+    objection = _find_objection(chain, questions)
     if objection is not None:
         option = f" --convention {convention}" if convention else ""
-        raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{option}` lists what can")
+        raise QdotError(f"{objection}; `qdot families {family.robot_argument or family.name}{option}` lists what can")
 
 
 def generate(
@@ -270,19 +274,19 @@ def generate(
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
     known_family = family or look_up_family(identity.family)
-    may_retry = known_family.varied or any(name in QUIZZES for name in identity.questions)
-    for attempt in range(ATTEMPTS if may_retry else 1):
+    may_retry = known_family.has_varied_structure or any(name in QUIZZES for name in identity.questions)
+    for attempt in range(MAX_ATTEMPTS if may_retry else 1):
         chain = sample_chain(identity, family, attempt)
-        _check_can_be_asked(chain, identity.questions, known_family, identity.convention)
+        _check_questions_apply(chain, identity.questions, known_family, identity.convention)
         try:
-            return Problem(identity, chain, _ask_parts(identity, chain, points))
+            return Problem(identity, chain, _make_parts(identity, chain, points))
         except RuntimeError:
-            if not may_retry or attempt == ATTEMPTS - 1:
+            if not may_retry or attempt == MAX_ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
 
-def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
+def _make_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
     """Return the parts of a problem. Raises RuntimeError if a question finds nothing to ask of the arm."""
     names = identity.questions or applicable_questions(chain)
     parts = []

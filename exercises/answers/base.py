@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Generic, NoReturn, TypeVar
 
 import sympy as sp
 
-from qdot.exercises.formula.parser import tree_of_reference
-from qdot.exercises.formula.printers.python import Write, python_text
+from qdot.exercises.formula.parser import parse_reference
+from qdot.exercises.formula.printers.python import FormulaToCode, python_text
 from qdot.exercises.formula.trees import Node
 
 Json = dict[str, Any]
@@ -49,11 +49,11 @@ class AnswerVisitor(Generic[T]):
         """Visit conditions on the joints."""
         return self.default(answer)
 
-    def one_of(self, answer: Any) -> T:
+    def choice(self, answer: Any) -> T:
         """Visit the choice of a single option."""
         return self.letters(answer)
 
-    def some_of(self, answer: Any) -> T:
+    def selection(self, answer: Any) -> T:
         """Visit the choice of several options."""
         return self.letters(answer)
 
@@ -67,9 +67,9 @@ class AnswerVisitor(Generic[T]):
 
     def default(self, answer: Any) -> T:
         """Visit any answer whose form has no method of its own. Raises TypeError by default."""
-        return self._none(answer)
+        return self._raise_unsupported(answer)
 
-    def _none(self, answer: Any) -> NoReturn:
+    def _raise_unsupported(self, answer: Any) -> NoReturn:
         raise TypeError(f"{type(self).__name__} has no way for answers of type {answer.type}")
 
 
@@ -84,7 +84,7 @@ class Answer(ABC):
     """Whether every nonzero multiple of a correct answer is correct, too."""
     is_exact: ClassVar[bool] = False
     """Whether decimals are taken as exact, unless the assignment allows rounding."""
-    is_a_set: ClassVar[bool] = False
+    is_set: ClassVar[bool] = False
     """Whether the answer is a set of configurations, as conditions on the joints."""
 
     @abstractmethod
@@ -97,26 +97,26 @@ class Answer(ABC):
         return None
 
     @property
-    def units_due(self) -> tuple[str, ...]:
+    def expected_units(self) -> tuple[str, ...]:
         """The unit of each expected number; empty for formulas."""
         return ()
 
     def unit(self, entry: int) -> str:
         """Return the unit of an entry, counted from 0; "" if it has none."""
-        return self.units_due[entry] if self.units_due else ""
+        return self.expected_units[entry] if self.expected_units else ""
 
     @property
-    def offered(self) -> tuple[str, ...]:
+    def offered_options(self) -> tuple[str, ...]:
         """The options to choose from; empty for answers without options."""
         return ()
 
     @property
-    def right(self) -> tuple[int, ...]:
+    def correct_indices(self) -> tuple[int, ...]:
         """The correct options, counted from 0."""
         return ()
 
     @property
-    def matched(self) -> tuple[str, ...]:
+    def matched_items(self) -> tuple[str, ...]:
         """The items that options are matched to."""
         return ()
 
@@ -126,17 +126,17 @@ class Answer(ABC):
         return False
 
     @property
-    def typed_as(self) -> str:
+    def typed_form(self) -> str:
         """The form in which an answer is typed, in words, if a placeholder does not show it."""
         return ""
 
     @property
-    def is_in_numbers(self) -> bool:
+    def is_numeric(self) -> bool:
         """Whether the answer consists of numbers that are correct within a tolerance."""
         return False
 
     @property
-    def is_formulas(self) -> bool:
+    def is_symbolic(self) -> bool:
         """Whether the answer consists of formulas that are compared entry by entry."""
         return False
 
@@ -158,7 +158,7 @@ class Answer(ABC):
         `known` are the names of the problem's symbols.
         """
         names = frozenset(known)
-        trees = [tree_of_reference(text, names) for text in self.formulas()]
+        trees = [parse_reference(text, names) for text in self.formulas()]
         columns = (self.shape or (1, 1))[1]
         return [trees[i : i + columns] for i in range(0, len(trees), columns)]
 
@@ -170,7 +170,7 @@ class Answer(ABC):
         """Return the options, if there are any, and the items to which they are matched."""
         return {}
 
-    def allowance_json(self) -> Json:
+    def tolerance_json(self) -> Json:
         """Return the units of expected numbers, and the errors allowed."""
         return {}
 
@@ -179,12 +179,13 @@ class Answer(ABC):
         """Return the reference as a student would type it."""
 
     @abstractmethod
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the reference as Python code; a long matrix is broken into lines.
 
-        `taken` is the number of columns of the first line that are already used. `write` converts a formula to code.
+        `used_columns` is the number of columns of the first line that are already used. `format_formula` converts a
+        formula to code.
         """
 
-    def placeholder(self, taken: int = 0) -> str:
+    def placeholder(self, used_columns: int = 0) -> str:
         """Return the Python code for an unanswered part: `blank`, in the expected shape."""
         return "blank"

@@ -10,8 +10,8 @@ import sympy as sp
 from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.formula.identity import Rounding
-from qdot.exercises.formula.printers.python import Write, bracket_long_text, list_code, matrix_code, python_text
-from qdot.exercises.formula.sympy_text import matrix_json, rows_of_text, text_of
+from qdot.exercises.formula.printers.python import FormulaToCode, bracket_long_text, list_code, matrix_code, python_text
+from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matrix_rows_as_text
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Expression(Answer):
     type = "expression"
     is_exact = True
     is_one_line = True
-    is_formulas = True
+    is_symbolic = True
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for one formula."""
@@ -39,22 +39,22 @@ class Expression(Answer):
 
     def formulas(self) -> list[str]:
         """Return the formula's text."""
-        return [text_of(self.reference)]
+        return [expression_text(self.reference)]
 
     def as_json(self) -> str:
         """Return the formula's text."""
-        return text_of(self.reference)
+        return expression_text(self.reference)
 
     def as_typed(self) -> str:
         """Return the formula's text."""
-        return text_of(self.reference)
+        return expression_text(self.reference)
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the formula, on several lines in brackets if it is long."""
-        return bracket_long_text(write(self.reference), taken)
+        return bracket_long_text(format_formula(self.reference), used_columns)
 
 
-class Rows(Answer):
+class RowsAnswer(Answer):
     """An answer in rows and columns."""
 
     reference: sp.Matrix
@@ -74,7 +74,7 @@ class Rows(Answer):
 
     def formulas(self) -> list[str]:
         """Return the text of each entry, row by row."""
-        return [text_of(entry) for entry in self.reference]
+        return [expression_text(entry) for entry in self.reference]
 
     def as_json(self) -> list[Any]:
         """Return a list of rows, or of the entries of a vector."""
@@ -82,15 +82,15 @@ class Rows(Answer):
 
     def as_typed(self) -> str:
         """Return the rows in brackets."""
-        return type_rows(rows_of_text(self.reference))
+        return type_rows(matrix_rows_as_text(self.reference))
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return `Matrix([[…], […]])`, one row per line if it is long."""
-        return matrix_code([[write(entry) for entry in row] for row in self.reference.tolist()], taken)
+        return matrix_code([[format_formula(entry) for entry in row] for row in self.reference.tolist()], used_columns)
 
-    def placeholder(self, taken: int = 0) -> str:
+    def placeholder(self, used_columns: int = 0) -> str:
         """Return the matrix with `blank` as each entry."""
-        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, taken)
+        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, used_columns)
 
 
 def type_rows(rows: list[list[str]]) -> str:
@@ -99,14 +99,14 @@ def type_rows(rows: list[list[str]]) -> str:
 
 
 @dataclass(frozen=True)
-class Matrix(Rows):
+class Matrix(RowsAnswer):
     """A matrix or (one column) a vector, graded by entry."""
 
     reference: sp.Matrix
 
     type = "matrix"
     is_exact = True
-    is_formulas = True
+    is_symbolic = True
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for a matrix."""
@@ -114,7 +114,7 @@ class Matrix(Rows):
 
 
 @dataclass(frozen=True)
-class Direction(Rows):
+class Direction(RowsAnswer):
     """A vector that is correct up to a nonzero factor; `tolerance` is relative, None for a symbolic vector."""
 
     reference: sp.Matrix
@@ -134,13 +134,13 @@ class Direction(Rows):
         return rounding.relative or rounding.absolute
 
     @property
-    def is_in_numbers(self) -> bool:
+    def is_numeric(self) -> bool:
         """Whether the vector is numeric: asked for at one configuration."""
         return self.tolerance is not None
 
 
 @dataclass(frozen=True)
-class Number(Rows):
+class Number(RowsAnswer):
     """Numbers with units, correct within the relative error `tolerance`, or within the absolute error `floor`."""
 
     reference: sp.Matrix
@@ -150,7 +150,7 @@ class Number(Rows):
 
     type = "number"
     takes_symbols = False
-    is_in_numbers = True
+    is_numeric = True
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for numbers."""
@@ -163,13 +163,13 @@ class Number(Rows):
         # The error allowed near zero scales with the required number of digits.
         return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
 
-    def room(self, rounding: Rounding | None) -> list[float]:
+    def allowed_errors(self, rounding: Rounding | None) -> list[float]:
         """Return the absolute error allowed for each number."""
         tolerance, floor = self.tolerance_and_floor(rounding)
         return [max(tolerance * abs(float(value)), floor) for value in self.reference]
 
     @property
-    def units_due(self) -> tuple[str, ...]:
+    def expected_units(self) -> tuple[str, ...]:
         """The unit of each number."""
         return self.units
 
@@ -186,17 +186,17 @@ class Number(Rows):
         """Return each number with ten digits."""
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
 
-    def allowance_json(self) -> Json:
+    def tolerance_json(self) -> Json:
         """Return the units, and the relative and the absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the number, or a column of numbers."""
-        return write(self.reference[0]) if self.is_one_line else super().code(taken, write)
+        return format_formula(self.reference[0]) if self.is_one_line else super().code(used_columns, format_formula)
 
-    def placeholder(self, taken: int = 0) -> str:
+    def placeholder(self, used_columns: int = 0) -> str:
         """Return `blank`, or a column of blanks."""
-        return "blank" if self.is_one_line else super().placeholder(taken)
+        return "blank" if self.is_one_line else super().placeholder(used_columns)
 
 
 @dataclass(frozen=True)
@@ -207,8 +207,8 @@ class ConditionSet(Answer):
 
     type = "singular"
     is_exact = True
-    is_a_set = True
-    typed_as = "a list of conditions"
+    is_set = True
+    typed_form = "a list of conditions"
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for conditions."""
@@ -220,7 +220,7 @@ class ConditionSet(Answer):
 
     formulas = as_json = pieces
 
-    def by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
+    def group_by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
         """Group a sequence with an item for each piece of the set by the components to which the pieces belong."""
         remaining = iter(pieces)
         return [list(islice(remaining, len(component.pieces()))) for component in self.components]
@@ -229,20 +229,22 @@ class ConditionSet(Answer):
         """Return the pieces in brackets."""
         return f"[{', '.join(self.pieces())}]"
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
-        alternatives = (_list_alternatives(component, write) for component in self.components)
-        return list_code([text for texts in alternatives for text in texts], taken)
+        alternatives = (_list_alternatives(component, format_formula) for component in self.components)
+        return list_code([text for texts in alternatives for text in texts], used_columns)
 
-    def placeholder(self, taken: int = 0) -> str:
+    def placeholder(self, used_columns: int = 0) -> str:
         """Return a list with one blank."""
         return "[blank]"
 
 
-def _list_alternatives(component: Component, write: Write) -> list[str]:
+def _list_alternatives(component: Component, format_formula: FormulaToCode) -> list[str]:
     """Return the conditions of a component, one text for each value or combination of values."""
     if component.solutions is None:
-        equations = [[f"Eq({write(condition)}, 0)"] for condition in component.conditions]
+        equations = [[f"Eq({format_formula(condition)}, 0)"] for condition in component.conditions]
     else:
-        equations = [[f"Eq({joint}, {write(value)})" for value in values] for joint, values in component.solutions]
+        equations = [
+            [f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in component.solutions
+        ]
     return [chosen[0] if len(chosen) == 1 else f"And({', '.join(chosen)})" for chosen in product(*equations)]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
-from qdot.exercises.formula.printers.python import Write, python_text
+from qdot.exercises.formula.printers.python import FormulaToCode, python_text
 
 LETTERS = "ABCDEFGH"
 """The letters that label the options, in order."""
@@ -19,22 +19,22 @@ class Letters(Answer):
     correct: int | tuple[int, ...]
     takes_symbols = False
     is_one_line = True
-    typed_as = "letters, or true or false"
+    typed_form = "letters, or true or false"
 
     @property
-    def offered(self) -> tuple[str, ...]:
+    def offered_options(self) -> tuple[str, ...]:
         """The options."""
         return self.options
 
     @property
-    def right(self) -> tuple[int, ...]:
+    def correct_indices(self) -> tuple[int, ...]:
         """The correct options, counted from 0; in the order of the items if there are items."""
         return self.correct if isinstance(self.correct, tuple) else (self.correct,)
 
     @property
     def letters(self) -> str:
         """The letters of the correct options: in their order, as in "ACD", or in that of the items, as in "BAC"."""
-        return "".join(LETTERS[index] for index in self.right)
+        return "".join(LETTERS[index] for index in self.correct_indices)
 
     def formulas(self) -> list[str]:
         """Return no formulas, because the answer consists of letters."""
@@ -52,11 +52,11 @@ class Letters(Answer):
         """Return the letters."""
         return self.letters
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the letters in quotes."""
         return f'"{self.letters}"'
 
-    def placeholder(self, taken: int = 0) -> str:
+    def placeholder(self, used_columns: int = 0) -> str:
         """Return a string, because a string is expected."""
         return '"blank"'
 
@@ -72,7 +72,7 @@ class Choice(Letters):
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for one correct option."""
-        return visitor.one_of(self)
+        return visitor.choice(self)
 
     @property
     def letter(self) -> str:
@@ -80,7 +80,7 @@ class Choice(Letters):
         return LETTERS[self.correct]
 
     @property
-    def word(self) -> str:
+    def typed_text(self) -> str:
         """The text to type for the correct option: its letter, or true or false."""
         return self.options[self.correct] if self.options == TRUE_FALSE else self.letter
 
@@ -88,9 +88,9 @@ class Choice(Letters):
         """Return the letter."""
         return self.letter
 
-    def code(self, taken: int = 0, write: Write = python_text) -> str:
+    def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the text to type, in quotes."""
-        return f'"{self.word}"'
+        return f'"{self.typed_text}"'
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Selection(Letters):
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
         """Call the visitor's method for several correct options."""
-        return visitor.some_of(self)
+        return visitor.selection(self)
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Matching(Letters):
         return visitor.matching(self)
 
     @property
-    def matched(self) -> tuple[str, ...]:
+    def matched_items(self) -> tuple[str, ...]:
         """The items."""
         return self.items
 

@@ -14,51 +14,51 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes import (
-    Off,
+    Measure,
     Sample,
-    distance,
+    are_parallel,
+    axis_distance,
+    axis_distance_derivative,
+    axis_spread,
+    collinearity_error,
+    common_direction_error,
+    coplanarity_error,
     jacobians_of,
     measure_samples,
     nearby_samples,
-    off_common_direction,
-    off_line,
-    off_plane,
-    parallel,
-    slant,
-    slope,
-    spread,
+    prismatic_slant,
 )
 from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
 
-NEAR, APART = 1e-5, 1e-3
+ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-5, 1e-3
 """Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
-_AXES = "xyz"
+_AXIS_NAMES = "xyz"
 
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement about what configurations look like; it holds if `off` is zero and `is_true` returns True."""
+    """A statement about what configurations look like; it holds if `measure` is zero and `predicate` returns True."""
 
     words: str
-    off: Off
-    is_true: Callable[[Sample], bool] = lambda _: True
+    measure: Measure
+    predicate: Callable[[Sample], bool] = lambda _: True
 
     def about_origin(self, frame: int, origin_name: str) -> "Statement":
         """Return the same statement, but about the origin of a frame instead of the point of interest."""
         return Statement(
             self.words.replace("the point", origin_name),
-            lambda arm, q: self.off(arm.with_point(frame), q),
-            lambda sample: self.is_true(Sample(sample.arm.with_point(frame), sample.q)),
+            lambda arm, q: self.measure(arm.with_point(frame), q),
+            lambda sample: self.predicate(Sample(sample.arm.with_point(frame), sample.q)),
         )
 
     def combine(self, second: "Statement") -> "Statement":
         """Return the statement that both this one and a second one hold."""
         return Statement(
             f"{self.words}, and {second.words}",
-            lambda arm, q: np.hypot(self.off(arm, q), second.off(arm, q)),
-            lambda sample: self.is_true(sample) and second.is_true(sample),
+            lambda arm, q: np.hypot(self.measure(arm, q), second.measure(arm, q)),
+            lambda sample: self.predicate(sample) and second.predicate(sample),
         )
 
 
@@ -76,26 +76,26 @@ def wrist_centre(chain: Chain) -> int | None:
     return chain.n - 2 if axes_meet and is_twisted else None
 
 
-def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
+def describe_appearance(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return a description of why configurations are singular: their look, or else which joints are dependent."""
-    statement = reason_of(chain, samples)
+    statement = find_reason(chain, samples)
     return statement.words if statement else describe_dependence(chain, samples)
 
 
-def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
+def find_reason(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
     """Return a statement, or a combination of two, that holds at all samples and at no regular configuration."""
     if not samples:
         return None
     candidates: list[Statement] = []
-    for statement in chain_together(statements(chain, samples), _find_axes_parallel_to_plane(chain, samples)):
-        if is_reason(chain, samples, statement.off, statement.is_true):
+    for statement in chain_together(find_statements(chain, samples), _find_axes_parallel_to_plane(chain, samples)):
+        if is_reason(chain, samples, statement.measure, statement.predicate):
             return statement
         candidates.append(statement)
     pairs = (first.combine(second) for first, second in combinations(candidates, 2) if first.words != second.words)
-    return next((pair for pair in pairs if is_reason(chain, samples, pair.off, pair.is_true)), None)
+    return next((pair for pair in pairs if is_reason(chain, samples, pair.measure, pair.predicate)), None)
 
 
-def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def find_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Yield statements that hold at all samples but not near them; the most specific come first."""
     has_angular_rows = any(row[0] == "w" for row in chain.task)
     if has_angular_rows and len(chain.task) == 3 and chain.linear_rows and chain.joints[-1].kind == "R" and chain.n > 1:
@@ -171,8 +171,8 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
 def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
     """Describe the world axis along or about which no joint causes motion, or how all joints move the point."""
     jacobians = jacobians_of(samples) if samples else np.ones((1, 6, chain.n))
-    zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < NEAR]
-    axis_names = _join_names([_AXES[row % 3] for row in zero_rows])
+    zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < ZERO_TOLERANCE]
+    axis_names = _join_names([_AXIS_NAMES[row % 3] for row in zero_rows])
     if zero_rows and max(zero_rows) < 3:
         return f"no joint moves the point along {axis_names}"
     if zero_rows and min(zero_rows) > 2:
@@ -181,16 +181,16 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
         return "the rows of J are linearly dependent"
     singular_values = np.linalg.svd(jacobians[:, :3], compute_uv=False)
     directions = {2: "along one line", 3: "in one plane"}[len(rows)]
-    if np.all(singular_values[:, len(rows) - 1] < NEAR * np.maximum(singular_values[:, 0], 1e-3)):
+    if np.all(singular_values[:, len(rows) - 1] < ZERO_TOLERANCE * np.maximum(singular_values[:, 0], 1e-3)):
         return f"all joints move the point {directions}"
     (missing_axis,) = {0, 1, 2} - set(rows)
-    return f"seen along {_AXES[missing_axis]}, all joints move the point {directions}"
+    return f"seen along {_AXIS_NAMES[missing_axis]}, all joints move the point {directions}"
 
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
     """Return whether columns, restricted to `rows`, are linearly dependent in each of the Jacobians (k, 6, n)."""
     singular_values = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
-    return bool(np.all(singular_values[:, -1] < NEAR * np.maximum(singular_values[:, 0], 1e-3)))
+    return bool(np.all(singular_values[:, -1] < ZERO_TOLERANCE * np.maximum(singular_values[:, 0], 1e-3)))
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
@@ -200,9 +200,9 @@ def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> 
     """
     joint_rates = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
     speeds = np.abs(np.einsum("kij,kj->ki", jacobians, joint_rates))
-    if len(chain.linear_rows) == len(rows) and speeds[:, :3].max() < NEAR:
+    if len(chain.linear_rows) == len(rows) and speeds[:, :3].max() < ZERO_TOLERANCE:
         return "leave the point at rest"
-    if speeds.max() < NEAR:
+    if speeds.max() < ZERO_TOLERANCE:
         return f"leave link {chain.n} at rest"
     return "have no effect on the task"
 
@@ -219,19 +219,19 @@ def _join_names(names: Sequence[str]) -> str:
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     revolute = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
     axes_with_point = [
-        i for i in revolute if next(_yield_if_special(samples, "", partial(distance, joint=i)), None) is not None
+        i for i in revolute if next(_yield_if_special(samples, "", partial(axis_distance, joint=i)), None) is not None
     ]
     if len(axes_with_point) > 1:
         words = f"the point lies on the axes of joints {_joint_names(axes_with_point)}, which then do not move it"
         yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=axes_with_point))
     for joint in revolute:
         words = f"the point lies on the axis of joint {joint + 1}, which then does not move it"
-        yield from _yield_if_special(samples, words, partial(distance, joint=joint))
+        yield from _yield_if_special(samples, words, partial(axis_distance, joint=joint))
 
 
 def _farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the distance of the point from the farthest of several axes."""
-    return np.asarray(np.max([distance(arm, q, joint) for joint in joints], axis=0))
+    return np.asarray(np.max([axis_distance(arm, q, joint) for joint in joints], axis=0))
 
 
 def _revolute_joints(chain: Chain) -> list[int]:
@@ -241,7 +241,7 @@ def _revolute_joints(chain: Chain) -> list[int]:
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for i, j in combinations(_revolute_joints(chain), 2):
         words = f"the axes of joints {i + 1} and {j + 1} coincide"
-        yield from _yield_if_special(samples, words, partial(off_line, i=i, j=j))
+        yield from _yield_if_special(samples, words, partial(collinearity_error, i=i, j=j))
 
 
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -251,13 +251,13 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     """
     rows, jacobians = chain.task_rows, jacobians_of(samples)
     for i, j in sorted(combinations(_revolute_joints(chain), 2), key=lambda pair: pair[1] - pair[0]):
-        if parallel(samples, i, j):
-            others = [k for k in _revolute_joints(chain) if chain.linear_rows and parallel(samples, i, k)]
+        if are_parallel(samples, i, j):
+            others = [k for k in _revolute_joints(chain) if chain.linear_rows and are_parallel(samples, i, k)]
             chosen = sorted({i, j, *others})
             if not _are_dependent(jacobians, rows, chosen):
                 continue
             words = f"the axes of joints {_joint_names(chosen)} are parallel"
-            yield from _yield_if_special(samples, words, partial(spread, joints=(i, j)))
+            yield from _yield_if_special(samples, words, partial(axis_spread, joints=(i, j)))
 
 
 def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -266,14 +266,14 @@ def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Ite
         return
     for triple in combinations(_revolute_joints(chain), 3):
         words = f"the axes of joints {_joint_names(triple)} are all parallel to one plane"
-        yield from _yield_if_special(samples, words, partial(spread, joints=triple))
+        yield from _yield_if_special(samples, words, partial(axis_spread, joints=triple))
 
 
 def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for triple in combinations(_revolute_joints(chain), 3):
-        if all(parallel(group, triple[0], j) for group in (samples, nearby_samples(samples)) for j in triple[1:]):
+        if all(are_parallel(group, triple[0], j) for group in (samples, nearby_samples(samples)) for j in triple[1:]):
             words = f"the parallel axes of joints {_joint_names(triple)} lie in one plane"
-            yield from _yield_if_special(samples, words, partial(off_plane, row=triple))
+            yield from _yield_if_special(samples, words, partial(coplanarity_error, row=triple))
 
 
 def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -291,7 +291,9 @@ def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iter
 def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for i, j in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "P"], 2):
         yield from _yield_if_special(
-            samples, f"the axes of prismatic joints {i + 1} and {j + 1} are parallel", partial(spread, joints=(i, j))
+            samples,
+            f"the axes of prismatic joints {i + 1} and {j + 1} are parallel",
+            partial(axis_spread, joints=(i, j)),
         )
 
 
@@ -299,13 +301,13 @@ def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     for prismatic_joint in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for i, j in combinations(_revolute_joints(chain), 2):
-            if not parallel(samples, i, j):
+            if not are_parallel(samples, i, j):
                 continue
             link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
             for is_across, preposition in ((False, "along"), (True, "at right angles to")):
                 words = f"prismatic joint {prismatic_joint + 1} moves {preposition} {link}"
                 yield from _yield_if_special(
-                    samples, words, partial(slant, slide=prismatic_joint, i=i, j=j, across=is_across)
+                    samples, words, partial(prismatic_slant, slide=prismatic_joint, i=i, j=j, across=is_across)
                 )
 
 
@@ -318,7 +320,7 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 
 def _origin_distance(arm: NumericChain, q: np.ndarray, frame: int, axis: int) -> np.ndarray:
     """Return the distance of an origin from an axis."""
-    return distance(arm.with_point(frame), q, axis)
+    return axis_distance(arm.with_point(frame), q, axis)
 
 
 def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -337,9 +339,9 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
     """Find two joints that move the point along the same line."""
     for pair in combinations(range(min(chain.n, chain.point.frame)), 2):
         speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
-        if min(speeds) > APART:
+        if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_joint_names(pair)} move the point along the same line"
-            yield from _yield_if_special(samples, words, partial(off_common_direction, joints=pair))
+            yield from _yield_if_special(samples, words, partial(common_direction_error, joints=pair))
 
 
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -356,12 +358,12 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
             for moving_joint in later_joints
             if moving_joint not in movers and 0 in _extreme_signs(samples, axis, moving_joint)
         ]
-        if revolute and not others and revolute == movers and all(parallel(samples, axis, j) for j in movers):
+        if revolute and not others and revolute == movers and all(are_parallel(samples, axis, j) for j in movers):
             yield _extension_statement(samples, axis, movers)
             continue
         for moving_joint in movers:
             signs = signs_by_joint[moving_joint]
-            if moving_joint in revolute and not parallel(samples, axis, moving_joint):
+            if moving_joint in revolute and not are_parallel(samples, axis, moving_joint):
                 signs = set(_global_extreme_signs(samples, axis, moving_joint))
             if 0 not in signs:
                 yield _extreme_statement(
@@ -369,10 +371,10 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
                 )
 
 
-def _describe_extreme(chain: Chain, axis: int, moving: int, signs: set[int]) -> str:
+def _describe_extreme(chain: Chain, axis: int, moving_joint: int, signs: set[int]) -> str:
     """Describe that a joint brings the point as far from an axis, or as near to it, as it can."""
-    ending = f"the axis of joint {axis + 1} as joint {moving + 1} can bring it"
-    if chain.joints[moving].kind == "P":
+    ending = f"the axis of joint {axis + 1} as joint {moving_joint + 1} can bring it"
+    if chain.joints[moving_joint].kind == "P":
         return f"arm drawn in: the point is as near to {ending}"
     relation = "far from or as near to" if len(signs) > 1 else "far from" if 1 in signs else "near to"
     return f"the point is as {relation} {ending}"
@@ -390,12 +392,12 @@ def _extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[
         for sample, conclusive in zip(samples, conclusive, strict=True)
         if conclusive
     )
-    statement = _extreme_statement(_EXTENDED[extension_signs], axis, movers, {1, -1})
+    statement = _extreme_statement(_EXTENSION_WORDS[extension_signs], axis, movers, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, every joint is at an extreme
-        return statement.is_true(sample) and sample.off(partial(distance, joint=axis)) > APART
+        return statement.predicate(sample) and sample.evaluate(partial(axis_distance, joint=axis)) > NONZERO_THRESHOLD
 
-    return replace(statement, is_true=is_true)
+    return replace(statement, predicate=is_true)
 
 
 def _extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
@@ -405,8 +407,8 @@ def _extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
     """
     half_turns = np.zeros((2 ** len(movers), len(sample.q)))
     half_turns[:, list(movers)] = np.pi * np.array(list(product((0, 1), repeat=len(movers))))
-    distances = distance(sample.arm, sample.q + half_turns, axis)
-    return -1 if distances.max() > distances[0] + NEAR else 1
+    distances = axis_distance(sample.arm, sample.q + half_turns, axis)
+    return -1 if distances.max() > distances[0] + ZERO_TOLERANCE else 1
 
 
 def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:
@@ -418,45 +420,45 @@ def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[
     def is_true(sample: Sample) -> bool:
         return all(_extreme_signs([sample], axis, moving)[0] in signs for moving in movers)
 
-    return Statement(words, partial(slope, joint=axis, movers=tuple(movers)), is_true)
+    return Statement(words, partial(axis_distance_derivative, joint=axis, movers=tuple(movers)), is_true)
 
 
-_EXTENDED = {
+_EXTENSION_WORDS = {
     frozenset({1}): "arm stretched out",
     frozenset({-1}): "arm folded back",
     frozenset({1, -1}): "arm stretched out or folded back",
 }
 
 
-def _yield_if_special(samples: Sequence[Sample], words: str, off: Off) -> Iterator[Statement]:
+def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
     """Yield the statement if its measure is zero at all samples, but not at the configurations near them."""
-    holds = measure_samples(samples, off).max() < NEAR
-    if holds and measure_samples(nearby_samples(samples), off).max() > APART:
-        yield Statement(words, off)
+    holds = measure_samples(samples, measure).max() < ZERO_TOLERANCE
+    if holds and measure_samples(nearby_samples(samples), measure).max() > NONZERO_THRESHOLD:
+        yield Statement(words, measure)
 
 
-def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> set[int]:
+def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> set[int]:
     """Return the signs of the extremes that a joint reaches at all samples: 1 is farthest, -1 nearest.
 
     Return {0} if the joint is not at an extreme at all samples. Fewer than half of the samples may be inconclusive.
     """
-    signs = _extreme_signs(samples, axis, moving)
+    signs = _extreme_signs(samples, axis, moving_joint)
     if 0 in signs or 2 * signs.count(None) >= len(signs):
         return {0}
     return {sign for sign in signs if sign is not None}
 
 
-def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
+def _extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int | None]:
     """Return for each sample 1 if the point's distance from an axis is a local maximum, -1 if a local minimum, else 0.
 
-    The distance is a function of the joint `moving`. The result is None if that joint hardly changes it, for example
-    if the point lies on the joint's own axis.
+    The distance is a function of the joint `moving_joint`. The result is None if that joint hardly changes it, for
+    example if the point lies on the joint's own axis.
     """
     step = 1e-3
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
-    q[..., moving] += step * np.arange(-2, 3)
+    q[..., moving_joint] += step * np.arange(-2, 3)
     arms = NumericChain.stack([sample.arm for sample in samples])
-    far_behind, behind, middle, ahead, far_ahead = distance(arms, q, axis).T
+    far_behind, behind, middle, ahead, far_ahead = axis_distance(arms, q, axis).T
     derivative = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
     curvature = (ahead + behind - 2 * middle) / step**2
     signs = np.where(np.abs(curvature) < 1e-3, 0, np.where(curvature < 0, 1, -1))
@@ -464,7 +466,7 @@ def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[in
     return [0 if sloped else int(sign) if sign else None for sloped, sign in zip(has_slope, signs, strict=True)]
 
 
-def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int]:
+def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int]:
     """Return for each sample 1 if the point's distance from an axis is a global maximum, -1 if a minimum, else 0.
 
     The squared distance is a sum of sines and cosines of a revolute joint's angle and of twice that angle. Five values
@@ -472,8 +474,8 @@ def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
     """
     angles = 2 * np.pi / 5 * np.arange(5)
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
-    q[..., moving] += angles
-    squares = distance(NumericChain.stack([sample.arm for sample in samples]), q, axis) ** 2
+    q[..., moving_joint] += angles
+    squares = axis_distance(NumericChain.stack([sample.arm for sample in samples]), q, axis) ** 2
     curve = squares @ np.linalg.inv(_harmonics(angles)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
     tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
     is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
@@ -482,6 +484,6 @@ def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
     ]
 
 
-def _harmonics(turns: np.ndarray) -> np.ndarray:
+def _harmonics(angles: np.ndarray) -> np.ndarray:
     """Return 1, and the cosines and sines of angles (k) and of twice the angles, as a (5, k) array."""
-    return np.array([np.ones_like(turns), *(trig(i * turns) for i in (1, 2) for trig in (np.cos, np.sin))])
+    return np.array([np.ones_like(angles), *(trig(i * angles) for i in (1, 2) for trig in (np.cos, np.sin))])

@@ -12,12 +12,12 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.formula import algebra
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.sympy_text import text_of
-from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.trees import Node, ParseError
 
-STEP = 1e-30
+DERIVATIVE_STEP = 1e-30
 """The step of complex-step derivatives, which are exact up to rounding because no digits cancel."""
 
 
@@ -42,17 +42,17 @@ class Arithmetic(Protocol):
     def sqrt(self, square: np.ndarray) -> np.ndarray:
         """Return the square roots."""
 
-    def value(self, stepped: np.ndarray) -> np.ndarray:
+    def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return stepped values without their derivatives."""
 
-    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives with respect to the joint variables, along a new first axis."""
 
-    def number(self, value: sp.Expr) -> np.ndarray:
+    def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, not stepped."""
 
 
-class Numbers:
+class NumericArithmetic:
     """The arithmetic of numbers at N configurations; `values` holds the values (N,) of each symbol.
 
     Arrays end in (N,), and stepped arrays in (N, n + 1), in which n is the number of joints.
@@ -60,37 +60,37 @@ class Numbers:
 
     def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
         self._values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
-        self.count = len(next(iter(self._values.values())))
+        self.configuration_count = len(next(iter(self._values.values())))
         self._joints = list(joints)
-        self._stepped: dict[sp.Expr, np.ndarray] = {}
+        self._stepped_entries: dict[sp.Expr, np.ndarray] = {}
 
     def table_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return the value of a table entry, followed by its value with each joint moved by one step, (N, n + 1)."""
-        stepped = self._stepped.get(expression)
+        stepped = self._stepped_entries.get(expression)
         if stepped is None:
-            stepped = self._stepped[expression] = self._evaluate(expression)
+            stepped = self._stepped_entries[expression] = self._evaluate(expression)
             stepped.flags.writeable = False
         return stepped
 
     def _evaluate(self, expression: sp.Expr) -> np.ndarray:
-        shape = (self.count, len(self._joints) + 1)
-        values = {symbol.name: self._steps(symbol.name).ravel() for symbol in expression.free_symbols}
-        return evaluate(program_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
+        shape = (self.configuration_count, len(self._joints) + 1)
+        values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
+        return evaluate(compile_expression(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
 
-    def _steps(self, name: str) -> np.ndarray:
+    def _stepped_values(self, name: str) -> np.ndarray:
         """Return the values (N, n + 1) of a symbol: unchanged, then with each joint moved by one imaginary step."""
         stepped = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:
-            stepped[:, 1 + self._joints.index(name)] += STEP * 1j
+            stepped[:, 1 + self._joints.index(name)] += DERIVATIVE_STEP * 1j
         return stepped
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol, (N,)."""
         return self._values[name]
 
-    def number(self, value: sp.Expr) -> np.ndarray:
+    def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, (N,)."""
-        return np.full(self.count, float(value))
+        return np.full(self.configuration_count, float(value))
 
     def sin(self, angle: np.ndarray) -> np.ndarray:
         """Return the sines."""
@@ -105,44 +105,46 @@ class Numbers:
         with np.errstate(invalid="ignore"):
             return np.asarray(np.sqrt(square))
 
-    def value(self, stepped: np.ndarray) -> np.ndarray:
+    def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return stepped values without their derivatives, (…, N)."""
         return np.asarray(stepped[..., 0].real)
 
-    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives, (n, …, N)."""
-        return np.moveaxis(stepped[..., 1:].imag / STEP, -1, 0)
+        return np.moveaxis(stepped[..., 1:].imag / DERIVATIVE_STEP, -1, 0)
 
 
 @lru_cache(maxsize=4096)
-def program_of(expression: sp.Expr) -> Program:
+def compile_expression(expression: sp.Expr) -> Program:
     """Compile an expression that qdot itself produced into a numeric program."""
-    return compile_program([read(str(expression))])
+    return compile_program([parse_formula(str(expression))])
 
 
-class _Exact:
+class _FormulaArithmetic:
     """The arithmetic of formulas, which need no steps because they can be differentiated; arrays end in (1,).
 
-    `call` applies the function with a given name. `slope` differentiates with respect to the joint variable with a
-    given name.
+    `apply_function` applies the function with a given name. `slope` differentiates with respect to the joint variable
+    with a given name.
     """
 
     def __init__(
-        self, joints: Sequence[str], call: Callable[[str, Any], Any], slope: Callable[[str, Any], Any]
+        self, joints: Sequence[str], apply_function: Callable[[str, Any], Any], differentiate: Callable[[str, Any], Any]
     ) -> None:
-        self.sin, self.cos, self.sqrt = (np.frompyfunc(partial(call, name), 1, 1) for name in ("sin", "cos", "sqrt"))
-        self._slopes = [np.frompyfunc(partial(slope, name), 1, 1) for name in joints]
+        self.sin, self.cos, self.sqrt = (
+            np.frompyfunc(partial(apply_function, name), 1, 1) for name in ("sin", "cos", "sqrt")
+        )
+        self._differentiators = [np.frompyfunc(partial(differentiate, name), 1, 1) for name in joints]
 
-    def value(self, stepped: np.ndarray) -> np.ndarray:
+    def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the array unchanged."""
         return stepped
 
-    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives."""
-        return np.stack([differentiate(stepped) for differentiate in self._slopes])
+        return np.stack([differentiate(stepped) for differentiate in self._differentiators])
 
 
-class Formulas(_Exact):
+class SympyArithmetic(_FormulaArithmetic):
     """The arithmetic of SymPy expressions."""
 
     def __init__(self, joints: Sequence[str]) -> None:
@@ -150,15 +152,15 @@ class Formulas(_Exact):
             joints, lambda name, entry: getattr(sp, name)(entry), lambda q, entry: sp.diff(entry, sp.Symbol(q))
         )
 
-    def number(self, value: sp.Expr) -> np.ndarray:
+    def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any expression."""
         return np.array([sp.sympify(value)], dtype=object)
 
-    table_entry = number
+    table_entry = constant
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return a symbol."""
-        return self.number(sp.Symbol(name))
+        return self.constant(sp.Symbol(name))
 
 
 class Term:
@@ -170,44 +172,46 @@ class Term:
         self.node = node
 
     @classmethod
-    def of(cls, value: "Term | int") -> Node:
+    def to_tree(cls, value: "Term | int") -> Node:
         """Return the tree of a term or of a whole number."""
         return value.node if isinstance(value, Term) else algebra.number(value)
 
     def __add__(self, addend: "Term | int") -> "Term":
-        return Term(algebra.plus(self.node, self.of(addend)))
+        return Term(algebra.add_nodes(self.node, self.to_tree(addend)))
 
     __radd__ = __add__
 
     def __sub__(self, subtrahend: "Term | int") -> "Term":
-        return Term(algebra.minus(self.node, self.of(subtrahend)))
+        return Term(algebra.subtract_nodes(self.node, self.to_tree(subtrahend)))
 
     def __neg__(self) -> "Term":
-        return Term(algebra.negative(self.node))
+        return Term(algebra.negate(self.node))
 
     def __mul__(self, factor: "Term | int") -> "Term":
-        return -self if factor == -1 else Term(algebra.times(self.node, self.of(factor)))
+        return -self if factor == -1 else Term(algebra.multiply_nodes(self.node, self.to_tree(factor)))
 
     __rmul__ = __mul__
 
     def __truediv__(self, divisor: "Term | int") -> "Term":
-        return Term(algebra.over(self.node, self.of(divisor)))
+        return Term(algebra.divide_nodes(self.node, self.to_tree(divisor)))
 
 
-class Trees(_Exact):
+class TreeArithmetic(_FormulaArithmetic):
     """The arithmetic of formula trees, the form in which students' answers are parsed.
 
     Derivatives raise ReadError if a formula has none.
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        super().__init__(joints, lambda function, term: Term(algebra.call(function, term.node)), _slope)
+        super().__init__(
+            joints, lambda function, term: Term(algebra.apply_function(function, term.node)), _differentiate_term
+        )
 
-    def number(self, value: sp.Expr) -> np.ndarray:
+    def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any expression."""
-        return self.entries([read(text_of(sp.sympify(value)))])
+        return self.entries([parse_formula(expression_text(sp.sympify(value)))])
 
-    table_entry = number
+    table_entry = constant
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return a symbol."""
@@ -221,7 +225,7 @@ class Trees(_Exact):
     @staticmethod
     def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
         """Return rows of trees as an array, (rows, columns, 1)."""
-        return np.stack([Trees.entries(row) for row in rows])[:, :, None]
+        return np.stack([TreeArithmetic.entries(row) for row in rows])[:, :, None]
 
     @staticmethod
     def rows(array: np.ndarray) -> list[list[Node]]:
@@ -230,20 +234,20 @@ class Trees(_Exact):
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
 
 
-def _slope(name: str, term: Term) -> Term:
-    derivative = algebra.derivative(term.node, name)
+def _differentiate_term(name: str, term: Term) -> Term:
+    derivative = algebra.differentiate(term.node, name)
     if derivative is None:
-        raise ReadError("it has no derivative")
+        raise ParseError("it has no derivative")
     return Term(derivative)
 
 
 # --- vectors and matrices, along the first axes ---
 
-MANY = 5
+MIN_FACTORIZED_ROWS = 5
 """Minimum number of rows for which numeric determinants are computed by factorization instead of minors."""
 
 
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product of matrices (l, m, …) and (m, n, …)."""
     return np.asarray((a[:, :, None] * b[None]).sum(axis=1))
 
@@ -263,7 +267,7 @@ def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
 
     If `sign` is 1, all terms are added (the permanent), which is a common mistake.
     """
-    if len(a) >= MANY and a.dtype != object and sign == -1:
+    if len(a) >= MIN_FACTORIZED_ROWS and a.dtype != object and sign == -1:
         return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
     minors_by_columns: dict[tuple[int, ...], np.ndarray] = {}
 
@@ -286,12 +290,12 @@ def minors(a: np.ndarray) -> np.ndarray:
     if n == 1:
         return np.asarray(a * 0 + 1)
     rows = [[r for r in range(n) if r != i] for i in range(n)]
-    if n >= MANY and a.dtype != object:
+    if n >= MIN_FACTORIZED_ROWS and a.dtype != object:
         blocks = np.stack([np.stack([a[rows[i]][:, rows[j]] for j in range(n)]) for i in range(n)])
         return np.asarray(np.linalg.det(np.moveaxis(blocks, -1, 2)))
     return np.stack([np.stack([determinant(a[rows[i]][:, rows[j]]) for j in range(n)]) for i in range(n)])
 
 
-def signs(n: int) -> np.ndarray:
+def cofactor_signs(n: int) -> np.ndarray:
     """Return the signs of cofactors, n x n."""
     return np.array([[(-1) ** (i + j) for j in range(n)] for i in range(n)])

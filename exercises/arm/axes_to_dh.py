@@ -14,18 +14,18 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Joint, Point
 from qdot.exercises.arm.vectors import rot_x, rot_z
 
-NEAR = sp.Float("1e-9")
+ZERO_TOLERANCE = sp.Float("1e-9")
 """Tolerance for zero and for multiples of pi/12, because the numbers that users write are rounded."""
-EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
+EXACT_TOLERANCE, _ROUNDING_ERROR, _WORKING_DIGITS = sp.Float("1e-45"), sp.Float("1e-50"), 60
 """The tolerance for recognising an exact number, the size below which a number is a rounding error of zero, and the
 number of digits of computations."""
-_DIGITS = 10
+_SHOWN_DECIMALS = 10
 """Number of decimals to which a number without a simple form is rounded."""
-_SMALL, _SMALL_SQUARE = 10**8, 10**16
+_MAX_DENOMINATOR, _MAX_SQUARE_DENOMINATOR = 10**8, 10**16
 """The largest denominators of a fraction that is not a decimal, and of a fraction under a root: lengths along an axis
 (1, 2, 3) or (0, 3, 4) have large ones. With 45 matching digits, neither is a coincidence.
 """
-_SUMS = 10**4
+_MAX_SUM_COEFFICIENT = 10**4
 """The largest whole-number coefficient in a combination of 1 and the roots of 2, 3 and 6.
 
 Rotations by 30 and 45 degrees produce such combinations.
@@ -45,10 +45,10 @@ class Pose:
         return Pose(_evaluate_matrix(self.rotation * inner.rotation), _evaluate_matrix(origin))
 
 
-HOME = Pose(sp.eye(3), sp.zeros(3, 1))
+IDENTITY_POSE = Pose(sp.eye(3), sp.zeros(3, 1))
 
 
-def pose_of(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> Pose:
+def make_pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> Pose:
     """Return the pose at a position (m), rotated about fixed axes: roll about x, pitch about y, yaw about z (rad)."""
     roll, pitch, yaw = rpy
     c, s = sp.cos(pitch), sp.sin(pitch)
@@ -68,12 +68,12 @@ class Axis:
 # --- a base anywhere ---
 
 
-def base_at(pose: Pose) -> tuple[Base, sp.Expr]:
+def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
     """Split a pose with numeric angles into a base and a final rotation about its z axis (rad); return both."""
     tilt, yaw, final_rotation = min(
         _base_angles(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0])
     )
-    x, y, z = pose.origin.applyfunc(to_exact)
+    x, y, z = pose.origin.applyfunc(recognize_exact)
     return Base((x, y, z), yaw, tilt), final_rotation
 
 
@@ -100,7 +100,7 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     preceding origin.
     """
     table_frame = _TableFrame(_base_frame(axes[0]))
-    base, _ = base_at(table_frame.frame)
+    base, _ = split_base_pose(table_frame.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
         previous_frame, last_direction = table_frame, table_frame.frame.rotation[:, 2]
@@ -110,8 +110,8 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
         if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
             x, y, z = _evaluate_matrix(previous_frame.frame.rotation.T * (point - previous_frame.frame.origin))
             step, tool = (
-                Joint("P", -previous_frame.turn, 0, 0, 0),
-                Point(number, (to_exact(x), to_exact(y), to_exact(z))),
+                Joint("P", -previous_frame.z_rotation, 0, 0, 0),
+                Point(number, (recognize_exact(x), recognize_exact(y), recognize_exact(z))),
             )
         if axis.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{number}") + step.theta, step.d, step.a, step.alpha))
@@ -128,7 +128,7 @@ def _base_frame(axis: Axis) -> Pose:
         x = sp.Matrix([1, 0, 0])
     else:
         x = horizontal / horizontal.norm()
-        if sp.N(x[0]) < -NEAR or (is_zero(x[0]) and sp.N(x[1]) < 0):
+        if sp.N(x[0]) < -ZERO_TOLERANCE or (is_zero(x[0]) and sp.N(x[1]) < 0):
             x = -x
     origin = sp.zeros(3, 1) if axis.kind == "P" else axis.point - axis.point.dot(z) * z
     return Pose(_evaluate_matrix(sp.Matrix.hstack(x, z.cross(x), z)), _evaluate_matrix(origin))
@@ -143,33 +143,33 @@ class _TableFrame:
     """
 
     frame: Pose
-    turn: sp.Expr = sp.S.Zero
+    z_rotation: sp.Expr = sp.S.Zero
 
 
-def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableFrame]:
-    """Return one row of the table, without its variable, and the frame after it, whose z lies along `following`."""
-    frame, next_direction, next_turn = table_frame.frame, following.direction, sp.S.Zero
+def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableFrame]:
+    """Return one row of the table, without its variable, and the frame after it, whose z lies along `next_axis`."""
+    frame, next_direction, next_turn = table_frame.frame, next_axis.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
-    to_next_point, normal = _evaluate_matrix(following.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
-    if following.kind == "P":
+    to_next_point, normal = _evaluate_matrix(next_axis.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
+    if next_axis.kind == "P":
         to_next_point = sp.zeros(3, 1)
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
-        d = to_exact(to_next_point.dot(z)) if not following.kind else sp.S.Zero
+        d = recognize_exact(to_next_point.dot(z)) if not next_axis.kind else sp.S.Zero
         next_x, a, next_turn = (
-            (x, sp.S.Zero, table_frame.turn)
+            (x, sp.S.Zero, table_frame.z_rotation)
             if _is_zero_vector(offset)
             else _direction_and_length(offset, x, z.cross(x))
         )
     else:
         next_x = _evaluate_matrix(normal / normal.norm())
         a = evaluate_entry(to_next_point.dot(next_x))
-        d = to_exact((to_next_point - a * next_x).cross(next_direction).dot(normal) / normal.dot(normal))
-        if _is_negative(a) or (is_zero(a) and sp.N(x.dot(next_x)) < -NEAR):
+        d = recognize_exact((to_next_point - a * next_x).cross(next_direction).dot(normal) / normal.dot(normal))
+        if _is_negative(a) or (is_zero(a) and sp.N(x.dot(next_x)) < -ZERO_TOLERANCE):
             next_x, a = -next_x, -a
-        a = to_exact(a)
+        a = recognize_exact(a)
         offset = a * next_x
-    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_turn - table_frame.turn
+    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_turn - table_frame.z_rotation
     alpha = angle_of(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
     origin = _evaluate_matrix(frame.origin + d * z + offset)
     next_pose = Pose(_evaluate_matrix(sp.Matrix.hstack(next_x, next_direction.cross(next_x), next_direction)), origin)
@@ -186,12 +186,12 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
     first = next(entry for entry in vector if not is_zero(entry))
     ratios = _evaluate_matrix(vector / first)
     if ratios.free_symbols:
-        x_component, y_component = (sp.expand(to_exact(vector.dot(direction))) for direction in (x, y))
+        x_component, y_component = (sp.expand(recognize_exact(vector.dot(direction))) for direction in (x, y))
         return x, sp.sqrt(x_component**2 + y_component**2), sp.atan2(y_component, x_component)
     ratio_norm = ratios.norm()
     length = evaluate_entry(first * ratio_norm)
     direction, length = (-ratios / ratio_norm, -length) if _is_negative(length) else (ratios / ratio_norm, length)
-    return _evaluate_matrix(direction), to_exact(length), sp.S.Zero
+    return _evaluate_matrix(direction), recognize_exact(length), sp.S.Zero
 
 
 # --- numbers ---
@@ -200,16 +200,16 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
 def is_zero(value: sp.Expr) -> bool:
     """Return whether a value is zero; a number counts as zero if it is below NEAR."""
     evaluated = evaluate_entry(value)
-    return bool(evaluated == 0 if evaluated.free_symbols else abs(evaluated) < NEAR)
+    return bool(evaluated == 0 if evaluated.free_symbols else abs(evaluated) < ZERO_TOLERANCE)
 
 
 def evaluate_entry(value: sp.Expr) -> sp.Expr:
     """Return a value expanded, with numbers of 60 digits, and with rounding errors of zero removed."""
-    value = sp.expand(sp.N(value, _PLACES))
-    return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _DUST})
+    value = sp.expand(sp.N(value, _WORKING_DIGITS))
+    return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _ROUNDING_ERROR})
 
 
-def to_exact(value: sp.Expr) -> sp.Expr:
+def recognize_exact(value: sp.Expr) -> sp.Expr:
     """Return a value with its numbers as exact fractions or roots if they can be recognised, else rounded."""
     evaluated = evaluate_entry(value)
     return evaluated.xreplace({number: _exact_number(number) for number in evaluated.atoms(sp.Float)})
@@ -219,21 +219,23 @@ def _exact_number(number: sp.Float) -> sp.Expr:
     """Return a number as a fraction, a root of a fraction or a sum of roots if it equals one, else rounded."""
     exact = _fraction(number)
     if exact is None:
-        square = _fraction(number**2, _SMALL_SQUARE)
+        square = _fraction(number**2, _MAX_SQUARE_DENOMINATOR)
         exact = _sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
-    return sp.Rational(str(round(number, _DIGITS))) if exact is None else exact
+    return sp.Rational(str(round(number, _SHOWN_DECIMALS))) if exact is None else exact
 
 
-def _fraction(number: sp.Float, largest: int = _SMALL) -> sp.Rational | None:
-    candidates = sp.Rational(str(round(number, _DIGITS))), sp.Rational(number).limit_denominator(largest)
-    return next((fraction for fraction in candidates if abs(number - fraction.n(_PLACES)) < EXACT), None)
+def _fraction(number: sp.Float, largest: int = _MAX_DENOMINATOR) -> sp.Rational | None:
+    candidates = sp.Rational(str(round(number, _SHOWN_DECIMALS))), sp.Rational(number).limit_denominator(largest)
+    return next(
+        (fraction for fraction in candidates if abs(number - fraction.n(_WORKING_DIGITS)) < EXACT_TOLERANCE), None
+    )
 
 
 def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
     roots = [sp.S.One, sp.sqrt(2), sp.sqrt(3), sp.sqrt(6)]
-    with mpmath.workdps(_PLACES):
-        values = [mpmath.mpf(value.n(_PLACES)) for value in (number, *roots)]
-        relation = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_SUMS, maxsteps=10**4)
+    with mpmath.workdps(_WORKING_DIGITS):
+        values = [mpmath.mpf(value.n(_WORKING_DIGITS)) for value in (number, *roots)]
+        relation = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_MAX_SUM_COEFFICIENT, maxsteps=10**4)
     if not relation or relation[0] == 0:
         return None
     return sp.Add(*(sp.Rational(-factor, relation[0]) * root for factor, root in zip(relation[1:], roots, strict=True)))
@@ -242,12 +244,16 @@ def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Return the angle in (-pi, pi] with this numeric cosine and sine."""
     cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
-    value = sp.atan2(sine, cosine).n(_PLACES)
+    value = sp.atan2(sine, cosine).n(_WORKING_DIGITS)
     exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
-    if abs(exact.n(_PLACES) - value) < NEAR:
+    if abs(exact.n(_WORKING_DIGITS) - value) < ZERO_TOLERANCE:
         return sp.pi if exact == -sp.pi else exact
     cosine, sine = _exact_number(cosine), _exact_number(sine)
-    return sp.atan2(sine, cosine) if sp.expand(cosine**2 + sine**2) == 1 else sp.Rational(str(round(value, _DIGITS)))
+    return (
+        sp.atan2(sine, cosine)
+        if sp.expand(cosine**2 + sine**2) == 1
+        else sp.Rational(str(round(value, _SHOWN_DECIMALS)))
+    )
 
 
 def _evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:

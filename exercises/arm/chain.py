@@ -12,14 +12,14 @@ from functools import cached_property
 import sympy as sp
 
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.conventions.base import VELOCITIES
+from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 
-TASK_ROWS = VELOCITIES
+TASK_ROWS = VELOCITY_NAMES
 """The names of the rows of the 6 x n Jacobian, linear first (6.6)."""
 
-ANGLES = ("alpha", "fixed", "base_yaw", "base_tilt")
+ANGLE_PREFIXES = ("alpha", "fixed", "base_yaw", "base_tilt")
 """The prefixes of the names of constant angles in `Chain.map_entries`."""
 
 CONVENTIONS = tuple(REGISTRY)
@@ -117,9 +117,9 @@ class Chain:
         if not self.joints:
             raise QdotError(f"{self.name}: an arm has at least one joint")
         if self.convention not in CONVENTIONS:
-            raise unknown("convention", self.convention, CONVENTIONS)
+            raise unknown_name("convention", self.convention, CONVENTIONS)
         if self.twist_order not in TWIST_ORDERS:
-            raise unknown("order of a twist", self.twist_order, TWIST_ORDERS)
+            raise unknown_name("order of a twist", self.twist_order, TWIST_ORDERS)
         wrong = [row for row in self.task if row not in TASK_ROWS]
         if wrong or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(f"{self.name}: task {list(self.task)}; it names some of {', '.join(TASK_ROWS)}, each once")
@@ -213,7 +213,7 @@ class Chain:
         symbols = set().union(*(value.free_symbols for value in values)) - set(self.q)
         return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
-    def map_entries(self, change: Callable[[str, sp.Expr], sp.Expr]) -> "Chain":
+    def map_entries(self, replace_entry: Callable[[str, sp.Expr], sp.Expr]) -> "Chain":
         """Return the arm with each entry of its table, base and point replaced by `change(name, entry)`.
 
         The names of entries are theta1, d1, a1, alpha1 and so on, base_x, base_yaw, base_tilt, and point_x. The
@@ -222,15 +222,15 @@ class Chain:
         joints = tuple(
             Joint(
                 joint.kind,
-                change(f"{'theta' if joint.kind == 'R' else 'fixed'}{i}", joint.theta),
-                *(change(f"{name}{i}", getattr(joint, name)) for name in ("d", "a", "alpha")),
+                replace_entry(f"{'theta' if joint.kind == 'R' else 'fixed'}{i}", joint.theta),
+                *(replace_entry(f"{name}{i}", getattr(joint, name)) for name in ("d", "a", "alpha")),
             )
             for i, joint in enumerate(self.joints, 1)
         )
         base, point = self.base, self.point
-        x, y, z = (change(f"base_{axis}", value) for axis, value in zip("xyz", base.position, strict=True))
-        base = Base((x, y, z), change("base_yaw", base.yaw), change("base_tilt", base.tilt))
-        x, y, z = (change(f"point_{axis}", value) for axis, value in zip("xyz", point.offset, strict=True))
+        x, y, z = (replace_entry(f"base_{axis}", value) for axis, value in zip("xyz", base.position, strict=True))
+        base = Base((x, y, z), replace_entry("base_yaw", base.yaw), replace_entry("base_tilt", base.tilt))
+        x, y, z = (replace_entry(f"point_{axis}", value) for axis, value in zip("xyz", point.offset, strict=True))
         return replace(self, joints=joints, base=base, tool=self.tool and Point(point.frame, (x, y, z)))
 
     def with_task(self, *rows: str) -> "Chain":

@@ -8,47 +8,47 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.appearance import meaning
+from qdot.exercises.arm.appearance import describe_appearance
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import are_unrelated, with_open_lengths
+from qdot.exercises.arm.lengths import are_unrelated, with_symbolic_lengths
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, Values, singular_set
-from qdot.exercises.arm.singularity_kinds import are_one_sided, kind_is_sure, kinds_at
+from qdot.exercises.arm.singularity_kinds import are_one_sided, can_establish_kind, classify_samples
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import Space
+from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
-_LOOKED_AT = 60
+_SAMPLE_COUNT = 60
 """Approximate number of samples that are examined together; with fewer, all might miss an exception."""
-_KIND_AT = 2
+_KIND_STRIDE = 2
 """Only every second sample is tested for its kind, because this test takes longer."""
-_FURTHER = 60
+_EXTRA_LENGTH_SAMPLES = 60
 """Number of further choices of symbolic lengths that are tested before a kind is reported for all lengths."""
-_ARMS = 5
+_ARMS_PER_LENGTH = 5
 """Number of arms that are sampled per symbolic length."""
-_LEAST_ARMS = 3
+_MIN_LENGTH_COUNT = 3
 """An arm with fewer symbolic lengths than this is sampled as if it had this many."""
 
-_MOST_VALUES = 4
+_MAX_VALUE_COMBINATIONS = 4
 """Maximum number of combinations of joint values that are listed separately."""
 
-_ARM = "number of the arm"
+_ARM_KEY = "number of the arm"
 """The name of the variable that holds the number of the arm to which a configuration belongs."""
 
 
 @dataclass(frozen=True)
-class Kind:
+class Classification:
     """The classification of a set of singular configurations.
 
-    - `kind`: "boundary" or "internal". It is empty, and is not reported, if it can't be established (`kind_is_sure`) or
-      if no configuration was found.
+    - `kind`: "boundary" or "internal". It is empty, and is not reported, if it can't be established
+      (`can_establish_kind`) or if no configuration was found.
     - `uniform`: whether all configurations are of that kind.
-    - `meaning`: what the configurations look like, in words.
+    - `describe_appearance`: what the configurations look like, in words.
     """
 
     kind: str
@@ -56,14 +56,17 @@ class Kind:
     meaning: str
 
 
-def domain_of(chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, slides: str = "signed") -> Domain:
+def domain_of(
+    chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, prismatic_role: str = "signed"
+) -> Domain:
     """Return the domain of a chain's symbols: joints, rates, task velocity and symbolic lengths, or their given values.
 
-    `slides` is the role of prismatic joints: "signed" for comparing answers, or "travel", limited as in a real arm.
+    `prismatic_role` is the role of prismatic joints: "signed" for comparing answers, or "travel", limited as in a real
+    arm.
     """
     roles: dict[str, str | float | np.ndarray] = {}
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
-        roles[q.name] = "angle" if joint.kind == "R" else slides
+        roles[q.name] = "angle" if joint.kind == "R" else prismatic_role
         roles[rate.name] = "signed"
     roles.update(dict.fromkeys(TASK_ROWS, "signed"))
     for symbol in chain.parameters:
@@ -71,24 +74,31 @@ def domain_of(chain: Chain, values: Mapping[str, float | np.ndarray] | None = No
     return Domain({**roles, **(values or {})})
 
 
-def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int = 3) -> list[Sample]:
+def sample_condition(
+    chain: Chain, condition: str, seed: str, arm_count: int = 5, samples_per_arm: int = 3
+) -> list[Sample]:
     """Return configurations at which `condition` (text) holds, for several choices of the symbolic lengths."""
-    return list(_samples(chain, condition, seed, arms, each))
+    return list(_cached_samples(chain, condition, seed, arm_count, samples_per_arm))
 
 
 @lru_cache(maxsize=64)
-def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
-    """Do the work of `samples_on`, cached: a component is examined as a whole, then again for each value of a joint."""
-    samples_by_arm: list[list[Sample]] = [[] for _ in range(arms)]
+def _cached_samples(
+    chain: Chain, condition: str, seed: str, arm_count: int, samples_per_arm: int
+) -> tuple[Sample, ...]:
+    """Do the work of `sample_condition`, with a cache.
+
+    A component is examined as a whole first, and then again for each value of a joint.
+    """
+    samples_by_arm: list[list[Sample]] = [[] for _ in range(arm_count)]
     has_prismatic_joints = any(joint.kind == "P" for joint in chain.joints)
     # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
     for first_arm, role in ((0, "signed"), (1, "travel")) if has_prismatic_joints else ((0, "signed"),):
         stream = Stream(f"{seed}/{condition}/{first_arm}")
-        arm_numbers = range(first_arm, arms, 2 if has_prismatic_joints else 1)
+        arm_numbers = range(first_arm, arm_count, 2 if has_prismatic_joints else 1)
         values = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
-        for piece in parse_pieces(read(condition), [q.name for q in chain.q]) if values else ():
+        for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if values else ():
             for number, samples in zip(
-                arm_numbers, _configurations(chain, piece, values, role, stream, each), strict=True
+                arm_numbers, _sample_piece(chain, piece, values, role, stream, samples_per_arm), strict=True
             ):
                 samples_by_arm[number] += samples
     return tuple(sample for samples in samples_by_arm for sample in samples)
@@ -107,24 +117,36 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     return values
 
 
-def _configurations(
-    chain: Chain, piece: Piece, values: Sequence[Mapping[str, float]], role: str, stream: Stream, each: int
+def _sample_piece(
+    chain: Chain,
+    piece: Piece,
+    values: Sequence[Mapping[str, float]],
+    prismatic_role: str,
+    stream: Stream,
+    samples_per_arm: int,
 ) -> list[list[Sample]]:
-    """Return up to `each` configurations for each arm, computed all at once; `values` are the lengths of the arms."""
+    """Return up to `samples_per_arm` configurations for each arm, computed for all arms at once.
+
+    `values` are the lengths of each arm.
+    """
     joints, lengths = [q.name for q in chain.q], [symbol.name for symbol in chain.parameters]
-    count = 3 * each
+    count = 3 * samples_per_arm
     roles = {name: np.repeat([value[name] for value in values], count) for name in lengths}
-    space = Space(joints, domain_of(chain, {**roles, _ARM: np.repeat(np.arange(len(values)), count)}, role))
-    solution_values = space.on_piece(piece, {*space.names_of([[piece]]), _ARM}, stream, count=count * len(values))
+    space = ConfigurationSpace(
+        joints, domain_of(chain, {**roles, _ARM_KEY: np.repeat(np.arange(len(values)), count)}, prismatic_role)
+    )
+    solution_values = space.sample_piece(
+        piece, {*space.collect_names([[piece]]), _ARM_KEY}, stream, count=count * len(values)
+    )
     configurations = np.array([solution_values[joint] for joint in joints]).T
     samples = []
     for number, value in enumerate(values):
         arm = NumericChain(chain, value)
-        samples.append([Sample(arm, q) for q in configurations[solution_values[_ARM] == number][:each]])
+        samples.append([Sample(arm, q) for q in configurations[solution_values[_ARM_KEY] == number][:samples_per_arm]])
     return samples
 
 
-def classify(chain: Chain, component: Component) -> Kind:
+def classify(chain: Chain, component: Component) -> Classification:
     """Classify a component of the singular set by samples of its configurations and of the symbolic lengths.
 
     If some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False. The kind is
@@ -136,7 +158,7 @@ def classify(chain: Chain, component: Component) -> Kind:
     if all(condition in general_conditions for condition in conditions):
         kind = _kind_for_all_lengths(general, tuple(general_conditions[condition] for condition in conditions))
         if kind is not None:
-            return kind if kind.uniform or not kind.kind else replace(kind, **_kind_of(arm, conditions))
+            return kind if kind.uniform or not kind.kind else replace(kind, **_kind_and_uniformity(arm, conditions))
     return classify_conditions(arm, conditions)
 
 
@@ -147,7 +169,7 @@ def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     The conditions are text; their keys are the same conditions of the arm itself. There are none if lengths of the arm
     are related, for example equal.
     """
-    general, lengths = with_open_lengths(chain)
+    general, lengths = with_symbolic_lengths(chain)
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
     general_pieces = {}
     for component in singular_set(general) or () if relevant_lengths and are_unrelated(relevant_lengths) else ():
@@ -168,7 +190,7 @@ def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Exp
 
 
 @lru_cache(maxsize=4096)
-def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | None:
+def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Classification | None:
     """Return the classification of conditions for all lengths; None if one condition has several possible looks."""
     kind = classify_conditions(chain, conditions)
     if len(conditions) > 1:
@@ -176,32 +198,41 @@ def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | N
     return None if " or " in kind.meaning else kind
 
 
-def split_by_value(component: Component, kind: Kind) -> list[tuple[Values, Component]]:
+def split_by_value(component: Component, kind: Classification) -> list[tuple[Values, Component]]:
     """Split a component by its combinations of joint values; return an empty list unless the parts may differ.
 
     They may differ in kind or in what they look like.
     """
     combinations = component.value_combinations()
-    if not 1 < len(combinations) <= _MOST_VALUES or not (" or " in kind.meaning or (kind.kind and not kind.uniform)):
+    if not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS or not (
+        " or " in kind.meaning or (kind.kind and not kind.uniform)
+    ):
         return []
     return [(values, component.at(values)) for values in combinations]
 
 
 @lru_cache(maxsize=4096)
-def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Kind:
+def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Classification:
     """Classify the union of conditions (text), as `classify` does for a component."""
-    return Kind(**_kind_of(chain, conditions), meaning=meaning(chain, representative_samples(chain, conditions)))
+    return Classification(
+        **_kind_and_uniformity(chain, conditions),
+        meaning=describe_appearance(chain, representative_samples(chain, conditions)),
+    )
 
 
 @lru_cache(maxsize=4096)
-def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
+def _kind_and_uniformity(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
     """Return `kind` and `uniform` of conditions."""
     kinds = set[str]()
-    if kind_is_sure(chain):
-        kinds.update(kinds_at(chain, representative_samples(chain, conditions)[::_KIND_AT]))
+    if can_establish_kind(chain):
+        kinds.update(classify_samples(chain, representative_samples(chain, conditions)[::_KIND_STRIDE]))
     if len(kinds) == 1 and chain.parameters:  # for other lengths the kind may differ
-        others = [sample for condition in conditions for sample in samples_on(chain, condition, "lengths", _FURTHER, 1)]
-        kinds.update(kinds_at(chain, others))
+        others = [
+            sample
+            for condition in conditions
+            for sample in sample_condition(chain, condition, "lengths", _EXTRA_LENGTH_SAMPLES, 1)
+        ]
+        kinds.update(classify_samples(chain, others))
     return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
 
 
@@ -212,13 +243,13 @@ def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp
     The arm can't move to that side at all, not even to second order.
     """
     text = f"{condition} = 0" if condition is not None else " and ".join(f"{q} = {value}" for q, value in values)
-    return are_one_sided(chain, samples_on(chain, text, "sides"))
+    return are_one_sided(chain, sample_condition(chain, text, "sides"))
 
 
 def representative_samples(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
     """Return enough configurations on conditions (text) to generalize from these to all."""
     # the look and the kind may depend on which symbolic length is larger
-    arms = _ARMS * max(_LEAST_ARMS, len(chain.parameters)) if chain.parameters else _ARMS
-    each = -(-_LOOKED_AT // (arms * len(conditions)))
-    samples = [sample for condition in conditions for sample in samples_on(chain, condition, "seen", arms, each)]
-    return samples[:: max(1, len(samples) // _LOOKED_AT)]
+    arms = _ARMS_PER_LENGTH * max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else _ARMS_PER_LENGTH
+    each = -(-_SAMPLE_COUNT // (arms * len(conditions)))
+    samples = [sample for condition in conditions for sample in sample_condition(chain, condition, "seen", arms, each)]
+    return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

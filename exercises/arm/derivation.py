@@ -14,9 +14,9 @@ import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from qdot.exercises.arm.chain import ANGLES, TASK_ROWS, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import as_formulas, formulas, propagate_linear_rows
+from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.kinematics import (
     frames_and_point,
     jacobian_seen_from,
@@ -27,16 +27,16 @@ from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
     factor_trig,
+    remove_arctangents,
+    remove_brackets,
     substitute,
-    textbook,
-    without_arctangents,
-    without_brackets,
+    textbook_form,
 )
 from qdot.exercises.common.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
 
-MOST_TERMS, LONG = 3000, 100
+MAX_MINOR_TERMS, LONG_MINOR_TERMS = 3000, 100
 """Maximum number of terms in all maximal minors of a Jacobian, and the number of terms above which singularities are
 found by elimination (`reciprocal`) instead.
 
@@ -67,7 +67,7 @@ def structure(chain: Chain) -> Structure:
         symbol = sp.Symbol(name)
         if symbol in chain.q:
             return symbol
-        if name.startswith(ANGLES):
+        if name.startswith(ANGLE_PREFIXES):
             if (2 * value / sp.pi).is_Integer:
                 return sp.Mod(value, 2 * sp.pi)
         elif value == 0:
@@ -86,20 +86,20 @@ def structure(chain: Chain) -> Structure:
 @lru_cache(maxsize=4096)
 def _generic_position(chain: Chain) -> sp.Matrix:
     """Return the point of interest of a structure; if axes are skew, the other results take much longer."""
-    return frames_and_point(chain)[1].applyfunc(textbook)
+    return frames_and_point(chain)[1].applyfunc(textbook_form)
 
 
 @lru_cache(maxsize=4096)
 def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return the axes, p* and the geometric Jacobian of a structure, after proving that both routes agree."""
     frames, point = frames_and_point(chain)
-    z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
+    z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook_form) for frame in frames[: chain.n]))
     on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
-    p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook) for frame in on_axes))
-    linear = _generic_position(chain).jacobian(chain.q).applyfunc(textbook)
+    p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook_form) for frame in on_axes))
+    linear = _generic_position(chain).jacobian(chain.q).applyfunc(textbook_form)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
     geometric = linear.col_join(angular)
-    working = formulas(chain)
+    working = symbolic_working(chain)
     propagated = np.concatenate([propagate_linear_rows(working), working["angular"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in on_axes))
     for differentiated, by_propagation, quantity in (
@@ -108,7 +108,7 @@ def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
         (p_star.T, working["arms"][: chain.n], "p*"),
         (geometric, propagated, "Jacobian"),
     ):
-        if not all(are_identical(a, b) for a, b in zip(differentiated, as_formulas(by_propagation), strict=True)):
+        if not all(are_identical(a, b) for a, b in zip(differentiated, to_sympy_matrix(by_propagation), strict=True)):
             raise RuntimeError(f"the two routes disagree on {quantity} of {chain}; please report this")
     return z, p_star, geometric
 
@@ -136,7 +136,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
         return task_matrix(_geometric_jacobian(chain), chain.task)
     k = chain.n // 2
-    matrix = jacobian_seen_from(chain, k, k).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    matrix = jacobian_seen_from(chain, k, k).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
     return task_matrix(matrix, chain.task)
 
 
@@ -166,7 +166,7 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     for indices in product(combinations(range(rows), minor_size), combinations(range(cols), minor_size)):
         minors.append(determinant_of(jacobian.extract(*map(list, indices))))
         terms += len(sp.Add.make_args(minors[-1]))
-        if terms > MOST_TERMS:
+        if terms > MAX_MINOR_TERMS:
             return None
     return tuple(minors)
 
@@ -174,7 +174,7 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
 def minors_are_long(chain: Chain) -> bool:
     """Return whether the maximal minors of the task Jacobian have so many terms that elimination is preferred."""
     minors = _expanded_minors(structure(chain).chain)
-    return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
+    return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG_MINOR_TERMS
 
 
 @lru_cache(maxsize=4096)
@@ -186,17 +186,17 @@ def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     minors = _expanded_minors(chain)
     if minors is None:
         subject = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
-        raise TooLong(f"{subject} more than {MOST_TERMS} terms, too many for conditions that a person could read")
+        raise TooLong(f"{subject} more than {MAX_MINOR_TERMS} terms, too many for conditions that a person could read")
     return _factor_all(minors)
 
 
 _stored_minors: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
-_MOST_STORED = 64
+_MAX_STORED = 64
 
 
 def store_minors(chain: Chain, minors: Callable[[], tuple[Factored, ...]]) -> None:
     """Store a function that returns the minors of an arm's structure, so that the grader need not derive them."""
-    if len(_stored_minors) >= _MOST_STORED:
+    if len(_stored_minors) >= _MAX_STORED:
         _stored_minors.clear()
     _stored_minors[chain] = minors
 
@@ -239,7 +239,7 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
 def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
     """Collect the numerator of a joint rate by the components of the task velocity, as in the book."""
     factors = tuple(
-        (sp.collect(sp.expand(f), velocity, textbook) if f.free_symbols & set(velocity) else f, power)
+        (sp.collect(sp.expand(f), velocity, textbook_form) if f.free_symbols & set(velocity) else f, power)
         for f, power in rate.factors
     )
     return Factored(rate.coefficient, factors)
@@ -257,12 +257,12 @@ class Derivation:
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
-        return self.fill_matrix(_generic_position(self._structure))
+        return self.substitute_matrix(_generic_position(self._structure))
 
     @cached_property
     def z(self) -> sp.Matrix:
         """The joint axes, 3 x n: z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.fill_matrix(_prove_geometry(self._structure)[0])
+        return self.substitute_matrix(_prove_geometry(self._structure)[0])
 
     @cached_property
     def p_star(self) -> sp.Matrix:
@@ -270,32 +270,32 @@ class Derivation:
 
         They are p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table.
         """
-        return self.fill_matrix(_prove_geometry(self._structure)[1])
+        return self.substitute_matrix(_prove_geometry(self._structure)[1])
 
     @cached_property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
-        return self.fill_matrix(_geometric_jacobian(self._structure))
+        return self.substitute_matrix(_geometric_jacobian(self._structure))
 
     @cached_property
     def jacobian(self) -> sp.Matrix:
         """The rows of the task in the geometric Jacobian, m x n."""
         return task_matrix(self.geometric, self.chain.task)
 
-    def fill(self, expression: sp.Expr) -> sp.Expr:
+    def substitute_values(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression of the structure with this arm's numbers and symbols substituted."""
         return substitute(expression, self._values)
 
-    def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
+    def substitute_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure with this arm's numbers and symbols substituted.
 
         If the arm is described by its axes, its DH table has roots and angles that its file doesn't mention; these are
         simplified.
         """
-        filled = matrix.applyfunc(self.fill)
+        filled = matrix.applyfunc(self.substitute_values)
         if convention_of(self.chain).shows_table:
             return filled
-        return filled.applyfunc(without_arctangents).applyfunc(without_brackets)
+        return filled.applyfunc(remove_arctangents).applyfunc(remove_brackets)
 
     @property
     def linear(self) -> sp.Matrix:
@@ -316,7 +316,7 @@ class Derivation:
     @property
     def rotations(self) -> list[sp.Matrix]:
         """R_0 ... R_n, with absolute angles within a run of parallel joints."""
-        return [self.fill_matrix(frame.rotation) for frame in link_frames(self._structure)]
+        return [self.substitute_matrix(frame.rotation) for frame in link_frames(self._structure)]
 
     @property
     def link_vectors(self) -> list[sp.Matrix]:
@@ -332,23 +332,23 @@ class Derivation:
     @property
     def determinant(self) -> sp.Expr:
         """det J in factored form; ValueError if J is not square."""
-        self._need_square("determinant")
+        self._require_square("determinant")
         return self.generic_minors[0].substitute(self._values)
 
     @property
     def inverse(self) -> sp.Matrix:
         """J^-1, n x n, by the adjugate; ValueError if J is not square or never invertible."""
-        self._need_square("inverse")
+        self._require_square("inverse")
         if self.generic_minors[0].is_zero:
             raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so J has no inverse")
         rows = [[entry.substitute(self._values) for entry in row] for row in _generic_inverse(self._structure)]
         return sp.Matrix(rows)
 
-    def _need_square(self, what: str) -> None:
-        """Raise ValueError if J is not square; `what` is the subject of the message."""
+    def _require_square(self, quantity: str) -> None:
+        """Raise ValueError if J is not square; `quantity` is the subject of the message."""
         if not self.is_square:
             shape = f"{len(self.chain.task)} x {self.chain.n}"
-            raise ValueError(f"{self.chain.name}: the {what} needs a square Jacobian, and this one is {shape}")
+            raise ValueError(f"{self.chain.name}: the {quantity} needs a square Jacobian, and this one is {shape}")
 
     def link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""
@@ -361,7 +361,7 @@ class Derivation:
 
     def rate_law(self) -> sp.Matrix:
         """Return the joint rates qd = J^-1 xd for the task velocity symbols vx ... wz (6.7)."""
-        self._need_square("inverse velocity")
+        self._require_square("inverse velocity")
         if self.generic_minors[0].is_zero:
             raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so no rates can be solved for")
         return sp.Matrix([rate.substitute(self._values) for rate in _generic_rates(self._structure)])

@@ -14,15 +14,15 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import (
     Arithmetic,
-    Formulas,
-    Numbers,
-    Trees,
+    NumericArithmetic,
+    SympyArithmetic,
+    TreeArithmetic,
     apply_matrix,
+    cofactor_signs,
     cross,
     determinant,
+    matrix_product,
     minors,
-    product,
-    signs,
 )
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -54,10 +54,10 @@ class Table:
     offset: np.ndarray
     """The point of interest in its frame (3, …)."""
 
-    def with_row(self, index: int, **changed: Any) -> "Table":
+    def with_row(self, index: int, **entries: Any) -> "Table":
         """Return the table with changed entries in one row."""
         rows = list(self.rows)
-        rows[index] = replace(rows[index], **changed)
+        rows[index] = replace(rows[index], **entries)
         return replace(self, rows=tuple(rows))
 
 
@@ -69,31 +69,31 @@ Change = Callable[["Working", Any], Any]
 class Working:
     """The stages of a derivation for one arm in one arithmetic; `changes` are the mistakes in it.
 
-    Stages (STAGES) are computed on demand. If the working was made from another one by adding mistakes (`fresh`),
-    `before` is that other working. Stages that the new mistakes cannot affect are taken from it.
+    Stages (STAGES) are computed on demand. If the working was made from another one by adding mistakes (`new_changes`),
+    `base_working` is that other working. Stages that the new mistakes cannot affect are taken from it.
     """
 
     chain: Chain
     arithmetic: Arithmetic
     changes: tuple[tuple[str, Change], ...] = ()
-    fresh: tuple[tuple[str, Change], ...] = ()
-    before: "Working | None" = None
-    _known: dict[str, Any] = field(default_factory=dict)
-    _first: dict[int, "Working"] = field(default_factory=dict)
-    _turns: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
+    new_changes: tuple[tuple[str, Change], ...] = ()
+    base_working: "Working | None" = None
+    _results: dict[str, Any] = field(default_factory=dict)
+    _first_joints: dict[int, "Working"] = field(default_factory=dict)
+    _row_rotations: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, stage: str) -> Any:
         """Return the result of a stage."""
-        if stage not in self._known:
-            self._known[stage] = self._compute(stage)
-        return self._known[stage]
+        if stage not in self._results:
+            self._results[stage] = self._compute(stage)
+        return self._results[stage]
 
     def _compute(self, stage: str) -> Any:
-        is_affected = any(name in prerequisites(stage) for name, _ in self.fresh)
-        if self.before is None or is_affected:
+        is_affected = any(name in prerequisites(stage) for name, _ in self.new_changes)
+        if self.base_working is None or is_affected:
             result, changes = STAGES[stage][0](self), self.changes
         else:
-            result, changes = self.before[stage], self.fresh
+            result, changes = self.base_working[stage], self.new_changes
         for name, change in changes:
             if name == stage:
                 result = change(self, result)
@@ -102,63 +102,70 @@ class Working:
     def with_mistakes(self, changes: Mapping[str, Change]) -> "Working":
         """Return the same working with more mistakes in it."""
         fresh = tuple(changes.items())
-        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _turns=self._turns)
+        return Working(
+            self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=self._row_rotations
+        )
 
-    def without(self, stage: str) -> "Working":
+    def without_changes_of(self, stage: str) -> "Working":
         """Return the same working without the changes of a stage."""
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
-        return Working(self.chain, self.arithmetic, remaining_changes, _turns=self._turns)
+        return Working(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
 
-    def turn(self, row: TableRow) -> np.ndarray:
+    def row_rotation(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz(theta) Rx(alpha) of a row; it is cached for the same theta and alpha objects."""
         key = (id(row.theta), id(row.alpha))
-        if key not in self._turns:
-            self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
-        return self._turns[key][1]
+        if key not in self._row_rotations:
+            self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
+        return self._row_rotations[key][1]
 
-    def up_to(self, frame: int) -> "Working":
+    def for_first_joints(self, frame: int) -> "Working":
         """Return the working for the first joints only, with the same mistakes; its point is the origin of `frame`."""
-        if frame not in self._first:
-            shorter_base = None if self.before is None else self.before.up_to(frame)
+        if frame not in self._first_joints:
+            shorter_base = None if self.base_working is None else self.base_working.for_first_joints(frame)
             shorter = shorter_base.chain if shorter_base else convention_of(self.chain).first_joints(frame)
-            self._first[frame] = Working(
-                shorter, self.arithmetic, self.changes, self.fresh, shorter_base, _turns=self._turns
+            self._first_joints[frame] = Working(
+                shorter,
+                self.arithmetic,
+                self.changes,
+                self.new_changes,
+                shorter_base,
+                _row_rotations=self._row_rotations,
             )
-        return self._first[frame]
+        return self._first_joints[frame]
 
     def depends_on(self, stage: str) -> bool:
-        """Return whether any result computed so far depends on a stage, including results of `up_to`."""
-        computed_stages = {name for w in (self, *self._first.values()) for name in w._known}
+        """Return whether any result computed so far depends on a stage, including results of `for_first_joints`."""
+        computed_stages = {name for w in (self, *self._first_joints.values()) for name in w._results}
         return any(stage == name or stage in prerequisites(name) for name in computed_stages)
 
     def jacobians(self) -> list[np.ndarray]:
-        """Return the Jacobians that have been computed so far, including those of `up_to`."""
-        workings = (self, *self._first.values())
-        return [w._known[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._known]
+        """Return the Jacobians that have been computed so far, including those of `for_first_joints`."""
+        workings = (self, *self._first_joints.values())
+        return [w._results[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._results]
 
     @property
     def n(self) -> int:
         """The number of joints."""
         return self.chain.n
 
-    def symbols(self, names: Any) -> np.ndarray:
+    def symbol_vector(self, names: Any) -> np.ndarray:
         """Return symbols that are not joint variables, as a vector."""
         return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
 
 
-def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
+def numeric_working(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
     """Return the correct working in numbers; `values` holds the values (N,) of each symbol at N configurations."""
-    return Working(chain, Numbers([q.name for q in chain.q], values))
+    return Working(chain, NumericArithmetic([q.name for q in chain.q], values))
 
 
-def trees(chain: Chain) -> Working:
+def tree_working(chain: Chain) -> Working:
     """Return the correct working in formula trees, the form in which students' answers are parsed."""
-    return Working(chain, Trees([q.name for q in chain.q]))
+    return Working(chain, TreeArithmetic([q.name for q in chain.q]))
 
 
-def formulas(chain: Chain) -> Working:
+def symbolic_working(chain: Chain) -> Working:
     """Return the correct working in SymPy expressions."""
-    return Working(chain, Formulas([q.name for q in chain.q]))
+    return Working(chain, SympyArithmetic([q.name for q in chain.q]))
 
 
 # --- stages ---
@@ -178,14 +185,14 @@ def _table(w: Working) -> Table:
     return Table(rows, base, np.stack([to_stepped(value) for value in chain.point.offset]))
 
 
-def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
+def rotation_z(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
-def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
+def rotation_x(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
@@ -199,13 +206,13 @@ def _matrix(*entries: np.ndarray) -> np.ndarray:
 
 def _base_rotation(w: Working) -> np.ndarray:
     _, yaw, tilt = w["table"].base
-    return product(turn_z(w, yaw), turn_x(w, tilt))
+    return matrix_product(rotation_z(w, yaw), rotation_x(w, tilt))
 
 
 def _rotations(w: Working) -> list[np.ndarray]:
     rotations = [w["base rotation"]]
     for row in w["table"].rows:
-        rotations.append(product(rotations[-1], w.turn(row)))
+        rotations.append(matrix_product(rotations[-1], w.row_rotation(row)))
     return rotations
 
 
@@ -229,23 +236,23 @@ def links_to_point(chain: Chain) -> list[int]:
     return [*range(chain.point.frame), chain.n]
 
 
-def _values(w: Working, vectors: list[np.ndarray]) -> np.ndarray:
-    return np.stack([w.arithmetic.value(vector) for vector in vectors])
+def _values_of_vectors(w: Working, vectors: list[np.ndarray]) -> np.ndarray:
+    return np.stack([w.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 
 def _origins(w: Working) -> np.ndarray:
-    steps = _values(w, [w["table"].base[0], *w["links"][:-1]])
+    steps = _values_of_vectors(w, [w["table"].base[0], *w["links"][:-1]])
     return np.cumsum(steps, axis=0)
 
 
 def _point(w: Working) -> np.ndarray:
-    links = _values(w, w["links"])
-    return np.asarray(w.arithmetic.value(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
+    links = _values_of_vectors(w, w["links"])
+    return np.asarray(w.arithmetic.drop_derivatives(w["table"].base[0]) + links[links_to_point(w.chain)].sum(axis=0))
 
 
 def _effects(w: Working) -> np.ndarray:
     """Return the effect of each joint on each link's vector, (n, n + 1, 3, …): its derivative by the joint variable."""
-    derivatives = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
+    derivatives = [w.arithmetic.derivatives(link)[: w.n] for link in w["links"]]
     effects = np.stack(derivatives, axis=1)
     excluded = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
     effects[:, excluded] = effects[:, excluded] * 0
@@ -253,7 +260,7 @@ def _effects(w: Working) -> np.ndarray:
 
 
 def _axes(w: Working) -> np.ndarray:
-    return _values(w, [rotation[:, 2] for rotation in w["rotations"]])
+    return _values_of_vectors(w, [rotation[:, 2] for rotation in w["rotations"]])
 
 
 def _origins_on_axes(w: Working) -> np.ndarray:
@@ -261,11 +268,11 @@ def _origins_on_axes(w: Working) -> np.ndarray:
     if not convention_of(w.chain).is_proximal:
         return np.asarray(w["origins"])
     offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
-    origins = w["origins"][: w.n] + _values(w, offsets)
+    origins = w["origins"][: w.n] + _values_of_vectors(w, offsets)
     return np.concatenate([origins, origins[-1:]])
 
 
-def _arms(w: Working) -> np.ndarray:
+def _vectors_to_point(w: Working) -> np.ndarray:
     return np.asarray(w["point"][None] - w["frames on axes"])
 
 
@@ -273,8 +280,8 @@ def convention_rotation(w: Working, frame: int) -> np.ndarray:
     """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if convention_of(w.chain).is_proximal and frame:
-        rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
-    return np.asarray(w.arithmetic.value(rotation))
+        rotation = matrix_product(rotation, rotation_x(w, -w["table"].rows[frame - 1].alpha))
+    return np.asarray(w.arithmetic.drop_derivatives(rotation))
 
 
 def _linear(w: Working) -> np.ndarray:
@@ -286,7 +293,7 @@ def _kinds(w: Working) -> list[str]:
     return [row.kind for row in w["table"].rows]
 
 
-def _products(w: Working) -> list[np.ndarray]:
+def _axis_products(w: Working) -> list[np.ndarray]:
     return [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)]
 
 
@@ -313,7 +320,7 @@ def _jacobian(w: Working) -> np.ndarray:
 
 
 def _cofactors(w: Working) -> np.ndarray:
-    return np.asarray(signs(w.n)[..., None] * w["minors"])
+    return np.asarray(cofactor_signs(w.n)[..., None] * w["minors"])
 
 
 def _inverse(w: Working) -> np.ndarray:
@@ -329,8 +336,8 @@ def _pseudo_inverse(w: Working) -> np.ndarray:
     """Return J^T (J J^T)^-1."""
     gram = w["gram matrix"]
     with np.errstate(all="ignore"):
-        inverse = (signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
-    return product(w["transposed jacobian"], inverse)
+        inverse = (cofactor_signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
+    return matrix_product(w["transposed jacobian"], inverse)
 
 
 def _self_motion(w: Working) -> np.ndarray:
@@ -367,14 +374,14 @@ def _tool_jacobian(w: Working) -> np.ndarray:
 
 def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
     """Return a Jacobian with its linear and its angular rows rotated."""
-    return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
+    return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
 
 
 def _home_screws(w: Working) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
     for axis in axes_of(w.chain)[0]:
-        direction, point = constant(w, axis.direction), constant(w, axis.point)
+        direction, point = constant_vector(w, axis.direction), constant_vector(w, axis.point)
         is_revolute = axis.kind == "R"
         columns.append(
             np.concatenate([direction, -cross(direction, point)] if is_revolute else [0 * direction, direction])
@@ -382,9 +389,9 @@ def _home_screws(w: Working) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+def constant_vector(w: Working, vector: sp.Matrix) -> np.ndarray:
     """Return a vector of formulas without joint variables, (3, …)."""
-    return np.stack([w.arithmetic.value(w.arithmetic.table_entry(entry)) for entry in vector])
+    return np.stack([w.arithmetic.drop_derivatives(w.arithmetic.table_entry(entry)) for entry in vector])
 
 
 def _space_jacobian(w: Working) -> np.ndarray:
@@ -399,8 +406,8 @@ def _space_jacobian(w: Working) -> np.ndarray:
 def _body_rotation(w: Working) -> np.ndarray:
     """Return the rotation of the body frame, which moves with the last link and is the world's at home, (3, 3, …)."""
     home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
-    home_transposed = np.stack([constant(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
-    return product(w.arithmetic.value(w["rotations"][-1]), home_transposed)
+    home_transposed = np.stack([constant_vector(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
+    return matrix_product(w.arithmetic.drop_derivatives(w["rotations"][-1]), home_transposed)
 
 
 def _body_jacobian(w: Working) -> np.ndarray:
@@ -412,13 +419,15 @@ def _body_jacobian(w: Working) -> np.ndarray:
 
 def _body_adjoint(w: Working) -> np.ndarray:
     """Return the adjoint that transforms a twist (omega, v) from the body frame to the world frame, (6, 6, …)."""
-    return adjoint(w["body rotation"], w["point"])
+    return adjoint_matrix(w["body rotation"], w["point"])
 
 
-def adjoint(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
+def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
-    coupling = cross(place[:, None], turn)
-    return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([coupling, turn], axis=1)])
+    coupling = cross(origin[:, None], rotation)
+    return np.concatenate(
+        [np.concatenate([rotation, 0 * rotation], axis=1), np.concatenate([coupling, rotation], axis=1)]
+    )
 
 
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
@@ -432,11 +441,11 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "effects": (_effects, ("links",)),
     "axes": (_axes, ("rotations",)),
     "frames on axes": (_origins_on_axes, ("table", "origins", "rotations")),
-    "arms": (_arms, ("point", "frames on axes")),
+    "arms": (_vectors_to_point, ("point", "frames on axes")),
     "last rotation": (lambda w: convention_rotation(w, w.n), ("rotations", "table")),
     "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
     "kinds": (_kinds, ("table",)),
-    "products": (_products, ("axes", "arms")),
+    "products": (_axis_products, ("axes", "arms")),
     "linear": (_linear, ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
@@ -450,7 +459,7 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),
     "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
-    "gram matrix": (lambda w: product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
+    "gram matrix": (lambda w: matrix_product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
     "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
     "self-motion": (_self_motion, ("jacobian",)),
     "lost direction": (lambda w: singular_vectors(w)[0][:, -1], ("jacobian",)),
@@ -462,8 +471,8 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "adjugate": (lambda w: w["cofactors"].swapaxes(0, 1), ("cofactors",)),
     "determinant": (lambda w: determinant(w["jacobian"]), ("jacobian",)),
     "inverse": (_inverse, ("adjugate", "determinant")),
-    "wanted velocity": (lambda w: w.symbols(w.chain.task), ()),
-    "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
+    "wanted velocity": (lambda w: w.symbol_vector(w.chain.task), ()),
+    "joint rates": (lambda w: w.symbol_vector(w.chain.rates), ()),
     "rates": (_rates, ("inverse", "wanted velocity")),
 }
 """For each stage, the function that computes it and the stages that this function uses.
@@ -480,7 +489,7 @@ def prerequisites(stage: str) -> frozenset[str]:
     return frozenset(direct).union(*(prerequisites(name) for name in direct))
 
 
-def as_formulas(values: np.ndarray) -> sp.Matrix:
+def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:
     """Convert an array of SymPy expressions to a SymPy matrix; a single expression becomes a 1 x 1 matrix."""
     entries = values[..., 0]
     if entries.ndim == 0:

@@ -8,10 +8,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
 
-BANDS = (10, 16, 24, 34)
+BAND_MINIMUMS = (10, 16, 24, 34)
 """The minimum difficulty of bands 1, 2, 3 and 4."""
 
-HARDEST = len(BANDS)
+HARDEST_BAND = len(BAND_MINIMUMS)
 
 
 @lru_cache(maxsize=256)
@@ -28,10 +28,10 @@ def difficulty(chain: Chain) -> int:
     """
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
     coupled = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return _terms(chain) + 4 * len(factors) + 8 * coupled + _count_deviations(chain)
+    return _count_jacobian_terms(chain) + 4 * len(factors) + 8 * coupled + _count_deviations(chain)
 
 
-def _terms(chain: Chain) -> int:
+def _count_jacobian_terms(chain: Chain) -> int:
     """Return the number of terms of J, multiplied out."""
     entries = (entry if _is_multiplied_out(entry) else sp.expand(entry) for entry in derive(chain).jacobian)
     return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
@@ -68,11 +68,13 @@ def _count_deviations(chain: Chain) -> int:
     return sum(deviations)
 
 
-def step(chain: Chain) -> int:
+def difficulty_band(chain: Chain) -> int:
     """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
-    if _terms(chain) + _count_deviations(chain) >= BANDS[-1]:  # finding the singular set may take a minute
-        return HARDEST
-    return sum(difficulty(chain) >= minimum for minimum in BANDS)
+    if (
+        _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]
+    ):  # finding the singular set may take a minute
+        return HARDEST_BAND
+    return sum(difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
 
 
 def describe_band(low: int, high: int) -> str:

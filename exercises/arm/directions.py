@@ -19,28 +19,28 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook
+from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook_form
 
-ZERO, CLEAR = 1e-9, 0.05
+ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
 """Fractions of the largest singular value: below the first, a value counts as zero; above the second, as nonzero."""
 
-SHORT = 8
+MAX_TERMS = 8
 """Maximum number of terms of a formula for a lost direction."""
 
 
-def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
+def clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> int | None:
     """Return the rank of a matrix; None if a singular value is neither clearly zero nor clearly nonzero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     relative_values = sigma / max(float(sigma[0]), 1e-12)
-    if np.any((relative_values > ZERO) & (relative_values < clear)):
+    if np.any((relative_values > ZERO_THRESHOLD) & (relative_values < nonzero_threshold)):
         return None
-    return int(np.sum(relative_values >= clear))
+    return int(np.sum(relative_values >= nonzero_threshold))
 
 
-def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | None:
+def lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> np.ndarray | None:
     """Return the unit vector u with u J = 0 for J m x n, m <= n; None unless J clearly has rank m - 1."""
     m, n = jacobian.shape
-    if m > n or clear_rank(jacobian, clear) != m - 1:
+    if m > n or clear_rank(jacobian, nonzero_threshold) != m - 1:
         return None
     return np.asarray(np.linalg.svd(jacobian)[0][:, -1])
 
@@ -49,7 +49,7 @@ def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | N
 
 
 @dataclass(frozen=True)
-class LostFormula:
+class LostDirectionFormula:
     """A formula for the lost direction u.
 
     - `direction`: u, as a formula in the joint variables that the singular condition does not fix.
@@ -63,12 +63,12 @@ class LostFormula:
 
 
 @lru_cache(maxsize=1024)
-def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
+def lost_direction_formula(structure: Chain, component: Component) -> LostDirectionFormula | None:
     """Return the shortest formula for the direction that a structure loses at a component; None if none is short.
 
     `component` is a component of the structure's singular set, at one combination of joint values.
     """
-    jacobian = derive(generic).jacobian
+    jacobian = derive(structure).jacobian
     if jacobian.rows > min(jacobian.cols, 4):
         return None
     scale = sp.Dummy("t")
@@ -79,17 +79,19 @@ def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
         if substituted is None:
             return None
         jacobian = substituted
-    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook)
+    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook_form)
     formulas = [
-        LostFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
+        LostDirectionFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    shortest = min(formulas, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
-    return shortest if shortest is not None and _terms(shortest.direction) <= SHORT else None
+    shortest = min(
+        formulas, key=lambda lost: (_count_terms(lost.direction), sp.count_ops(lost.direction)), default=None
+    )
+    return shortest if shortest is not None and _count_terms(shortest.direction) <= MAX_TERMS else None
 
 
-def _terms(vector: sp.Matrix) -> int:
+def _count_terms(vector: sp.Matrix) -> int:
     """Return the number of terms of all entries, multiplied out."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
 
@@ -166,7 +168,7 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
 
 
 @dataclass(frozen=True)
-class Line:
+class ArmLine:
     """A line of the arm, given by its kind and an index i.
 
     - "P": the line from O_i to the point of interest.
@@ -181,7 +183,7 @@ class Line:
     index: int
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """The line in words, formulas as LaTeX."""
         if self.kind == "P":
             return f"along the line from $O_{self.index}$ to $P$"
@@ -200,22 +202,22 @@ class Line:
         return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
 
 
-def lines_of(chain: Chain) -> list[Line]:
+def candidate_lines(chain: Chain) -> list[ArmLine]:
     """Return the lines of an arm that may describe a direction; the easiest to see come first."""
     n, first = chain.n, convention_of(chain).frame_on_axis(1)
     if not convention_of(chain).frame_numbers:
         return [
-            *(Line("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
-            *(Line("space", i) for i in range(3)),
+            *(ArmLine("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
+            *(ArmLine("space", i) for i in range(3)),
         ]
-    to_point = [Line("P", first + i) for i in range(chain.point.frame)]
-    axes = [Line("axis" if first else "z", first + i) for i in range(n)]
-    others = [Line(kind, i) for kind in "xy" for i in range(n + 1)]
-    world = [] if chain.base.is_world else [Line("world", i) for i in range(3)]
+    to_point = [ArmLine("P", first + i) for i in range(chain.point.frame)]
+    axes = [ArmLine("axis" if first else "z", first + i) for i in range(n)]
+    others = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
+    world = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
     return [*to_point, *axes, *others, *world]
 
 
-def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
+def line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
     """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no direction."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):

@@ -15,20 +15,20 @@ import sympy as sp
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.names import FUNCTIONS
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import Node, ParseError
 
-LONG = 20
+SUSPICIOUS_LENGTH = 20
 """A length above this (m) is probably meant in millimetres."""
 
-_LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
+_MAX_CHARACTERS, _MAX_EXPONENT, _MAX_BASE = 200, 20, 10**6
 """Maximum number of characters of a formula, maximum exponent, and maximum numeric base of a power."""
-_LEAST, _MOST = sp.Rational(1, 10**9), 10**6
+_MIN_MAGNITUDE, _MAX_MAGNITUDE = sp.Rational(1, 10**9), 10**6
 """Minimum and maximum absolute value of a nonzero number."""
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
-_ANGLES = ("alpha", "beta")
+_ANGLE_NAMES = ("alpha", "beta")
 """Names of constant angles, with or without a number; all other symbols are lengths."""
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -44,50 +44,50 @@ _UNITS = {
 
 Units are recognised only to be refused, because entries are in radians and metres.
 """
-_RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
+_UNIT_HINT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
 """Hints for angles (True) and for lengths (False), which end error messages."""
 
 
-def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
+def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
     """Parse a table entry into an exact SymPy expression, in which decimals become fractions. Raises QdotError.
 
     If `in_degrees` is true, the numeric part of an angle is converted to radians.
     """
     if in_degrees and is_angle:
-        return _value_from_degrees(raw)
+        return _parse_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
-        raise QdotError(f"it is a number, or an expression in quotes; {_RIGHT[is_angle]}")
+        raise QdotError(f"it is a number, or an expression in quotes; {_UNIT_HINT[is_angle]}")
     if isinstance(raw, str):
-        value = _formula(raw, is_angle)
+        value = _parse_formula(raw, is_angle)
     elif isinstance(raw, Decimal) and not raw.is_finite():
         raise QdotError("it is a finite number")
     else:
         fraction = Fraction(raw)
         value = sp.Rational(fraction.numerator, fraction.denominator)
-    constant = _constant(value)
-    if constant.is_Rational and constant != 0 and not _LEAST <= abs(constant) <= _MOST:
-        raise QdotError(f"it is out of range; {_RIGHT[is_angle]}")
+    constant = _constant_part(value)
+    if constant.is_Rational and constant != 0 and not _MIN_MAGNITUDE <= abs(constant) <= _MAX_MAGNITUDE:
+        raise QdotError(f"it is out of range; {_UNIT_HINT[is_angle]}")
     if is_angle:
         _check_angle(value)
     return value
 
 
-def _value_from_degrees(raw: object) -> sp.Expr:
+def _parse_degrees(raw: object) -> sp.Expr:
     """Parse an angle in degrees; return it in radians."""
     try:
-        value = value_of(raw, False)
+        value = parse_entry(raw, False)
     except QdotError:
         raise QdotError('it is a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
-    constant = _constant(value)
+    constant = _constant_part(value)
     if constant.has(sp.pi):
         raise QdotError("the angles of this file are in degrees, as its key `angles` says")
     return value - constant + constant * _DEGREE
 
 
-def _formula(text: str, is_angle: bool) -> sp.Expr:
+def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
     """Parse a formula in quotes. Raises QdotError with a correction."""
-    if len(text) > _LENGTH:
-        raise QdotError(f"it is {len(text)} characters long; at most {_LENGTH} are read")
+    if len(text) > _MAX_CHARACTERS:
+        raise QdotError(f"it is {len(text)} characters long; at most {_MAX_CHARACTERS} are read")
     _check_units(text, is_angle)
     _check_products(text)
     if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
@@ -98,9 +98,9 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
             f"{abbreviation.group()} is short for a sine or cosine in answers; give it another name, as in a1 or h"
         )
     try:
-        return to_sympy(read(text))
-    except ReadError as error:
-        raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_RIGHT[is_angle]}") from None
+        return to_sympy(parse_formula(text))
+    except ParseError as error:
+        raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_UNIT_HINT[is_angle]}") from None
 
 
 def _check_units(text: str, is_angle: bool) -> None:
@@ -111,7 +111,7 @@ def _check_units(text: str, is_angle: bool) -> None:
         return
     if unit not in _UNITS[is_angle]:
         quantity = "an angle" if unit in _UNITS[True] else "a length"
-        raise QdotError(f"{unit} is a unit of {quantity}; {_RIGHT[is_angle]}")
+        raise QdotError(f"{unit} is a unit of {quantity}; {_UNIT_HINT[is_angle]}")
     rule = "angles are in radians" if is_angle else "lengths are in metres"
     number = re.fullmatch(rf"([-+]?{_NUMBER})\s*\*?\s*{unit}", text.strip(), re.IGNORECASE)
     if number is None:
@@ -130,7 +130,7 @@ def _check_units(text: str, is_angle: bool) -> None:
 
 def _check_angle(value: sp.Expr) -> None:
     """Raise QdotError if an angle is a rounded multiple of pi/12 or seems to be in degrees."""
-    constant = _constant(value)
+    constant = _constant_part(value)
     if not constant.is_Rational or constant == 0:
         return
     twelfths = float(constant) / (float(sp.pi) / 12)
@@ -145,15 +145,15 @@ def _check_angle(value: sp.Expr) -> None:
         )
 
 
-def _constant(value: sp.Expr) -> sp.Expr:
+def _constant_part(value: sp.Expr) -> sp.Expr:
     """Return the sum of the numeric terms of an expression."""
     return sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
 
 
-def doubt(value: sp.Expr) -> str | None:
+def unit_warning(value: sp.Expr) -> str | None:
     """Return a warning if a length is so large that it is probably in millimetres, else None."""
-    constant = _constant(value)
-    if not constant.is_Rational or abs(constant) <= LONG:
+    constant = _constant_part(value)
+    if not constant.is_Rational or abs(constant) <= SUSPICIOUS_LENGTH:
         return None
     length = float(constant)
     return f"lengths are in metres; is this in millimetres? {length:g} mm would be {length / 1000:g}"
@@ -168,9 +168,9 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
             raise QdotError(
                 f"{symbol} is the name of a joint's variable; call a constant angle alpha or beta, as in beta1"
             )
-        if is_angle and letters not in _ANGLES:
+        if is_angle and letters not in _ANGLE_NAMES:
             raise QdotError(f"{symbol} names a length; call an angle alpha or beta, as in alpha1")
-        if not is_angle and letters in _ANGLES:
+        if not is_angle and letters in _ANGLE_NAMES:
             raise QdotError(f"{symbol} names an angle; a length has a name such as a1, d1 or h")
     if not is_angle and outside_functions.has(sp.pi):
         raise QdotError("pi makes an angle; lengths are in metres")
@@ -211,47 +211,47 @@ def to_sympy(node: Node) -> sp.Expr:
     if node.kind == "name":
         return _symbol(str(node.value))
     if node.kind == "call" and node.value in _FUNCTIONS:
-        return _finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
+        return _require_finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
     if node.kind == "neg":
         return -to_sympy(node.args[0])
     if node.kind == "^":
-        return _power(*(to_sympy(arg) for arg in node.args))
+        return _checked_power(*(to_sympy(arg) for arg in node.args))
     if node.kind in ("+", "-", "*", "/"):
         first_operand, second_operand = (to_sympy(arg) for arg in node.args)
         if node.kind == "/" and second_operand == 0:
-            raise ReadError("a division by zero")
+            raise ParseError("a division by zero")
         return _OPERATIONS[node.kind](first_operand, second_operand)
     subject = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
-    raise ReadError(f"{subject} can't stand in a DH table")
+    raise ParseError(f"{subject} can't stand in a DH table")
 
 
 def _symbol(name: str) -> sp.Expr:
     if name == "pi":
         return sp.pi
     if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
-        raise ReadError(f"the name {name!r} means something else: qd1 … are joint rates, vx … wz velocities")
+        raise ParseError(f"the name {name!r} means something else: qd1 … are joint rates, vx … wz velocities")
     if name in ("k", "n"):
-        raise ReadError(f"the name {name!r} means any whole number in answers; write {name}1")
+        raise ParseError(f"the name {name!r} means any whole number in answers; write {name}1")
     letters = name.rstrip("0123456789")
-    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLES, "theta")) or name in ("E", "I"):
-        raise ReadError(
+    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLE_NAMES, "theta")) or name in ("E", "I"):
+        raise ParseError(
             f"{name!r} is no name for a length or angle; it is one letter, or alpha or beta, with a number if "
             "wanted, as in a1, h or alpha2"
         )
     return sp.Symbol(name)
 
 
-def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Return a power. Raises ReadError if its exponent or its numeric base is too large."""
-    if not exponent.is_Rational or abs(exponent) > _EXPONENT:
-        raise ReadError(f"an exponent is a number of at most {_EXPONENT}")
-    if base.is_number and abs(base) > _BASE:
-        raise ReadError("a power is too large for a length or an angle")
-    return _finite(base**exponent, "a power")
+    if not exponent.is_Rational or abs(exponent) > _MAX_EXPONENT:
+        raise ParseError(f"an exponent is a number of at most {_MAX_EXPONENT}")
+    if base.is_number and abs(base) > _MAX_BASE:
+        raise ParseError("a power is too large for a length or an angle")
+    return _require_finite(base**exponent, "a power")
 
 
-def _finite(value: sp.Expr, what: str) -> sp.Expr:
+def _require_finite(value: sp.Expr, subject: str) -> sp.Expr:
     """Return a value unchanged. Raises ReadError if it is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
-        raise ReadError(f"{what} that is no real number")
+        raise ParseError(f"{subject} that is no real number")
     return value

@@ -5,25 +5,25 @@ from dataclasses import dataclass
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.trigonometry import fourier
+from qdot.exercises.arm.trigonometry import compute_fourier_form
 
 
 @dataclass(frozen=True)
-class Need:
-    """The requirement `least` <= `most` on symbolic lengths, without which a condition holds at no configuration.
+class ExistenceCondition:
+    """The requirement `smaller` <= `larger` on symbolic lengths, without which a condition holds at no configuration.
 
     Both sides are formulas in lengths (m).
     """
 
     condition: sp.Expr
-    least: sp.Expr
-    most: sp.Expr
+    smaller: sp.Expr
+    larger: sp.Expr
 
     def __str__(self) -> str:
-        return f"`{self.condition} = 0` can hold only where `{self.least} <= {self.most}`"
+        return f"`{self.condition} = 0` can hold only where `{self.smaller} <= {self.larger}`"
 
 
-def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
+def existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
     """Return what symbolic lengths must satisfy so that a condition can hold; None if nothing, or if unknown.
 
     A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
@@ -33,11 +33,11 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
-    >>> str(need_of(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
+    >>> str(existence_condition(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
     '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
     """
     try:
-        form = fourier(sp.expand(condition))
+        form = compute_fourier_form(sp.expand(condition))
     except ValueError:
         return None
     prismatic_variables = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
@@ -47,8 +47,8 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     keys = sp.Matrix([key for key in form.terms if key != constant_key])
     if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & prismatic_variables:
         return None
-    amplitudes = [_size(c, s) for c, s in pairs]
-    magnitude = _positive(constant)
+    amplitudes = [_amplitude(c, s) for c, s in pairs]
+    magnitude = _absolute_value(constant)
     if magnitude is None or None in amplitudes:
         return None
     margin = sp.expand(sp.Add(*amplitudes) - magnitude)
@@ -56,19 +56,21 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     negative_terms = [-term for term in terms if term.as_coeff_Mul()[0].is_negative]
     if not negative_terms or not margin.free_symbols:
         return None
-    return Need(condition, sp.Add(*negative_terms), sp.Add(*(term for term in terms if -term not in negative_terms)))
+    return ExistenceCondition(
+        condition, sp.Add(*negative_terms), sp.Add(*(term for term in terms if -term not in negative_terms))
+    )
 
 
-def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
+def _amplitude(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
     """Return sqrt(c^2 + s^2) of formulas in lengths; None if c or s is alone and has terms of both signs."""
     if c == 0 or s == 0:
-        return _positive(c + s)
+        return _absolute_value(c + s)
     lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}
     root = sp.sqrt(sp.expand((c**2 + s**2).xreplace(lengths)))
     return root.xreplace({length: symbol for symbol, length in lengths.items()})
 
 
-def _positive(formula: sp.Expr) -> sp.Expr | None:
+def _absolute_value(formula: sp.Expr) -> sp.Expr | None:
     """Return the absolute value of a formula in lengths if all its terms have the same sign, else None."""
     signs = {bool(term.as_coeff_Mul()[0].is_negative) for term in sp.Add.make_args(sp.expand(formula))}
     return None if len(signs) > 1 else sp.expand(-formula if signs == {True} else formula)

@@ -14,11 +14,11 @@ import sympy as sp
 
 from qdot.exercises.common.stream import Stream
 
-MOST_UNKNOWNS, MOST_TERMS, MOST_ZEROS = 7, 160, 100
+MAX_UNKNOWNS, MAX_TERMS, MAX_ZEROS = 7, 160, 100
 """A Gröbner basis is computed for at most this many unknowns, terms in all polynomials, and product of degrees."""
-_LEAST, _TRIED = 10**9, 20_000
+_SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
 """The smallest number that is tried as the prime, and how many numbers are tried."""
-_PARTS = 36 * 10**12
+_ANGLE_PARTS = 36 * 10**12
 """Number of equal parts into which a symbolic angle and a radian are divided.
 
 A residue for one part gives the sines and cosines of all its multiples. The sine and cosine of a rational number of
@@ -26,9 +26,9 @@ radians are transcendental, so that a random residue can represent them.
 """
 
 
-Pair = tuple[sp.Symbol, sp.Symbol]
+CircleUnknowns = tuple[sp.Symbol, sp.Symbol]
 """The unknowns for the cosine and the sine of a joint."""
-Point = dict[sp.Symbol, int]
+JointResidues = dict[sp.Symbol, int]
 """Residues for the unknowns of a joint."""
 
 
@@ -36,58 +36,62 @@ class _Undecided(Exception):
     """The error raised if a condition contains something that the field can't represent."""
 
 
-def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS) -> bool:
+def may_hold_simultaneously(
+    conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
+) -> bool:
     """Return whether conditions have a common zero, for generic lengths; True if undecided.
 
-    A larger `most_zeros` takes longer and decides more.
+    A larger `max_zeros` takes longer and decides more.
     """
     numerators = [_expand_numerator(condition) for condition in conditions]
     try:
-        field = _Field(joints, _prime(frozenset().union(*map(_roots_in, numerators))))
+        field = _Field(joints, _find_prime(frozenset().union(*map(_primes_under_roots, numerators))))
         polynomials = [_substitute_point({}, field.polynomial(condition), field.prime) for condition in numerators]
     except _Undecided:
         return True
-    return _may_vanish(polynomials, tuple(field.circles.values()), field.prime, most_zeros)
+    return _may_vanish(polynomials, tuple(field.circles.values()), field.prime, max_zeros)
 
 
-def follows(
-    condition: sp.Expr, premises: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
+def is_implied(
+    condition: sp.Expr, premises: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> bool:
     """Return whether a condition provably follows from premises: these and 1 = y * condition have no common zero."""
     y = sp.Symbol("d_y")
-    return not may_hold_together([*premises, 1 - y * condition], (*joints, y), most_zeros)
+    return not may_hold_simultaneously([*premises, 1 - y * condition], (*joints, y), max_zeros)
 
 
 def drop_implied(
-    conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
+    conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> tuple[sp.Expr, ...]:
     """Return conditions without those that follow from the others; the longest is dropped first."""
     remaining = list(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
         others = [candidate for candidate in remaining if candidate != condition]
-        if len(others) > 1 and follows(condition, others, joints, most_zeros):
+        if len(others) > 1 and is_implied(condition, others, joints, max_zeros):
             remaining = others
     return tuple(remaining)
 
 
-def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
+def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, with each pair of unknowns on its circle.
 
     A polynomial that fixes a joint is solved first, and each of its points is substituted into the others.
     """
     polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
     for polynomial in polynomials:
-        points = _points(polynomial, circles, prime)
+        points = _solutions_of_joint(polynomial, circles, prime)
         if points is not None:
             other_polynomials = [remaining for remaining in polynomials if remaining is not polynomial]
             substituted = (
                 [_substitute_point(point, remaining, prime) for remaining in other_polynomials] for point in points
             )
-            return any(_may_vanish(others, circles, prime, most_zeros) for others in substituted)
-    return _has_zero(polynomials, circles, prime, most_zeros)
+            return any(_may_vanish(others, circles, prime, max_zeros) for others in substituted)
+    return _has_zero(polynomials, circles, prime, max_zeros)
 
 
-def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Point] | None:
+def _solutions_of_joint(
+    polynomial: sp.Expr, circles: Sequence[CircleUnknowns], prime: int
+) -> list[JointResidues] | None:
     """Return the points at which a condition on one joint holds.
 
     These are a number for a prismatic joint, and the intersections of a line and the circle for an angle. Return None
@@ -116,7 +120,7 @@ def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Po
     return [dict(zip(pair, point, strict=True)) for point in zip(cosines, sines, strict=True)]
 
 
-def _substitute_point(point: Point, polynomial: sp.Expr, prime: int) -> sp.Expr:
+def _substitute_point(point: JointResidues, polynomial: sp.Expr, prime: int) -> sp.Expr:
     """Return a polynomial with the unknowns of a joint substituted, and with residues as coefficients."""
     unknowns = sorted(polynomial.free_symbols - point.keys(), key=str)
     substituted = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
@@ -125,7 +129,7 @@ def _substitute_point(point: Point, polynomial: sp.Expr, prime: int) -> sp.Expr:
     )
 
 
-def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
+def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
     If that would take long, use only the shortest polynomials, which may already have no common zero.
@@ -133,7 +137,7 @@ def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: in
     chosen: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
         system = _with_circles([*chosen, polynomial], circles)
-        if _is_short(system, most_zeros):
+        if _is_short(system, max_zeros):
             chosen.append(polynomial)
     system = _with_circles(chosen, circles)
     unknowns = _unknowns(system)
@@ -143,7 +147,7 @@ def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: in
     return bool(basis.exprs != [1])
 
 
-def _with_circles(polynomials: Sequence[sp.Expr], circles: Sequence[Pair]) -> list[sp.Expr]:
+def _with_circles(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns]) -> list[sp.Expr]:
     used_unknowns = set(_unknowns(polynomials))
     return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used_unknowns)]
 
@@ -152,13 +156,13 @@ def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
     return sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
 
 
-def _is_short(system: Sequence[sp.Expr], most_zeros: int) -> bool:
+def _is_short(system: Sequence[sp.Expr], max_zeros: int) -> bool:
     """Return whether a basis can be computed quickly."""
     unknowns = _unknowns(system)
     terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
-    if len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS:
+    if len(unknowns) > MAX_UNKNOWNS or terms > MAX_TERMS:
         return False
-    return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= most_zeros
+    return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= max_zeros
 
 
 def _expand_numerator(condition: sp.Expr) -> sp.Expr:
@@ -167,18 +171,18 @@ def _expand_numerator(condition: sp.Expr) -> sp.Expr:
     return sp.expand(numerator)
 
 
-def _roots_in(plain: sp.Expr) -> frozenset[int]:
+def _primes_under_roots(expression: sp.Expr) -> frozenset[int]:
     """Return the primes whose square roots occur in an expression."""
-    bases = (power.base for power in plain.atoms(sp.Pow) if power.exp.is_Rational and power.exp.q == 2)
+    bases = (power.base for power in expression.atoms(sp.Pow) if power.exp.is_Rational and power.exp.q == 2)
     numbers = (number for base in bases if base.is_Rational for number in (base.p, base.q))
     return frozenset(prime for number in numbers for prime in sp.factorint(abs(int(number))) if prime > 1)
 
 
 @lru_cache(maxsize=256)
-def _prime(roots: frozenset[int]) -> int:
+def _find_prime(primes_with_roots: frozenset[int]) -> int:
     """Return a prime in whose field the given numbers have square roots. Raises _Undecided if none is found nearby."""
-    for p in range(_LEAST, _LEAST + _TRIED):
-        if all(pow(n, (p - 1) // 2, p) == 1 for n in roots) and sp.isprime(p):
+    for p in range(_SMALLEST_PRIME, _SMALLEST_PRIME + _PRIME_SEARCH_LENGTH):
+        if all(pow(n, (p - 1) // 2, p) == 1 for n in primes_with_roots) and sp.isprime(p):
             return p
     raise _Undecided
 
@@ -191,13 +195,15 @@ class _Field:
         self.circles = {q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")}
         prismatic_variables = {q for q in joints if q not in self.circles}
         self.unknowns = prismatic_variables.union(*self.circles.values())
-        self.stream = Stream("together")
+        self.rng = Stream("together")
         self.residues: dict[sp.Basic, int] = {}
 
-    def polynomial(self, plain: sp.Expr) -> sp.Expr:
+    def polynomial(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition as a polynomial in the unknowns with residues for coefficients. Raises _Undecided."""
-        plain = sp.expand(plain.xreplace({atom: self._angle_value(atom) for atom in plain.atoms(sp.sin, sp.cos)}))
-        return sum((self._term(term) for term in sp.Add.make_args(plain)), sp.S.Zero)
+        condition = sp.expand(
+            condition.xreplace({atom: self._angle_value(atom) for atom in condition.atoms(sp.sin, sp.cos)})
+        )
+        return sum((self._reduce_term(term) for term in sp.Add.make_args(condition)), sp.S.Zero)
 
     def _angle_value(self, atom: sp.Expr) -> sp.Expr:
         """Return the sine or cosine of a joint as its unknown, and that of a constant angle as a residue."""
@@ -208,7 +214,7 @@ class _Field:
         if angle.free_symbols & set(self.circles):
             raise _Undecided
         times, base = angle.as_coeff_Mul()
-        part_count = times * _PARTS
+        part_count = times * _ANGLE_PARTS
         if not (base.is_Symbol or base == 1) or not part_count.is_Integer:  # pi/7 has algebraic relations of its own
             raise _Undecided
         half, p = self._residue(sp.tan(base, evaluate=False)), self.prime
@@ -227,26 +233,26 @@ class _Field:
             c, s, times = (c * c - s * s) % self.prime, 2 * c * s % self.prime, times >> 1
         return result
 
-    def _term(self, term: sp.Expr) -> sp.Expr:
+    def _reduce_term(self, term: sp.Expr) -> sp.Expr:
         coefficient, variable_part = 1, sp.S.One
         for factor in sp.Mul.make_args(term):
             if factor.free_symbols & self.unknowns:
                 variable_part *= factor
             else:
-                coefficient = coefficient * self._constant(factor) % self.prime
+                coefficient = coefficient * self._constant_residue(factor) % self.prime
         return coefficient * variable_part
 
-    def _constant(self, factor: sp.Expr) -> int:
+    def _constant_residue(self, factor: sp.Expr) -> int:
         base, exponent = factor.as_base_exp()
         if base.is_Integer and (2 * exponent).is_Integer:
-            return pow(self._root(int(base)) if exponent.q == 2 else int(base), int(exponent.p), self.prime)
+            return pow(self._root_residue(int(base)) if exponent.q == 2 else int(base), int(exponent.p), self.prime)
         if base.is_Rational and exponent == 1:
             return int(base.p) * pow(int(base.q), -1, self.prime) % self.prime
         if (base.is_Symbol or base == sp.pi) and exponent.is_Integer:
             return pow(self._residue(base), int(exponent), self.prime)
         raise _Undecided
 
-    def _root(self, number: int) -> int:
+    def _root_residue(self, number: int) -> int:
         """Return a square root as the product of the roots of prime factors, so that sqrt(2) sqrt(3) = sqrt(6)."""
         root = 1
         for prime, times in sp.factorint(number).items():
@@ -258,8 +264,8 @@ class _Field:
             root = root * pow(prime_root, times, self.prime) % self.prime
         return root
 
-    def _residue(self, what: sp.Basic) -> int:
+    def _residue(self, constant: sp.Basic) -> int:
         """Return the random residue that represents a constant, always the same for the same constant."""
-        if what not in self.residues:
-            self.residues[what] = self.stream.integer(2, self.prime - 2)
-        return self.residues[what]
+        if constant not in self.residues:
+            self.residues[constant] = self.rng.integer(2, self.prime - 2)
+        return self.residues[constant]

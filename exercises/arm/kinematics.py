@@ -37,7 +37,7 @@ class Frame:
     origin: sp.Matrix
 
 
-class _Run:
+class _ParallelRun:
     """The rotation of a frame as `outer` Rz(`angle`); in a run of parallel joints, only the absolute angle changes."""
 
     def __init__(self, outer: sp.Matrix, angle: sp.Expr) -> None:
@@ -67,12 +67,12 @@ class _Run:
 
 def _walk_frames(
     base: Base, rows: Iterable[Joint], steps: Callable[[Joint], Iterable[tuple[str, sp.Expr, sp.Expr]]]
-) -> Iterator[tuple[_Run, sp.Matrix]]:
+) -> Iterator[tuple[_ParallelRun, sp.Matrix]]:
     """Yield the run and the origin of every frame, starting with the base.
 
     All frames share one run object, which changes after it has been yielded.
     """
-    run = _Run(sp.eye(3), sp.S.Zero)
+    run = _ParallelRun(sp.eye(3), sp.S.Zero)
     run.turn_z(base.yaw)
     run.turn_x(base.tilt)
     origin = sp.Matrix(base.position)
@@ -96,7 +96,7 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     because every derivation begins here; copy a matrix before you change it.
     """
     frames, point = [], sp.zeros(3, 1)
-    for index, (run, origin) in enumerate(_walk_frames(chain.base, chain.joints, StandardDh.steps)):
+    for index, (run, origin) in enumerate(_walk_frames(chain.base, chain.joints, StandardDh.row_steps)):
         if index == chain.point.frame:
             point = origin + run.vector(*chain.point.offset)
         frames.append(run.frame(origin))
@@ -107,13 +107,13 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
 def link_frames(chain: Chain) -> tuple[Frame, ...]:
     """Return frames 0 ... n of the arm's convention, by runs of parallel joints."""
     convention = convention_of(chain)
-    walk = _walk_frames(convention.base, convention.rows, convention.steps)
+    walk = _walk_frames(convention.base, convention.rows, convention.row_steps)
     return tuple(run.frame(origin) for run, origin in walk)
 
 
-def frame_behind(joints: Iterable[Joint]) -> Frame:
+def frame_after(joints: Iterable[Joint]) -> Frame:
     """Return the frame after consecutive joints of a chain, in the coordinates of the frame before them."""
-    *_, (run, origin) = _walk_frames(Base(), joints, StandardDh.steps)
+    *_, (run, origin) = _walk_frames(Base(), joints, StandardDh.row_steps)
     return run.frame(origin)
 
 
@@ -123,7 +123,7 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
     If `about` is None, return the 3 x n Jacobian of P, which must not be fixed in a frame before this one.
     """
     end_frame = chain.point.frame if about is None else about
-    between = frame_behind(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
+    between = frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
     point = between.origin if end_frame >= frame else -(between.rotation.T * between.origin)
     if about is None:
         point += between.rotation * sp.Matrix(chain.point.offset)
@@ -132,7 +132,7 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
         if about is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
-        relative = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
+        relative = frame_after(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
             z, origin = relative.rotation.T * Z, -(relative.rotation.T * relative.origin)
         else:
@@ -148,7 +148,7 @@ def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
 
 
 @lru_cache(maxsize=4096)
-def _number(expression: sp.Expr) -> float:
+def _float_value(expression: sp.Expr) -> float:
     """Return a number of the table as a float; it is cached, because an arm uses it dozens of times."""
     return float(expression)
 
@@ -165,7 +165,7 @@ class NumericChain:
             if expression.is_Symbol:
                 return float(values[expression.name])
             if not expression.free_symbols:
-                return _number(expression)
+                return _float_value(expression)
             symbol_values = {symbol: values[symbol.name] for symbol in expression.free_symbols}
             return float(expression.xreplace({k: sp.Float(v) for k, v in symbol_values.items()}))
 
@@ -174,11 +174,11 @@ class NumericChain:
         self.fixed = [(number(j.d if j.kind == "R" else j.theta), number(j.a), number(j.alpha)) for j in chain.joints]
         self._revolute = np.array([kind == "R" for kind in self.kinds])
         self._offsets = np.array(self.offsets)
-        self._slides = [i for i, kind in enumerate(self.kinds) if kind == "P"]
+        self._prismatic_joints = [i for i, kind in enumerate(self.kinds) if kind == "P"]
         self._fixed_entries, self._a, alpha = np.array(self.fixed).T
         self._twist = np.cos(alpha), np.sin(alpha)
         self._convention = convention_of(chain)
-        self._convention_place = np.array([number(value) for value in self._convention.base.position])
+        self._base_position = np.array([number(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(number(chain.base.tilt))
@@ -210,7 +210,7 @@ class NumericChain:
         shortened = copy(self)
         for name in ("kinds", "offsets", "fixed", "_revolute", "_offsets", "_fixed_entries", "_a"):
             setattr(shortened, name, getattr(self, name)[:count])
-        shortened._slides = [i for i in self._slides if i < count]
+        shortened._prismatic_joints = [i for i in self._prismatic_joints if i < count]
         shortened._twist = self._twist[0][:count], self._twist[1][:count]
         shortened.point_frame, shortened.offset = count, np.array([*offset, 1.0])
         return shortened
@@ -228,12 +228,12 @@ class NumericChain:
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
         """Return the frames of the arm's convention, for frames as returned by `frames`."""
         corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
-        return self._convention.frames_in_numbers(frames, corners, self._convention_place)
+        return self._convention.numeric_frames(frames, corners, self._base_position)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n), or (n) if they are constant."""
         moving_values = q + self._offsets
-        if not self._slides:
+        if not self._prismatic_joints:
             return moving_values, self._fixed_entries
         return np.where(self._revolute, moving_values, self._fixed_entries), np.where(
             self._revolute, self._fixed_entries, moving_values
@@ -258,7 +258,7 @@ class NumericChain:
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
         rows = np.empty((*z.shape[:-1], 6))
         rows[..., :3], rows[..., 3:] = cross(z, self.point_of(frames)[..., None, :] - origins), z
-        for prismatic in self._slides:
+        for prismatic in self._prismatic_joints:
             rows[..., prismatic, :3] = z[..., prismatic, :]
             rows[..., prismatic, 3:] *= 0.0
         rows[..., self.point_frame :, :3] *= 0.0  # joints that do not carry the point

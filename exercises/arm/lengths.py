@@ -14,11 +14,11 @@ from qdot.exercises.arm.derivation import structure
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """The names of lengths in a structure."""
 
-_MOST, _SAME = 8, 1e-9
+_MAX_LENGTHS, _LENGTH_TOLERANCE = 8, 1e-9
 """Maximum number of lengths whose sums are checked, and the tolerance (m) below which a sum counts as zero."""
 
 
-def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
+def substitute_arm_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return an arm with values substituted for its symbolic lengths (m) and angles (rad)."""
 
     def substitute(name: str, entry: sp.Expr) -> sp.Expr:
@@ -29,7 +29,7 @@ def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
 
 
 @lru_cache(maxsize=1024)
-def with_open_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+def with_symbolic_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     """Return an arm with symbols for all lengths and without joint offsets, and the value of each symbol.
 
     Angles keep the arm's values.
@@ -38,7 +38,7 @@ def with_open_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     values = {symbol: value for symbol, value in general.values if symbol not in chain.q}
     lengths = {symbol: value for symbol, value in values.items() if _LENGTH.fullmatch(symbol.name)}
     angles = {symbol: value for symbol, value in values.items() if symbol not in lengths}
-    return with_lengths(general.chain, angles), lengths
+    return substitute_arm_lengths(general.chain, angles), lengths
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:
@@ -50,7 +50,7 @@ def are_unrelated(lengths: Collection[sp.Expr]) -> bool:
     >>> are_unrelated([sp.Rational(1, 2), sp.Rational(2, 5)]), are_unrelated([sp.S(1), sp.S(2), sp.S(3)])
     (True, False)
     """
-    if len(lengths) > _MOST or not all(length.is_number for length in lengths):
+    if len(lengths) > _MAX_LENGTHS or not all(length.is_number for length in lengths):
         return False
     signs = np.array(list(product((0, 1, -1), repeat=len(lengths)))[1:])
-    return bool(np.all(np.abs(signs @ np.array([float(length) for length in lengths])) > _SAME))
+    return bool(np.all(np.abs(signs @ np.array([float(length) for length in lengths])) > _LENGTH_TOLERANCE))

@@ -15,8 +15,8 @@ from types import MappingProxyType
 
 from qdot.exercises.common.errors import QdotError
 
-FOLDER = Path(__file__).parents[1] / "robots"
-ENDINGS = (".toml", ".urdf", ".xml")
+ROBOT_FOLDER = Path(__file__).parents[1] / "robots"
+FILE_EXTENSIONS = (".toml", ".urdf", ".xml")
 """File extensions of arms; a text that ends in one of them, or contains a folder, is a path and not a robot's name."""
 
 
@@ -33,7 +33,7 @@ class ListedRobot:
     @property
     def path(self) -> Path:
         """The robot's file."""
-        return FOLDER / f"{self.name}.toml"
+        return ROBOT_FOLDER / f"{self.name}.toml"
 
 
 @cache
@@ -43,7 +43,7 @@ def robots() -> Mapping[str, ListedRobot]:
     >>> list(robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
     """
-    paths = sorted(FOLDER.glob("*.toml"), key=lambda path: _natural_sort_key(path.stem))
+    paths = sorted(ROBOT_FOLDER.glob("*.toml"), key=lambda path: _natural_sort_key(path.stem))
     return MappingProxyType({path.stem: _read_listing(path) for path in paths})
 
 
@@ -72,7 +72,7 @@ def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
     except OSError as error:  # for example, the name is too long for the file system
         raise QdotError(f"there is no file {path}: {error.strerror}") from None
     robots_by_name = {_normalize_name(name): robot for name, robot in robots().items()}
-    if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*name_or_path}:
+    if path.suffix.lower() in FILE_EXTENSIONS or {"/", "\\"} & {*name_or_path}:
         robot = robots_by_name.get(_normalize_name(path.stem))
         hint = f"; the library's robot is called {robot.name}, without folder and ending" if robot else ""
         raise QdotError(f"there is no file {path}{hint}")

@@ -13,29 +13,29 @@ from itertools import combinations, product
 import numpy as np
 
 from qdot.exercises.arm.axes import (
-    Off,
+    Measure,
     Sample,
-    bend,
-    distance,
-    nearby_pose,
-    off_common_direction,
-    off_level,
-    off_line,
-    parallel,
-    slant,
-    slope,
-    spread,
+    are_parallel,
+    arm_coplanarity_error,
+    axis_distance,
+    axis_distance_derivative,
+    axis_spread,
+    collinearity_error,
+    common_direction_error,
+    link_products,
+    nearby_configuration,
+    prismatic_slant,
 )
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
-from qdot.exercises.arm.singularity_kinds import kinds_at
+from qdot.exercises.arm.singularity_kinds import classify_samples
 
-NEAR, APART = 1e-6, 0.02
+ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-6, 0.02
 """Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
 
-STEP = 1e-3
+DIFFERENCE_STEP = 1e-3
 """Step of a joint variable for finite differences."""
 
 
@@ -55,7 +55,7 @@ class MeasuredMeaning(Meaning):
     "straight" and "doubled" share a measure, as do "far" and "near".
     """
 
-    off: Off
+    measure: Measure
 
     def without_measure(self) -> Meaning:
         """Return the statement alone, as problems store it."""
@@ -63,46 +63,53 @@ class MeasuredMeaning(Meaning):
 
 
 @dataclass(frozen=True)
-class Reading:
+class BranchMeanings:
     """What a branch looks like: the correct meaning, and wrong ones."""
 
-    right: Meaning
+    correct: Meaning
     wrong: tuple[Meaning, ...]
 
 
-def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample] = ()) -> Reading | None:
+def find_branch_meanings(
+    chain: Chain, samples: Sequence[Sample], further_samples: Sequence[Sample] = ()
+) -> BranchMeanings | None:
     """Return the correct and the wrong meanings of a branch, or None if there is no correct or no wrong one.
 
     The `samples` are configurations on the branch. A statement that holds at all of them may be false elsewhere, so the
-    correct one must not be false at any sample of `more`, either.
+    correct one must not be false at any sample of `further_samples`, either.
     """
     if len(samples) < 4:
         return None
     outcomes_by_meaning = [
-        (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
+        (meaning, {holds(chain, meaning, sample) for sample in samples})
+        for meaning in candidate_meanings(chain, samples)
     ]
     true_meanings = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {True}]
-    correct = next((meaning for meaning in true_meanings if _is_right(chain, meaning, samples, more)), None)
+    correct = next(
+        (meaning for meaning in true_meanings if _is_correct(chain, meaning, samples, further_samples)), None
+    )
     wrong = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {False}]
     if correct is None or not wrong:
         return None
-    return Reading(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
+    return BranchMeanings(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
 
 
-def _is_right(chain: Chain, meaning: MeasuredMeaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
-    """Return whether a meaning that holds at `samples` is the reason for the singularity, and not false at `more`."""
-    if not is_reason(chain, samples, meaning.off, lambda sample: holds(chain, meaning, sample) is True):
+def _is_correct(
+    chain: Chain, meaning: MeasuredMeaning, samples: Sequence[Sample], further_samples: Sequence[Sample]
+) -> bool:
+    """Return whether a meaning explains the singularity at `samples` and is not false at any of `further_samples`."""
+    if not is_reason(chain, samples, meaning.measure, lambda sample: holds(chain, meaning, sample) is True):
         return False
-    return all(holds(chain, meaning, sample) is not False for sample in more)
+    return all(holds(chain, meaning, sample) is not False for sample in further_samples)
 
 
 def common_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
     """Return "boundary" or "internal" if all configurations are of that kind, else None."""
-    kinds = set(kinds_at(chain, samples))
+    kinds = set(classify_samples(chain, samples))
     return kinds.pop() if len(kinds) == 1 else None
 
 
-def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
+def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return all statements that might explain a loss of rank; the most informative come first.
 
     If the task has angular rows, collinear axes are the reason, and P on one of them may be incidental. If it has only
@@ -111,13 +118,13 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
     collinear = [
         MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} coincide",
-                partial(off_line, i=i, j=j))
+                partial(collinearity_error, i=i, j=j))
         for i, j in combinations(revolute, 2)
     ]  # fmt: skip
     if not chain.linear_rows:
         return _special_meanings(samples, collinear) + _directions_of_axes(samples, revolute)
     on_axis = [
-        MeasuredMeaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}", partial(distance, joint=i))
+        MeasuredMeaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}", partial(axis_distance, joint=i))
         for i in revolute
         if i < chain.point.frame
     ]
@@ -125,7 +132,7 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
     meanings = _special_meanings(samples, collinear + on_axis if has_angular_rows else on_axis + collinear)
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
-            meanings += _extremes(chain, samples, i, j)
+            meanings += _extreme_meanings(chain, samples, i, j)
     slide_meanings = _slides_at_links(chain, samples) if has_angular_rows else []
     # A prismatic joint passes through zero, which changes the order of the origins without being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
@@ -141,14 +148,18 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
 
 def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
     """Return the statements that do not also hold near the samples; other statements say nothing about the samples."""
-    return [meaning for meaning in meanings if any(sample.off_nearby(meaning.off) >= NEAR for sample in samples)]
+    return [
+        meaning
+        for meaning in meanings
+        if any(sample.evaluate_nearby(meaning.measure) >= ZERO_TOLERANCE for sample in samples)
+    ]
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statements about the directions of the axes, regardless of their positions."""
     pairs = [
         MeasuredMeaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel",
-                partial(spread, joints=(i, j)))
+                partial(axis_spread, joints=(i, j)))
         for i, j in combinations(revolute, 2)
     ]  # fmt: skip
     meanings = _special_meanings(samples, pairs)
@@ -156,10 +167,10 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
         joints = tuple(i + 1 for i in chosen)
         axes = f"the axes of joints {joints[0]}, {joints[1]} and {joints[2]} are"
         plane = MeasuredMeaning(
-            "one plane", joints, f"{axes} all parallel to one plane", partial(spread, joints=chosen)
+            "one plane", joints, f"{axes} all parallel to one plane", partial(axis_spread, joints=chosen)
         )
         square = MeasuredMeaning(
-            "square", joints, f"{axes} at right angles to each other", partial(_off_square, joints=chosen)
+            "square", joints, f"{axes} at right angles to each other", partial(_perpendicularity_error, joints=chosen)
         )
         meanings += [plane, square] if _special_meanings(samples, [plane]) else []
     return meanings
@@ -173,9 +184,9 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMe
         MeasuredMeaning(kind, (prismatic + 1, i + 1, i + 2),
                 f"prismatic joint {prismatic + 1} moves {how} the line from the axis of joint {i + 1}"
                 f" to that of joint {i + 2}",
-                partial(slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
+                partial(prismatic_slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
         for prismatic, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
-        if parallel(samples, i, i + 1)
+        if are_parallel(samples, i, i + 1)
         for kind, how in (("along", "along"), ("across", "at right angles to"))
     ]  # fmt: skip
 
@@ -185,30 +196,33 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
 
     The origins have the names of the arm's convention. Return no statement if it has no name for one of them.
     """
-    names = [convention_of(chain).place(frame) for frame in (k - 1, k, k + 1)]
+    names = [convention_of(chain).origin_name(frame) for frame in (k - 1, k, k + 1)]
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if None in names or min(sizes) < APART:
+    if None in names or min(sizes) < NONZERO_THRESHOLD:
         return []
-    line, measure = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear", partial(_off_collinear, k=k)
+    line, measure = (
+        f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear",
+        partial(_origin_collinearity_error, k=k),
+    )
     return [
         MeasuredMeaning("straight", (k,), f"{line}, with ${names[1]}$ between the others", measure),
         MeasuredMeaning("doubled", (k,), f"{line}, with ${names[1]}$ not between the others", measure),
     ]
 
 
-def _off_collinear(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
+def _origin_collinearity_error(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
     """Return a measure of how far three successive origins are from collinear."""
-    return bend(arm, q, k)[0]
+    return link_products(arm, q, k)[0]
 
 
 def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statement that the point and all axes lie in one plane, for an arm whose axes are all parallel."""
     if len(chain.linear_rows) != len(chain.task) or len(revolute) != chain.n or chain.n < 3:
         return []
-    if not all(parallel(samples, 0, i) for i in revolute):
+    if not all(are_parallel(samples, 0, i) for i in revolute):
         return []
     words = "$P$ and the axes of all joints lie in one plane"
-    return [MeasuredMeaning("level", tuple(i + 1 for i in revolute), words, off_level)]
+    return [MeasuredMeaning("level", tuple(i + 1 for i in revolute), words, arm_coplanarity_error)]
 
 
 def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
@@ -217,22 +231,22 @@ def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredM
     sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         MeasuredMeaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line",
-                partial(off_common_direction, joints=(i, j)))
+                partial(common_direction_error, joints=(i, j)))
         for i, j in combinations(moving_joints, 2)
-        if min(sizes[i], sizes[j]) > APART
+        if min(sizes[i], sizes[j]) > NONZERO_THRESHOLD
     ]  # fmt: skip
 
 
-def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[MeasuredMeaning]:
+def _extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[MeasuredMeaning]:
     """Return the statements that joint j brings the point as far from, or as near to, axis i as it can."""
     if not _changes_distance(samples, i, j):
         return []
-    joints, measure = (i + 1, j + 1), partial(slope, joint=i, movers=[j])
+    joints, measure = (i + 1, j + 1), partial(axis_distance_derivative, joint=i, movers=[j])
     ending = f"the axis of joint {i + 1} as joint {j + 1} can bring it"
     if chain.joints[j].kind == "P":
         return [MeasuredMeaning("near", joints, f"$P$ is as near to {ending}", measure)]
     others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
-    alone = parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
+    alone = are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
     stretched, folded = ("the arm is stretched out: ", "the arm is folded back: ") if alone else ("", "")
     return [
         MeasuredMeaning("far", joints, f"{stretched}$P$ is as far from {ending}", measure),
@@ -242,13 +256,15 @@ def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[M
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Return whether a joint changes the distance of the point from an axis, at configurations near the samples."""
-    distances = (distance(s.arm, np.stack([nearby_pose(s), nearby_pose(s, j)]), i) for s in samples)
+    distances = (
+        axis_distance(s.arm, np.stack([nearby_configuration(s), nearby_configuration(s, j)]), i) for s in samples
+    )
     return all(abs(distance_before - distance_after) > 1e-9 for distance_before, distance_after in distances)
 
 
-def _off_square(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def _perpendicularity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return how far axes are from being perpendicular to each other."""
-    return np.asarray(1 - spread(arm, q, joints))
+    return np.asarray(1 - axis_spread(arm, q, joints))
 
 
 def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None:
@@ -256,10 +272,10 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind in ("far", "near"):
         return _is_extreme(chain, meaning.kind, sample, i, j)
-    error = sample.off(meaning.off)
-    is_zero = True if error < NEAR else False if error > APART / 20 else None
+    error = sample.evaluate(meaning.measure)
+    is_zero = True if error < ZERO_TOLERANCE else False if error > NONZERO_THRESHOLD / 20 else None
     if is_zero and meaning.kind in ("straight", "doubled"):
-        return bool(bend(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
+        return bool(link_products(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
     return is_zero
 
 
@@ -267,10 +283,10 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     """Return whether joint j alone can bring the point no farther from (or no nearer to) axis i; None if not clear."""
     others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
     changes = np.zeros((len(others) + 2, len(sample.q)))
-    changes[:, j] = [STEP, -STEP, *others]
-    distances = distance(sample.arm, sample.q + np.vstack([np.zeros(len(sample.q)), changes]), i)
+    changes[:, j] = [DIFFERENCE_STEP, -DIFFERENCE_STEP, *others]
+    distances = axis_distance(sample.arm, sample.q + np.vstack([np.zeros(len(sample.q)), changes]), i)
     middle, change = float(distances[0]), distances[1:] - distances[0]
-    if abs(change[0] - change[1]) / (2 * STEP) > NEAR and middle > NEAR:
-        return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
+    if abs(change[0] - change[1]) / (2 * DIFFERENCE_STEP) > ZERO_TOLERANCE and middle > ZERO_TOLERANCE:
+        return False if abs(change[0] - change[1]) / (2 * DIFFERENCE_STEP) > NONZERO_THRESHOLD / 20 else None
     beyond = float(change.max() if kind == "far" else -change.min())
-    return True if beyond < NEAR else False if beyond > APART / 20 else None
+    return True if beyond < ZERO_TOLERANCE else False if beyond > NONZERO_THRESHOLD / 20 else None

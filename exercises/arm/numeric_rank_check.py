@@ -14,23 +14,23 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 
-STARTS, STEPS = 60, 80
+START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start."""
-CHOICES, FURTHER = 3, 12
+LENGTH_SAMPLES, EXTRA_LENGTH_SAMPLES = 3, 12
 """Number of random choices of the symbolic lengths (those without a numeric value), and the number of further choices
 for conditions that hold only for special lengths."""
-ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
+EQUATION_TOLERANCE, RANK_TOLERANCE, DISTANCE_TOLERANCE = 1e-11, 1e-7, 1e-3
 """Tolerances: for solved equations, for the smallest singular value of J over the largest, and for the distance between
 a search result and the conditions. The last is looser: if the smallest singular value has a double zero, rounding
 shifts the result."""
-_TINY = 0.1
+_SINGULAR_VALUE_FLOOR = 0.1
 """Floor for the largest singular value of J (lengths as fractions of the reach) when the smallest is compared to it."""
-_LONGEST = 0.7
+_MAX_STEP_SIZE = 0.7
 """Maximum step: radians for a revolute joint, fractions of the reach for a prismatic joint."""
-_LEAST = 1e-10
+_PINV_RCOND = 1e-10
 """Relative cutoff for the pseudoinverse: a step ignores singular values below this fraction of the largest."""
 
 
@@ -41,75 +41,79 @@ class RankCheck:
     - `arms`: the numeric arms, one per choice of the symbolic lengths.
     - `samples`: for each branch, configurations that satisfy its conditions. Each sample is a pair: the index of its
       arm in `arms`, and the n joint values.
-    - `wrong`: the indices of the branches on which J keeps full rank at some sample.
-    - `choices`: how many arms, the first in `arms`, were searched for rank loss.
-    - `searches`: the number of these searches.
-    - `ended`: how many of them converged to a singular configuration.
-    - `unexplained`: the singular configurations found that satisfy no branch.
+    - `full_rank_branches`: the indices of the branches on which J keeps full rank at some sample.
+    - `searched_arm_count`: how many arms, the first in `arms`, were searched for rank loss.
+    - `search_count`: the number of these searches.
+    - `converged_count`: how many of them converged to a singular configuration.
+    - `unexplained_configurations`: the singular configurations found that satisfy no branch.
     """
 
     arms: tuple[NumericChain, ...]
     samples: tuple[tuple[tuple[int, np.ndarray], ...], ...]
-    wrong: tuple[int, ...]
-    choices: int
-    searches: int
-    ended: int
-    unexplained: tuple[np.ndarray, ...]
+    full_rank_branches: tuple[int, ...]
+    searched_arm_count: int
+    search_count: int
+    converged_count: int
+    unexplained_configurations: tuple[np.ndarray, ...]
 
 
 def check_rank_loss(
-    chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched"
+    chain: Chain, branches: Sequence[Sequence[sp.Expr]], start_count: int = START_COUNT, seed: str = "searched"
 ) -> RankCheck:
     """Check the claimed branches of the singular set, each a list of conditions that hold simultaneously.
 
     Symbolic lengths are sampled three times, and more often for a branch that holds for none of these lengths. Lengths
-    that give no real arm are skipped. A different `stream` gives different random lengths and starts.
+    that give no real arm are skipped. A different `seed` gives different random lengths and starts.
     """
     arms: list[NumericChain] = []
-    samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
+    samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in branches]
     wrong: set[int] = set()
     converged_count, unexplained = 0, []
-    rng = Stream(stream)
-    for values, arm in _sample_lengths(chain, rng, CHOICES):
+    rng = Stream(seed)
+    for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         arms.append(arm)
         rank = _RankTest(arm, chain.task)
-        numeric_branches = [_Way(branch, chain, values) for branch in ways]
+        numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
-            converged, q = branch.solve(rank.starts(starts, rng))
+            converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
             samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
-            if converged.any() and not rank.is_lost(q[converged]).all():
+            if converged.any() and not rank.loses_rank(q[converged]).all():
                 wrong.add(k)
-        q = rank.search(rank.starts(starts, rng), rng)
+        q = rank.search_singular(rank.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
         explained = np.zeros(len(q), dtype=bool)
         for branch in numeric_branches:
-            explained |= branch.is_near(q)
+            explained |= branch.contains(q)
         unexplained += list(q[~explained])
     searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
-        for values, arm in _sample_lengths(chain, rng, FURTHER, least=300):
+        for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
             rank = _RankTest(arm, chain.task)
-            converged, q = _Way(ways[k], chain, values).solve(rank.starts(starts, rng))
+            converged, q = _Branch(branches[k], chain, values).find_zeros(rank.sample_configurations(start_count, rng))
             if converged.any():
                 arms.append(arm)
                 samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
-                wrong |= set() if rank.is_lost(q[converged]).all() else {k}
-    search_results = starts * searched_arm_count, converged_count, tuple(unexplained)
+                wrong |= set() if rank.loses_rank(q[converged]).all() else {k}
+    search_results = start_count * searched_arm_count, converged_count, tuple(unexplained)
     return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searched_arm_count, *search_results)
 
 
-def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
-    """Return the indices of the `others` that together contain the configurations found on one branch.
+def find_covering_branches(
+    chain: Chain, branch: Sequence[sp.Expr], other_branches: Sequence[Sequence[sp.Expr]]
+) -> frozenset[int] | None:
+    """Return the indices of the `other_branches` that together contain the configurations found on one branch.
 
     Each configuration counts for the first branch that contains it. Return None if a configuration lies on none of
     them, or if no configuration was found.
     """
     rng, covering = Stream("lies on"), set()
-    for values, arm in _sample_lengths(chain, rng, CHOICES):
-        converged, q = _Way(way, chain, values).solve(_RankTest(arm, chain.task).starts(STARTS, rng))
+    for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
+        converged, q = _Branch(branch, chain, values).find_zeros(
+            _RankTest(arm, chain.task).sample_configurations(START_COUNT, rng)
+        )
         q = q[converged]
-        for k, conditions in enumerate(others):
-            is_covered = _Way(conditions, chain, values).is_near(q)
+        for k, conditions in enumerate(other_branches):
+            is_covered = _Branch(conditions, chain, values).contains(q)
             covering |= {k} if is_covered.any() else set()
             q = q[~is_covered]
         if len(q):
@@ -118,14 +122,18 @@ def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequenc
 
 
 def _sample_lengths(
-    chain: Chain, draws: Stream, times: int, least: int = 3000
+    chain: Chain, rng: Stream, sample_count: int, min_numerator: int = 3000
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
-    """Yield `times` random choices of the symbolic lengths, each with its numeric arm; skip those without a real arm.
+    """Yield `sample_count` random choices of the symbolic lengths, each with its numeric arm.
 
-    The shortest length is `least` / 10,007 m, the longest 1.2 m.
+    A choice for which no real arm exists is skipped. The shortest length is `min_numerator` / 10,007 m, the
+    longest 1.2 m.
     """
-    for _ in range(times if chain.parameters else 1):
-        values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
+    for _ in range(sample_count if chain.parameters else 1):
+        values = {
+            symbol: sp.Rational(min_numerator + rng.integer_below(12000 - min_numerator), 10007)
+            for symbol in chain.parameters
+        }
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
         except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
@@ -133,48 +141,50 @@ def _sample_lengths(
         yield values, arm
 
 
-class _Way:
+class _Branch:
     """The conditions of one branch as numeric functions, each divided by the mean size of its coefficients."""
 
     def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, values: dict[sp.Symbol, sp.Rational]) -> None:
-        functions = [sp.expand(_simple_zero(condition).xreplace(values)) for condition in conditions]
+        functions = [sp.expand(_make_zeros_simple(condition).xreplace(values)) for condition in conditions]
         expressions = [*functions, *(sp.diff(condition, q) for condition in functions for q in chain.q)]
-        self._program = compile_program([read(str(expression)) for expression in expressions])
-        self._sizes = np.array([_size(condition) for condition in functions])
-        self._joints = [q.name for q in chain.q]
+        self._program = compile_program([parse_formula(str(expression)) for expression in expressions])
+        self._coefficient_sizes = np.array([_mean_coefficient(condition) for condition in functions])
+        self._joint_names = [q.name for q in chain.q]
 
-    def at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate_at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the m conditions (k x m) and their derivatives (k x m x n) at k configurations."""
-        k, m = len(q), len(self._sizes)
-        results = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
-        return results[:m].T / self._sizes, results[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
+        k, m = len(q), len(self._coefficient_sizes)
+        results = evaluate(self._program, dict(zip(self._joint_names, q.T, strict=True)), k)[0].real
+        return results[:m].T / self._coefficient_sizes, results[m:].reshape(m, -1, k).transpose(
+            2, 0, 1
+        ) / self._coefficient_sizes[:, None]
 
-    def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def find_zeros(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Iterate from k starts; return whether each converged to a common zero, and the end points (k x n)."""
         q = q.copy()
-        for _ in range(STEPS):
-            values, derivatives = self.at(q)
-            active = ~(np.abs(values).max(axis=1) < ON_IT)
+        for _ in range(MAX_STEPS):
+            values, derivatives = self.evaluate_at(q)
+            active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
             if not active.any():
                 break
-            q[active] += _limit_steps(_step(derivatives[active], values[active]))
-        return np.abs(self.at(q)[0]).max(axis=1) < ON_IT, q
+            q[active] += _limit_steps(_gauss_newton_steps(derivatives[active], values[active]))
+        return np.abs(self.evaluate_at(q)[0]).max(axis=1) < EQUATION_TOLERANCE, q
 
-    def is_near(self, q: np.ndarray) -> np.ndarray:
+    def contains(self, q: np.ndarray) -> np.ndarray:
         """Return for each configuration whether it satisfies the conditions up to rounding."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        converged, end_points = self.solve(q)
-        return np.asarray(converged & (np.abs(end_points - q).max(axis=1) < BESIDE))
+        converged, end_points = self.find_zeros(q)
+        return np.asarray(converged & (np.abs(end_points - q).max(axis=1) < DISTANCE_TOLERANCE))
 
 
-def _size(condition: sp.Expr) -> float:
+def _mean_coefficient(condition: sp.Expr) -> float:
     """Return the mean absolute coefficient of the terms of a sum."""
     terms = sp.Add.make_args(condition)
     return max(sum(abs(float(term.as_coeff_Mul()[0])) for term in terms) / len(terms), 1e-12)
 
 
-def _simple_zero(condition: sp.Expr) -> sp.Expr:
+def _make_zeros_simple(condition: sp.Expr) -> sp.Expr:
     """Replace a (1 ± cos x) or a (1 ± sin x), which has double zeros, by a function with simple zeros at the same x.
 
     Return any other condition unchanged. The function is the cosine or sine of half the angle, whose zeros
@@ -188,74 +198,76 @@ def _simple_zero(condition: sp.Expr) -> sp.Expr:
     return sp.sin(angle / 2) if factor == -constant else sp.cos(angle / 2)
 
 
-def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _gauss_newton_steps(derivatives: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the minimum-norm Gauss-Newton steps, which bring the values to zero to first order."""
-    return np.asarray(-(np.linalg.pinv(slopes, rcond=_LEAST) @ values[:, :, None])[:, :, 0])
+    return np.asarray(-(np.linalg.pinv(derivatives, rcond=_PINV_RCOND) @ values[:, :, None])[:, :, 0])
 
 
 def _limit_steps(steps: np.ndarray) -> np.ndarray:
     """Return steps (k x n), each shortened so that no entry exceeds the maximum step."""
     longest = np.abs(steps).max(axis=1, keepdims=True)
-    return np.asarray(steps * np.minimum(1.0, _LONGEST / np.maximum(longest, 1e-300)))
+    return np.asarray(steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)))
 
 
 class _RankTest:
     """The numeric task Jacobian, with lengths divided by the arm's reach, for finding where it loses rank."""
 
     def __init__(self, arm: NumericChain, task: Sequence[str]) -> None:
-        self._arm, self._rows = arm, [TASK_ROWS.index(row) for row in task]
-        self._turns = np.array([kind == "R" for kind in arm.kinds])
+        self._arm, self._task_rows = arm, [TASK_ROWS.index(row) for row in task]
+        self._is_revolute = np.array([kind == "R" for kind in arm.kinds])
         link_lengths = (
             abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in zip(arm.kinds, arm.fixed, strict=True)
         )
         self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
-        self._units = np.where(self._turns, 1.0, self._reach)
+        self._joint_units = np.where(self._is_revolute, 1.0, self._reach)
 
-    def starts(self, count: int, draws: Stream) -> np.ndarray:
+    def sample_configurations(self, count: int, rng: Stream) -> np.ndarray:
         """Return random configurations, count x n."""
-        limits = np.where(self._turns, np.pi, self._reach)
-        return np.array([[draws.uniform(-1, 1) for _ in limits] for _ in range(count)]) * limits
+        limits = np.where(self._is_revolute, np.pi, self._reach)
+        return np.array([[rng.uniform(-1, 1) for _ in limits] for _ in range(count)]) * limits
 
-    def _parts(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _linear_and_angular(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the linear and the angular parts of the columns at k configurations, each k x n x 3."""
         columns = self._arm.jacobian(q).swapaxes(1, 2)
-        return columns[:, :, :3] / self._reach * self._units[:, None], columns[:, :, 3:]
+        return columns[:, :, :3] / self._reach * self._joint_units[:, None], columns[:, :, 3:]
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return J at k configurations, k x m x n."""
-        return np.asarray(np.concatenate(self._parts(q), axis=2)[:, :, self._rows].swapaxes(1, 2))
+        return np.asarray(np.concatenate(self._linear_and_angular(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
 
-    def is_lost(self, q: np.ndarray) -> np.ndarray:
+    def loses_rank(self, q: np.ndarray) -> np.ndarray:
         """Return for each of k configurations whether J has less than full rank."""
         singular_values = np.linalg.svd(self.jacobian(q), compute_uv=False)
-        return np.asarray(singular_values[:, -1] < LOST * np.maximum(singular_values[:, 0], _TINY))
+        return np.asarray(
+            singular_values[:, -1] < RANK_TOLERANCE * np.maximum(singular_values[:, 0], _SINGULAR_VALUE_FLOOR)
+        )
 
-    def search(self, q: np.ndarray, draws: Stream) -> np.ndarray:
+    def search_singular(self, q: np.ndarray, rng: Stream) -> np.ndarray:
         """Return the singular configurations to which searches from k starts converge, at most k x n."""
         (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
         u, _, vt = np.linalg.svd(self.jacobian(q))
         vector = u[:, :, -1] if m <= n else vt[:, -1]
-        vector = vector + 0.1 * np.array([[draws.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
+        vector = vector + 0.1 * np.array([[rng.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
         q = q.copy()
-        for _ in range(STEPS):
-            values, derivatives = self._equations(q, vector)
-            active = ~(np.abs(values).max(axis=1) < ON_IT)
+        for _ in range(MAX_STEPS):
+            values, derivatives = self._evaluate_equations(q, vector)
+            active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
             if not active.any():
                 break
-            steps = _limit_steps(_step(derivatives[active], values[active]))
-            q[active] += steps[:, :n] * self._units
+            steps = _limit_steps(_gauss_newton_steps(derivatives[active], values[active]))
+            q[active] += steps[:, :n] * self._joint_units
             vector[active] += steps[:, n:]
-        is_singular = np.abs(self._equations(q, vector)[0]).max(axis=1) < ON_IT
-        is_singular[is_singular] = self.is_lost(q[is_singular])
+        is_singular = np.abs(self._evaluate_equations(q, vector)[0]).max(axis=1) < EQUATION_TOLERANCE
+        is_singular[is_singular] = self.loses_rank(q[is_singular])
         return np.asarray(q[is_singular])
 
-    def _equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluate_equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residuals and their derivatives with respect to the joint variables and the vector.
 
         The residuals are w^T J for a unit wrench w if there are at least as many joints as rows, else J v for unit
         joint rates v. The last residual is (|vector|^2 - 1) / 2. Prismatic joint variables are fractions of the reach.
         """
-        jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_slopes(q)
+        jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_derivatives(q)
         if jacobian.shape[1] <= jacobian.shape[2]:
             jacobian, jacobian_derivatives = jacobian.swapaxes(1, 2), jacobian_derivatives.swapaxes(1, 2)
         products = (jacobian @ vector[:, :, None])[:, :, 0]
@@ -265,16 +277,16 @@ class _RankTest:
         norm_row = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
         return np.concatenate([products, norm_residual], axis=1), np.concatenate([product_rows, norm_row], axis=1)
 
-    def _jacobian_slopes(self, q: np.ndarray) -> np.ndarray:
+    def _jacobian_derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return dJ/dq_j, k x m x n x n.
 
         For column i = (v_i, w_i), d(v_i, w_i)/dq_j is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
-        linear, angular = self._parts(q)
+        linear, angular = self._linear_and_angular(q)
         n = linear.shape[1]
         linear_earlier = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
         is_earlier = np.arange(n)[:, None] >= np.arange(n)
         d_linear = np.where(is_earlier[:, :, None], linear_earlier, linear_earlier.swapaxes(1, 2))
         d_angular = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
-        derivative = np.concatenate([d_linear, d_angular], axis=3)[..., self._rows]
+        derivative = np.concatenate([d_linear, d_angular], axis=3)[..., self._task_rows]
         return np.asarray(derivative.transpose(0, 3, 1, 2))

@@ -13,19 +13,19 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, solve_linear
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector, solve_linear
 
-ITERATIONS = 12
+MAX_ITERATIONS = 12
 """Maximum number of Newton steps."""
 
 
 @dataclass(frozen=True)
-class Station:
+class PathSample:
     """The arm at one point of a line.
 
     - `s`: distance from the start of the line (m).
     - `joints`: the joint values q.
-    - `slopes`: dq/ds.
+    - `joint_derivatives`: dq/ds.
     - `conditioning`: sigma_min / sigma_max of J.
     """
 
@@ -35,7 +35,7 @@ class Station:
     conditioning: float
 
 
-class Line:
+class StraightPath:
     """A straight line from the point of interest at the configuration `joints` to `target`.
 
     `target` has one coordinate for each row of the task.
@@ -47,59 +47,62 @@ class Line:
         lengths: Mapping[sp.Symbol, sp.Expr],
         joints: Mapping[sp.Symbol, sp.Expr],
         target: Sequence[sp.Expr],
-        context: Any = DOUBLE,
+        context: Any = FLOAT_CONTEXT,
     ) -> None:
         self.arm, self.context = PreciseArm(chain, lengths, context), context
-        self.q = [self.arm.number(joints[q]) for q in chain.q]
-        self.start = [self.arm.place(self.q)[0][row] for row in self.arm.task]
-        displacement = [self.arm.number(b) - a for a, b in zip(self.start, target, strict=True)]
+        self.start_joints = [self.arm.evaluate_number(joints[q]) for q in chain.q]
+        self.start_point = [self.arm.point_and_jacobian(self.start_joints)[0][row] for row in self.arm.task_rows]
+        displacement = [self.arm.evaluate_number(b) - a for a, b in zip(self.start_point, target, strict=True)]
         self.length = context.sqrt(sum(value * value for value in displacement))
-        self.unit = [value / self.length for value in displacement]
+        self.direction = [value / self.length for value in displacement]
 
     def point(self, s: Any) -> Vector:
         """Return p(s) = A + s u."""
-        return [a + s * u for a, u in zip(self.start, self.unit, strict=True)]
+        return [a + s * u for a, u in zip(self.start_point, self.direction, strict=True)]
 
-    def joints_at(self, s: Any, near: Sequence[Any]) -> Vector | None:
-        """Return the joint values at s that Newton's method finds from the values `near`; None if it fails."""
-        target_point, q = self.point(s), list(near)
-        for _ in range(ITERATIONS):
-            point, jacobian = self.arm.place(q)
-            error = [a - point[row] for a, row in zip(target_point, self.arm.task, strict=True)]
+    def joints_at(self, s: Any, initial_joints: Sequence[Any]) -> Vector | None:
+        """Return the joint values at s, found by Newton's method from `initial_joints`; None if the method fails."""
+        target_point, q = self.point(s), list(initial_joints)
+        for _ in range(MAX_ITERATIONS):
+            point, jacobian = self.arm.point_and_jacobian(q)
+            error = [a - point[row] for a, row in zip(target_point, self.arm.task_rows, strict=True)]
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
             try:
-                step = solve_linear([jacobian[row] for row in self.arm.task], error)
+                step = solve_linear([jacobian[row] for row in self.arm.task_rows], error)
                 q = [a + b for a, b in zip(q, step, strict=True)]
             except ZeroDivisionError:
                 return None
         return None
 
-    def slopes(self, q: Sequence[Any]) -> Vector:
+    def joint_derivatives(self, q: Sequence[Any]) -> Vector:
         """Return dq/ds = J^-1 u, the joint rates at unit speed."""
-        return solve_linear(self.arm.task_jacobian(q), self.unit)
+        return solve_linear(self.arm.task_jacobian(q), self.direction)
 
-    def station(self, s: float, q: Sequence[float]) -> Station:
+    def sample_at(self, s: float, q: Sequence[float]) -> PathSample:
         """Return the station at s with these joint values, in floats."""
         jacobian = self.arm.task_jacobian(q)
         sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
-        return Station(s, tuple(q), tuple(solve_linear(jacobian, self.unit)), float(sigma[-1] / sigma[0]))
+        return PathSample(s, tuple(q), tuple(solve_linear(jacobian, self.direction)), float(sigma[-1] / sigma[0]))
 
-    def follow(self, step: float, floor: float, end: float | None = None) -> Iterator[Station]:
-        """Yield stations in floats, at s = 0, `step`, 2 `step` and so on, up to `end` (by default the target).
+    def follow(
+        self, step_length: float, min_conditioning: float, end_distance: float | None = None
+    ) -> Iterator[PathSample]:
+        """Yield stations in floats, at s = 0, `step_length`, 2 `step_length` and so on.
 
-        Stop early if the conditioning falls below `floor`, or if the arm would jump to another branch.
+        The last is at most at `end_distance`, which is the length of the path by default. Stop early
+        if the conditioning falls below `min_conditioning`, or if the arm would jump to another branch.
         """
-        last_distance = float(self.length) if end is None else end
-        q, s, step_count = self.q, 0.0, 0
+        last_distance = float(self.length) if end_distance is None else end_distance
+        q, s, step_count = self.start_joints, 0.0, 0
         while s <= last_distance + 1e-12:
-            station = self.station(s, q)
-            if station.conditioning < floor:
+            station = self.sample_at(s, q)
+            if station.conditioning < min_conditioning:
                 return
             yield station
             step_count += 1
-            predicted_joints = [a + step * b for a, b in zip(q, station.slopes, strict=True)]
-            s = step * step_count
+            predicted_joints = [a + step_length * b for a, b in zip(q, station.slopes, strict=True)]
+            s = step_length * step_count
             joints = self.joints_at(s, predicted_joints)
             if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > 0.3:
                 return

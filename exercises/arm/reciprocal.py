@@ -18,22 +18,29 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import ANGLES, TASK_ROWS, Base, Chain
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
 from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
-from qdot.exercises.arm.joint_solvability import drop_implied, may_hold_together
+from qdot.exercises.arm.joint_solvability import drop_implied, may_hold_simultaneously
 from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
-from qdot.exercises.arm.singularity import Conjunction, Search, cases_of_zero, common_zeros, state_conditions, tidy_ways
+from qdot.exercises.arm.singularity import (
+    Conjunction,
+    Search,
+    common_zeros,
+    replace_marks,
+    split_zero_cases,
+    tidy_branches,
+)
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 
 _POSITION = TASK_ROWS[:3]
-MOST_LEFT = 400
+MAX_CASES = 400
 """Maximum number of cases that are examined."""
-TRIED, SHORT = 2, 200
+MAX_FRAMES, SHORT_OPERATION_COUNT = 2, 200
 """Maximum number of pairs of frame and point that are tried, and the number of operations in all conditions together
 below which no further pair is tried."""
-_ZERO = 1e-9
-_NOTHING = sp.Float("1e-20")
+_SPARSITY_TOLERANCE = 1e-9
+_ZERO_TOLERANCE = sp.Float("1e-20")
 
 
 @dataclass(frozen=True)
@@ -51,16 +58,17 @@ class ReducedCase:
 
     - `case`: the conditions of the case.
     - `joints`: the joint (from 1) of each column of the matrix; 0 for a column that combines two joints.
-    - `ways`: the branches of rank loss, each a list of conditions under which the matrix has less than full rank.
+    - `find_branches`: the branches of rank loss, each a list of conditions under which the matrix has less than full
+      rank.
     """
 
     case: Conjunction
     matrix: sp.ImmutableMatrix
     joints: tuple[int, ...]
-    ways: tuple[Conjunction, ...]
+    branches: tuple[Conjunction, ...]
 
 
-def applies(chain: Chain) -> bool:
+def elimination_applies(chain: Chain) -> bool:
     """Return whether elimination applies to an arm.
 
     It applies to all six rows of the last link if there are more than six joints, and to a position task if there are
@@ -70,10 +78,10 @@ def applies(chain: Chain) -> bool:
         return False
     if set(chain.task) == set(_POSITION):
         return minors_are_long(chain)
-    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(plain_chain(chain)[0])
+    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(polynomial_chain(chain)[0])
 
 
-def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+def polynomial_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     """Return the arm without joint offsets and with symbols for non-polynomial entries, and the symbols' values.
 
     Non-polynomial entries are twists that are not multiples of a right angle, and lengths that contain roots.
@@ -85,10 +93,10 @@ def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     def simplify(name: str, value: sp.Expr) -> sp.Expr:
         if sp.Symbol(name) in chain.q:
             return sp.Symbol(name)
-        is_angle = name.startswith(ANGLES)
+        is_angle = name.startswith(ANGLE_PREFIXES)
         if is_angle and (2 * value / sp.pi).is_Integer:
             return sp.Mod(value, 2 * sp.pi)
-        if not is_angle and _is_plain(value):
+        if not is_angle and _is_polynomial(value):
             return value
         symbol = sp.Symbol(name if is_angle or name.startswith("point") else f"length_{name}")
         if value != symbol:
@@ -99,7 +107,7 @@ def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     return replace(changed, tool=changed.point), values
 
 
-def _is_plain(value: sp.Expr) -> bool:
+def _is_polynomial(value: sp.Expr) -> bool:
     """Return whether a length is a polynomial with rational coefficients."""
     numbers = value.atoms(sp.Number, sp.NumberSymbol, sp.Function)
     roots = [power for power in value.atoms(sp.Pow) if not (power.exp.is_Integer and power.exp > 0)]
@@ -129,7 +137,7 @@ def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
             np.where(is_revolute, np.cross(z, point - origins), z) @ rotation,
             (z * is_revolute) @ rotation,
         )
-        zeros = np.abs(np.hstack([linear, angular])) < _ZERO
+        zeros = np.abs(np.hstack([linear, angular])) < _SPARSITY_TOLERANCE
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
         candidates.append((key, zeros.tobytes()))
     patterns: dict[bytes, tuple[int, int | None]] = {}
@@ -147,28 +155,28 @@ def _tidy(entry: sp.Expr) -> sp.Expr:
 
 @dataclass
 class _Elimination:
-    """The elimination for one arm; it collects the reduced matrices in `left`."""
+    """The elimination for one arm; it collects the reduced matrices in `reduced_cases`."""
 
     search: Search
-    left: list[ReducedCase] = field(default_factory=list)
+    reduced_cases: list[ReducedCase] = field(default_factory=list)
     marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
     """Symbols that stand for conditions 1 - cos(q - root) whose root contains an arctangent.
 
     Nothing is substituted into these conditions.
     """
 
-    def ways(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+    def find_branches(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case."""
-        matrix, joints = self._without_zeros(matrix, joints)
+        matrix, joints = self._drop_zero_columns(matrix, joints)
         rows, columns = matrix.shape
         if rows == 0:
             return
         if columns < rows or any(matrix.row(r).is_zero_matrix for r in range(rows)):
-            self.left.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),)))
+            self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),)))
             yield case
             return
-        if len(self.left) > MOST_LEFT:
-            raise TooLong(f"J may lose rank in more than {MOST_LEFT} ways")
+        if len(self.reduced_cases) > MAX_CASES:
+            raise TooLong(f"J may lose rank in more than {MAX_CASES} ways")
         yield from self._eliminate_next(matrix, joints, case)
 
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
@@ -177,44 +185,44 @@ class _Elimination:
             shared = self._common_factors(matrix.row(r))
             if shared:
                 for factor in shared:
-                    self.left.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
+                    self.reduced_cases.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
                     yield (*case, factor)
-                yield from self.ways(_divide_factors(matrix, shared, row=r), joints, case)
+                yield from self.find_branches(_divide_factors(matrix, shared, row=r), joints, case)
                 return
         for c in range(matrix.cols):
             shared = self._common_factors(matrix.col(c))
             if shared:
-                yield from self._without_column(matrix, joints, case, c, shared)
-                yield from self.ways(_divide_factors(matrix, shared, column=c), joints, case)
+                yield from self._eliminate_column(matrix, joints, case, c, shared)
+                yield from self.find_branches(_divide_factors(matrix, shared, column=c), joints, case)
                 return
-        pivot = self._pivot(matrix)
+        pivot = self._find_pivot(matrix)
         if pivot is not None:
             r, c = pivot
-            yield from self.ways(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
+            yield from self.find_branches(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
             return
-        combination = self._without_pair(matrix)
+        combination = self._combine_pair(matrix)
         if combination is not None:
             matrix, columns = combination
-            yield from self.ways(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
+            yield from self.find_branches(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
             return
-        yield from self._by_minors(matrix, joints, case)
+        yield from self._branches_by_minors(matrix, joints, case)
 
-    def _without_column(
+    def _eliminate_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
         """Yield the branches on which a common factor of column `c` vanishes and the other columns lose rank."""
         other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
-            for condition, trigs in self._roots(factor):
+            for condition, trigs in self._zero_cases(factor):
                 at_root = other_columns.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
-                yield from self.ways(_clear_denominators(at_root), remaining_joints, (*case, condition))
+                yield from self.find_branches(_clear_denominators(at_root), remaining_joints, (*case, condition))
 
-    def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+    def _zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the cases in which a factor vanishes.
 
         Each has the condition to state, and the values to substitute for sines, cosines and joint variables.
         """
-        cases = cases_of_zero(factor)
+        cases = split_zero_cases(factor)
         if cases[0][1]:
             return [(condition, dict(values)) for condition, values in cases]
         roots = half_angle_roots(factor, self.search)
@@ -240,7 +248,7 @@ class _Elimination:
             else _tidy(expanded.xreplace(values))
         )
 
-    def _without_zeros(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
+    def _drop_zero_columns(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
         nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
         return matrix.extract(list(range(matrix.rows)), nonzero_columns), tuple(joints[c] for c in nonzero_columns)
 
@@ -248,9 +256,11 @@ class _Elimination:
         """Return the factors with joint variables that all nonzero entries have in common."""
         products = [factor_trig(entry) for entry in entries if entry != 0]
         first, *others = products
-        return [f for f, _ in first.factors if self.search.moves(f) and all(f in dict(o.factors) for o in others)]
+        return [
+            f for f, _ in first.factors if self.search.contains_joints(f) and all(f in dict(o.factors) for o in others)
+        ]
 
-    def _pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
+    def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
         """Return row and column of a nonzero constant entry; None if there is none.
 
         Among these entries, choose the one whose row and column have the most zeros.
@@ -258,7 +268,7 @@ class _Elimination:
         best_pivot = None
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry = matrix[r, c]
-            if entry == 0 or self.search.moves(entry) or self._may_be_zero(entry):
+            if entry == 0 or self.search.contains_joints(entry) or self._may_be_zero(entry):
                 continue
             fill = _count_others(matrix.row(r)) * _count_others(matrix.col(c))
             key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
@@ -270,7 +280,7 @@ class _Elimination:
         """Return whether a constant that contains a sum is zero for the arm's twists."""
         return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
 
-    def _without_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
+    def _combine_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
         """Eliminate a column with two entries that are never both zero; return the matrix and its column numbers.
 
         The two rows are replaced by the combination of them whose entry in that column is zero. Likewise, a row is
@@ -287,7 +297,7 @@ class _Elimination:
                     continue
                 reduced_matrix, (a, b) = reduced
                 u, v = reduced_matrix[a, c], reduced_matrix[b, c]
-                if may_hold_together([u, v], self.search.joints):
+                if may_hold_simultaneously([u, v], self.search.joints):
                     continue
                 combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
                 other_rows = [r for r in range(m.rows) if r not in (a, b)]
@@ -313,13 +323,13 @@ class _Elimination:
         for r in range(matrix.rows):
             if matrix[r, c] == 0:
                 continue
-            factors = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.moves(f[0]))
+            factors = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.contains_joints(f[0]))
             if factors not in rows_by_factors:
                 rows_by_factors[factors] = r
                 continue
             first = rows_by_factors[factors]
             numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
-            if self.search.moves(numerator) or self.search.moves(denominator):
+            if self.search.contains_joints(numerator) or self.search.contains_joints(denominator):
                 return None
             row = (reduced.row(r) * denominator - reduced.row(first) * numerator).applyfunc(_tidy)
             reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
@@ -329,12 +339,14 @@ class _Elimination:
             else None
         )
 
-    def _by_minors(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+    def _branches_by_minors(
+        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction
+    ) -> Iterator[Conjunction]:
         """Yield the branches on which all maximal minors of a matrix vanish."""
         column_sets = combinations(range(matrix.cols), matrix.rows)
         minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
         zeros = common_zeros(minors, self.search)
-        self.left.append(
+        self.reduced_cases.append(
             ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if zeros is None else tuple(zeros))
         )
         for branch in [()] if zeros is None else zeros:
@@ -398,7 +410,7 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
     the factor has another form, or needs a square root.
     """
     trigs = factor.atoms(sp.sin, sp.cos)
-    angles = {trig.args[0] for trig in trigs if search.moves(trig)}
+    angles = {trig.args[0] for trig in trigs if search.contains_joints(trig)}
     if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
         return []
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
@@ -424,8 +436,8 @@ class ReciprocalSet:
     """The singular set of an arm: the reduction of J, the reduced matrices, and the conditions for rank loss."""
 
     reduction: Reduction
-    left: tuple[ReducedCase, ...]
-    ways: tuple[Conjunction, ...]
+    cases: tuple[ReducedCase, ...]
+    branches: tuple[Conjunction, ...]
 
 
 @lru_cache(maxsize=64)
@@ -439,48 +451,52 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
     values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in twists}}
 
     def is_zero(constant: sp.Expr) -> bool:
-        return bool(abs(sp.N(constant.xreplace(values), 30)) < _NOTHING)
+        return bool(abs(sp.N(constant.xreplace(values), 30)) < _ZERO_TOLERANCE)
 
     candidates, last_error = [], None
-    for frame, about in _sparsest_frames(chain)[:TRIED]:
+    for frame, about in _sparsest_frames(chain)[:MAX_FRAMES]:
         try:
             singular_set = _search_from(chain, frame, about, is_zero)
         except TooLong as error:
             last_error = error
             continue
-        possible = (w for w in singular_set.ways if may_hold_together([c.xreplace(dict(twists)) for c in w], chain.q))
-        candidates.append(replace(singular_set, ways=tuple(possible)))
-        if _size(candidates[-1]) < SHORT:
+        possible = (
+            w for w in singular_set.branches if may_hold_simultaneously([c.xreplace(dict(twists)) for c in w], chain.q)
+        )
+        candidates.append(replace(singular_set, branches=tuple(possible)))
+        if _count_operations(candidates[-1]) < SHORT_OPERATION_COUNT:
             break
     if not candidates:
         assert last_error is not None
         raise last_error
-    return min(candidates, key=_size)
+    return min(candidates, key=_count_operations)
 
 
-def _size(singular_set: ReciprocalSet) -> int:
+def _count_operations(singular_set: ReciprocalSet) -> int:
     """Return the number of operations in all conditions."""
-    return sum(int(sp.count_ops(condition)) for way in singular_set.ways for condition in way)
+    return sum(int(sp.count_ops(condition)) for way in singular_set.branches for condition in way)
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
     """Return the singular set by elimination in J for one frame and point. Raises TooLong."""
     reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
     elimination = _Elimination(Search(chain.q, is_zero))
-    branches = list(elimination.ways(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
+    branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in branches:
-        return ReciprocalSet(reduction, tuple(elimination.left), ((),))
+        return ReciprocalSet(reduction, tuple(elimination.reduced_cases), ((),))
     search = Search((*chain.q, *elimination.marks.values()), is_zero)
     tidied = [
-        drop_implied(branch, chain.q) for branch in tidy_ways(branches, search, "what the rank of J comes down to")
+        drop_implied(branch, chain.q) for branch in tidy_branches(branches, search, "what the rank of J comes down to")
     ]
     conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
-    cases = tuple(replace(reduced, case=_state_case(reduced.case, conditions_by_mark)) for reduced in elimination.left)
+    cases = tuple(
+        replace(reduced, case=_state_case(reduced.case, conditions_by_mark)) for reduced in elimination.reduced_cases
+    )
     return ReciprocalSet(
         reduction, cases, tuple(tuple(c.xreplace(conditions_by_mark) for c in branch) for branch in tidied)
     )
 
 
-def _state_case(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
+def _state_case(case: Conjunction, conditions_by_mark: dict[sp.Symbol, sp.Expr]) -> Conjunction:
     """Return the conditions of a case with each mark replaced by the condition for which it stands."""
-    return tuple(stated.get(condition, condition) for condition in state_conditions(case))
+    return tuple(conditions_by_mark.get(condition, condition) for condition in replace_marks(case))

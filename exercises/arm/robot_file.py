@@ -41,16 +41,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, pose_of, to_exact
+from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose, recognize_exact
 from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.entry import check_role, doubt, value_of
+from qdot.exercises.arm.entry import check_role, parse_entry, unit_warning
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import (
-    Row,
+    WrittenRow,
     axes_of_rows,
     dh_of_axes,
     dh_of_modified_rows,
@@ -59,21 +59,21 @@ from qdot.exercises.arm.standard_table import (
 )
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import Place, TomlFile, read_toml, toml_text
+from qdot.exercises.common.input_file import KeyPath, TomlFile, read_toml, toml_text
 from qdot.exercises.common.stream import Stream
 
 ROW_KEYS = Convention.joint_keys
-ANGLES = ("theta", "alpha")
-MOST_JOINTS = 10
+ANGLE_KEYS = ("theta", "alpha")
+MAX_JOINTS = 10
 """Maximum number of joints: each further parallel joint doubles the time of proving that both routes agree."""
 ANGLE_UNITS = ("radians", "degrees")
 """The units in which a file may give its angles; the first is the default."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
-_RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
-_POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
+_RANGE_HINT = "a length has a range in metres, as in a1 = [0.3, 0.8]"
+_POSE_HINT = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
 Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
-Draws = tuple[tuple[sp.Symbol, int, int], ...]
+LengthRanges = tuple[tuple[sp.Symbol, int, int], ...]
 """The random lengths of an arm: symbol, minimum and maximum in whole cm."""
 
 
@@ -95,21 +95,22 @@ class WrittenArm:
 class Robot:
     """The robot that a file describes.
 
-    - `draws`: the lengths that are random for each student.
+    - `length_ranges`: the lengths that are random for each student.
     - `notes`: warnings about probable mistakes.
     - `limits`: the limits of each joint (rad or m), None for a joint without limits.
     - `written_arm`: the description in the file, None if that is the standard table.
     - `source`: the source of the numbers, or empty.
-    - `rounded`: whether numbers of the standard table are rounded to ten decimals, because they have no short formula.
+    - `is_table_rounded`: whether numbers of the standard table are rounded to ten decimals, because they have no short
+      formula.
     """
 
     chain: Chain
-    draws: Draws = ()
+    length_ranges: LengthRanges = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
     written_arm: WrittenArm | None = None
     source: str = ""
-    rounded: bool = False
+    is_table_rounded: bool = False
 
 
 def read_robot(path: Path) -> Chain:
@@ -132,38 +133,38 @@ def read_robot_file(path: Path, tip: str = "") -> Robot:
     For a URDF, `tip` is the link at the end of the chain. Raises QdotError with file, line, key and a correction.
     """
     if path.suffix.lower() in (".urdf", ".xml"):
-        return _robot_of_urdf(path, read_urdf(path, tip))
+        return _robot_from_urdf(path, read_urdf(path, tip))
     if tip:
         raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
-    return robot_of(read_toml(path))
+    return parse_robot(read_toml(path))
 
 
-def _too_many(count: int) -> str:
+def _too_many_joints(count: int) -> str:
     """Return the error message for an arm with too many joints."""
-    return f"{count} joints are too many to be worked out; an arm has up to {MOST_JOINTS}"
+    return f"{count} joints are too many to be worked out; an arm has up to {MAX_JOINTS}"
 
 
-def _robot_of_urdf(path: Path, described: UrdfChain) -> Robot:
-    count = len(described.axes)
-    if count > MOST_JOINTS:
-        raise QdotError(f"{path}: {_too_many(count)}")
-    base, joints, point = dh_of_axes(described.axes, described.tip, count)
-    chain = Chain(described.name, joints, ("vx",), base, point, described.name)
+def _robot_from_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
+    count = len(urdf_chain.axes)
+    if count > MAX_JOINTS:
+        raise QdotError(f"{path}: {_too_many_joints(count)}")
+    base, joints, point = dh_of_axes(urdf_chain.axes, urdf_chain.tip, count)
+    chain = Chain(urdf_chain.name, joints, ("vx",), base, point, urdf_chain.name)
     return Robot(
         chain.with_task(*default_task(chain)),
-        notes=described.notes,
-        limits=described.limits,
-        written_arm=_written_axes(described.axes),
-        rounded=is_rounded(chain, described.axes, described.tip),
+        notes=urdf_chain.notes,
+        limits=urdf_chain.limits,
+        written_arm=_written_axes(urdf_chain.axes),
+        is_table_rounded=is_rounded(chain, urdf_chain.axes, urdf_chain.tip),
     )
 
 
-def robot_of(file: TomlFile) -> Robot:
+def parse_robot(file: TomlFile) -> Robot:
     """Return the robot that a parsed TOML file describes. Raises QdotError."""
     reader = _Reader(file)
     chain = reader.chain()
-    draws = _draws(file, chain)
-    notes = _notes(file, chain, draws)
+    draws = _length_ranges(file, chain)
+    notes = _length_warnings(file, chain, draws)
     return Robot(
         chain, draws, notes, reader.limits(), reader.written_arm, reader.source, is_rounded(chain, *reader.home_axes)
     )
@@ -177,19 +178,19 @@ class _Reader:
         self.file, self.table = file, file.content
         self.title = self._text("name", "my arm")
         self.source = self._text("source", "its manual, p. 12") if "source" in self.table else ""
-        self.convention = REGISTRY[self._one_of("convention", CONVENTIONS)]
-        self.has_table, self.has_links_first = (what in self.convention.has for what in (FRAMES, FRAMES_OF_JOINTS))
-        self.twist_order = self._one_of("twist_order", TWIST_ORDERS)
+        self.convention = REGISTRY[self._read_choice("convention", CONVENTIONS)]
+        self.has_table, self.has_links_first = (what in self.convention.features for what in (FRAMES, FRAMES_OF_JOINTS))
+        self.twist_order = self._read_choice("twist_order", TWIST_ORDERS)
         if "twist_order" in self.table and not self.convention.twist_orders:
-            with file.at("twist_order"):
+            with file.locate_errors("twist_order"):
                 raise QdotError('it is of arms that are told by their axes, with convention = "screws"')
-        self.in_degrees = self._one_of("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
+        self.in_degrees = self._read_choice("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
         rows = self.table["joint"]
-        with file.at("joint"):
+        with file.locate_errors("joint"):
             if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
                 raise QdotError("joints are given as [[joint]] tables, one for each joint")
-            if len(rows) > MOST_JOINTS:
-                raise QdotError(_too_many(len(rows)))
+            if len(rows) > MAX_JOINTS:
+                raise QdotError(_too_many_joints(len(rows)))
         self.rows: list[dict[str, Any]] = rows
         kinds = [self._kind(index, row) for index, row in enumerate(rows)]
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
@@ -205,25 +206,25 @@ class _Reader:
         chain = Chain(self.title, joints, ("vx",), base, point, self.title, name, self.axis_points, order)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
-        with self.file.at("task"):
+        with self.file.locate_errors("task"):
             return chain.with_task(*_task(self.table["task"]))
 
     def _text(self, key: str, example: str) -> str:
         """Return the text under a key as a single line. Raises QdotError if it is empty or not a text."""
         value = self.table[key]
-        with self.file.at(key):
+        with self.file.locate_errors(key):
             if not isinstance(value, str) or not value.strip():
                 raise QdotError(f'it is a text, as in {key} = "{example}"')
         return " ".join(value.split())
 
-    def _one_of(self, key: str, known: tuple[str, ...]) -> str:
+    def _read_choice(self, key: str, choices: tuple[str, ...]) -> str:
         """Return the value under a key, by default the first known value. Raises QdotError if it is not known."""
-        value = self.table.get(key, known[0])
-        with self.file.at(key):
-            if value not in known:
+        value = self.table.get(key, choices[0])
+        with self.file.locate_errors(key):
+            if value not in choices:
                 alias = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
                 hint = f"; for what you wrote, that is {toml_text(alias)}" if alias else ""
-                raise QdotError(f"it is {' or '.join(map(toml_text, known))}{hint}")
+                raise QdotError(f"it is {' or '.join(map(toml_text, choices))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
@@ -231,7 +232,7 @@ class _Reader:
         keys, path = self.convention.joint_keys, ("joint", index)
         self._check_convention(index, row)
         self.file.check_keys(path, (*keys, "limits"), ("kind",), TOP_KEYS)
-        with self.file.at(*path, "kind"):  # the kind decides which other keys are needed
+        with self.file.locate_errors(*path, "kind"):  # the kind decides which other keys are needed
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
         needs_no_point = not self.has_table and row["kind"] == "P"
@@ -255,7 +256,7 @@ class _Reader:
                 f'is of an arm told by its axes, and the file {stated_convention}; write convention = "screws" at its '
                 f"top, or tell a table, where a joint has {keys}"
             )
-        raise QdotError(f"{self.file.place_of_key('joint', index, key)}: the key {key!r} {hint}")
+        raise QdotError(f"{self.file.describe_key('joint', index, key)}: the key {key!r} {hint}")
 
     # --- tables ---
 
@@ -263,9 +264,11 @@ class _Reader:
         """Return base, standard table and point of an arm that is described by a table."""
         rows = [self._row(index) for index in range(len(self.rows))]
         if self.has_links_first and rows[0].alpha.free_symbols:
-            raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
+            raise QdotError(
+                f"{self.file.describe_value('joint', 0, 'alpha')}: the first one turns the base, and is a number"
+            )
         base = self._pose("base")
-        if base != HOME or self.has_links_first:
+        if base != IDENTITY_POSE or self.has_links_first:
             self.home_axes = axes_of_rows(rows, base, self.convention), None
         table = dh_of_modified_rows if self.has_links_first else dh_of_standard_rows
         if self.has_links_first or any(row.is_reversed for row in rows):
@@ -281,9 +284,9 @@ class _Reader:
             return None
         table = self.table["base"]
         position, rpy = table.get("position", [0, 0, 0]), table.get("rpy", [0, 0, 0])
-        return self._triple(position, _POSE), self._triple(rpy, _POSE, are_angles=True)
+        return self._triple(position, _POSE_HINT), self._triple(rpy, _POSE_HINT, are_angles=True)
 
-    def _row(self, index: int) -> Row:
+    def _row(self, index: int) -> WrittenRow:
         """Return one row of the table, with its joint variable split off."""
         row, variable = self.rows[index], self.variables[index]
         kind, variable_key = row["kind"], "theta" if row["kind"] == "R" else "d"
@@ -291,12 +294,12 @@ class _Reader:
         is_reversed = False
         # most mistakes are in the entry with the joint variable
         for key in (variable_key, *(key for key in ROW_KEYS[1:] if key != variable_key)):
-            with self.file.at("joint", index, key):
-                value = self._value(row[key], key in ANGLES)
+            with self.file.locate_errors("joint", index, key):
+                value = self._value(row[key], key in ANGLE_KEYS)
                 if key == variable_key:
                     value, is_reversed = _split_variable(value, variable, kind)
-                values[key] = self._check_entry(value, key in ANGLES)
-        return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
+                values[key] = self._check_entry(value, key in ANGLE_KEYS)
+        return WrittenRow(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
     def _point(self) -> Point | None:
         """Return the point of interest in a frame of the file's convention; None if the file gives no point."""
@@ -304,7 +307,7 @@ class _Reader:
         if "tool" in self.table:
             if "point" in self.table:
                 raise QdotError(
-                    f"{self.file.place('point')}: the point of interest is the tool's origin; give one of both"
+                    f"{self.file.describe_value('point')}: the point of interest is the tool's origin; give one of both"
                 )
             x, y, z = self._pose("tool").origin
             return Point(n, (x, y, z))
@@ -312,7 +315,7 @@ class _Reader:
             return None
         raw = self.table["point"]
         correction = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
-        with self.file.at("point"):
+        with self.file.locate_errors("point"):
             if isinstance(raw, str):
                 match = re.fullmatch(r"O_?(\d{1,2})", raw)
                 if match is None or int(match.group(1)) > n:
@@ -320,14 +323,14 @@ class _Reader:
                 return Point(int(match.group(1)))
             return self._read_point(raw, correction)
 
-    def _read_point(self, raw: object, right: str) -> Point:
+    def _read_point(self, raw: object, correction: str) -> Point:
         """Parse a point: [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""
         frame = len(self.rows)
         if isinstance(raw, dict):
             if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
-                raise QdotError(f"{right}; in another frame it is {{frame = {frame - 1}, offset = [x, y, z]}}")
+                raise QdotError(f"{correction}; in another frame it is {{frame = {frame - 1}, offset = [x, y, z]}}")
             frame, raw = raw["frame"], raw["offset"]
-        x, y, z = self._triple(raw, right)
+        x, y, z = self._triple(raw, correction)
         return Point(frame, (x, y, z))
 
     # --- axes ---
@@ -336,11 +339,11 @@ class _Reader:
         """Return base, standard table and point of an arm that is described by its axes."""
         if "tool" in self.table:
             raise QdotError(
-                f"{self.file.place('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
+                f"{self.file.describe_value('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
             )
         self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
         base = self._pose("base")
-        with self.file.at("point"):
+        with self.file.locate_errors("point"):
             hint = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
             home_point = self._read_point(self.table["point"], hint)
         point = base @ Pose(sp.eye(3), sp.Matrix(home_point.offset))
@@ -361,14 +364,14 @@ class _Reader:
     def _axis(self, index: int) -> Axis:
         """Return a joint's axis as the user wrote it, in the base frame."""
         row = self.rows[index]
-        with self.file.at("joint", index, "axis"):
+        with self.file.locate_errors("joint", index, "axis"):
             message = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
             direction = sp.Matrix(self._triple(row["axis"], message))
             if direction.free_symbols or direction.norm() == 0:
                 raise QdotError(message)
         axis_point = (sp.S.Zero,) * 3
         if "point" in row:
-            with self.file.at("joint", index, "point"):
+            with self.file.locate_errors("joint", index, "point"):
                 axis_point = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
         return Axis(row["kind"], direction, sp.Matrix(axis_point))
 
@@ -377,21 +380,21 @@ class _Reader:
     def _pose(self, key: str) -> Pose:
         """Return the pose under a key, by default the identity."""
         if key not in self.table:
-            return HOME
+            return IDENTITY_POSE
         raw = self.table[key]
-        with self.file.at(key):
+        with self.file.locate_errors(key):
             if not isinstance(raw, dict) or not raw or not {*raw} <= {"position", "rpy"}:
-                raise QdotError(_POSE)
-            position = self._triple(raw.get("position", [0, 0, 0]), _POSE)
-            rpy = self._triple(raw.get("rpy", [0, 0, 0]), _POSE, are_angles=True)
+                raise QdotError(_POSE_HINT)
+            position = self._triple(raw.get("position", [0, 0, 0]), _POSE_HINT)
+            rpy = self._triple(raw.get("rpy", [0, 0, 0]), _POSE_HINT, are_angles=True)
             if any(angle.free_symbols for angle in rpy):
                 raise QdotError('its angles are numbers, as in rpy = [0, 0, "pi/2"]')
-            return pose_of(position, rpy)
+            return make_pose(position, rpy)
 
-    def _triple(self, raw: object, right: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        """Parse three entries. `right` is the error message for anything else."""
+    def _triple(self, raw: object, correction: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """Parse three entries. `correction` is the error message for anything else."""
         if not isinstance(raw, list) or len(raw) != 3:
-            raise QdotError(right)
+            raise QdotError(correction)
         values = []
         for axis, entry in zip("xyz", raw, strict=True):
             try:
@@ -406,7 +409,7 @@ class _Reader:
             raise QdotError(
                 "where angles are in degrees, a sine or an arctangent is written as its number, as in sqrt(3)/2"
             )
-        value = value_of(raw, is_angle, self.in_degrees)
+        value = parse_entry(raw, is_angle, self.in_degrees)
         variables_by_name = {sp.Symbol(f"q{number}"): variable for number, variable in enumerate(self.variables, 1)}
         return value.xreplace(variables_by_name)
 
@@ -426,24 +429,27 @@ class _Reader:
             return None
         is_angle = row["kind"] == "R"
         message = "they are two numbers, the lower first, as in " + ('["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]")
-        with self.file.at("joint", index, "limits"):
+        with self.file.locate_errors("joint", index, "limits"):
             ends = row["limits"]
             if not isinstance(ends, list) or len(ends) != 2:
                 raise QdotError(message)
-            low, high = (value_of(end, is_angle, self.in_degrees) for end in ends)
+            low, high = (parse_entry(end, is_angle, self.in_degrees) for end in ends)
             if low.free_symbols or high.free_symbols or not low < high:
                 raise QdotError(message)
         return low, high
 
 
-def _coordinates(place: sp.Matrix) -> Triple:
-    x, y, z = place.applyfunc(to_exact)
+def _coordinates(point: sp.Matrix) -> Triple:
+    x, y, z = point.applyfunc(recognize_exact)
     return x, y, z
 
 
 def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
     rows = (
-        (tuple(axis.direction.applyfunc(to_exact)), tuple(axis.point.applyfunc(to_exact)) if axis.kind == "R" else None)
+        (
+            tuple(axis.direction.applyfunc(recognize_exact)),
+            tuple(axis.point.applyfunc(recognize_exact)) if axis.kind == "R" else None,
+        )
         for axis in axes
     )
     return WrittenArm(Screws, tuple(rows))
@@ -491,37 +497,37 @@ def _task(raw: object) -> tuple[str, ...]:
 # --- random lengths ---
 
 
-def _draws(file: TomlFile, chain: Chain) -> Draws:
+def _length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
     """Parse the table [draw]."""
     range_table = file.content.get("draw", {})
-    with file.at("draw"):
+    with file.locate_errors("draw"):
         if not isinstance(range_table, dict):
-            raise QdotError("it is a table, [draw], in which " + _RANGE)
+            raise QdotError("it is a table, [draw], in which " + _RANGE_HINT)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
     ranges = []
     for name, ends in range_table.items():
         symbol = sp.Symbol(name)
-        with file.at("draw", name):
+        with file.locate_errors("draw", name):
             if symbol not in chain.parameters:
                 open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
                 raise QdotError(f"{name!r} is no open length of the table; open are: {open_lengths}")
             if symbol in angles:
-                raise QdotError(f"{name!r} is an angle; {_RANGE}")
+                raise QdotError(f"{name!r} is an angle; {_RANGE_HINT}")
             ranges.append((symbol, *_range(name, ends)))
     return tuple(ranges)
 
 
-def _range(name: str, ends: object) -> tuple[int, int]:
+def _range(name: str, range_ends: object) -> tuple[int, int]:
     """Return the two ends of a range in whole centimetres. Raises QdotError if it is no valid range."""
-    if not isinstance(ends, list) or len(ends) != 2 or not all(map(_is_number, ends)):
-        raise QdotError(_RANGE)
-    low, high = ends
+    if not isinstance(range_ends, list) or len(range_ends) != 2 or not all(map(_is_number, range_ends)):
+        raise QdotError(_RANGE_HINT)
+    low, high = range_ends
     if low <= 0:
-        raise QdotError(f"{toml_text(low)} is not positive; {_RANGE}")
+        raise QdotError(f"{toml_text(low)} is not positive; {_RANGE_HINT}")
     if high >= 1000:
-        raise QdotError(f"{toml_text(high)} is too long; {_RANGE}")
+        raise QdotError(f"{toml_text(high)} is too long; {_RANGE_HINT}")
     if low == high:
-        raise QdotError(f"both ends are the same, so that nothing is drawn; {_RANGE}")
+        raise QdotError(f"both ends are the same, so that nothing is drawn; {_RANGE_HINT}")
     if low > high:
         raise QdotError(f"the smaller end stands first; write {name} = {toml_text([high, low])}")
     first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
@@ -533,26 +539,28 @@ def _range(name: str, ends: object) -> tuple[int, int]:
     return first, last
 
 
-def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, int]]) -> tuple[str, ...]:
+def _length_warnings(
+    file: TomlFile, chain: Chain, length_ranges: Sequence[tuple[sp.Symbol, int, int]]
+) -> tuple[str, ...]:
     """Return a warning about the first length that is probably not in metres; empty if there is none."""
     joints = enumerate(chain.joints)
-    entries: list[tuple[Place, sp.Expr]]
+    entries: list[tuple[KeyPath, sp.Expr]]
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
     entries += [(("point",), value) for value in chain.point.offset]
-    entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in draws]
-    doubts = [(path, reason) for path, value in entries if (reason := doubt(value)) is not None]
+    entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in length_ranges]
+    doubts = [(path, reason) for path, value in entries if (reason := unit_warning(value)) is not None]
     if not doubts:
         return ()
     (path, reason), other_count = doubts[0], len(doubts) - 1
     others = f" ({other_count} more like this)" if other_count else ""
-    return (f"{file.place(*path)}: {reason}{others}",)
+    return (f"{file.describe_value(*path)}: {reason}{others}",)
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, Decimal)) and not isinstance(value, bool) and Decimal(value).is_finite()
 
 
-_CLEARLY = 1e-6
+_NONZERO_THRESHOLD = 1e-6
 """An entry of J above this is not a rounding error; entries have the order of magnitude of an arm's length."""
 
 
@@ -569,10 +577,10 @@ def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
         largest = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
     except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
         return (False,) * len(TASK_ROWS)
-    return tuple(bool(size > _CLEARLY) for size in largest)
+    return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest)
 
 
-def _is_no_zero_row(chain: Chain, i: int) -> bool:
+def _has_nonzero_entry(chain: Chain, i: int) -> bool:
     """Return whether row i of J (from 0) has a formula that is not zero."""
     return any(entry != 0 for entry in derive(chain).geometric.row(i))
 
@@ -580,7 +588,7 @@ def _is_no_zero_row(chain: Chain, i: int) -> bool:
 def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
     moving_rows = tuple(
-        row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i)
+        row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _has_nonzero_entry(chain, i)
     )
     if chain.n >= 6 and len(moving_rows) == len(TASK_ROWS):
         return TASK_ROWS

@@ -13,7 +13,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import toml_text
 
-Entries = Sequence[tuple[str, str]]
+TomlEntries = Sequence[tuple[str, str]]
 """Keys with their values, as TOML text."""
 
 
@@ -36,33 +36,33 @@ def robot_text(robot: Robot, convention: str) -> str:
         [*joint, *([("limits", _format_list(joint_limits))] if joint_limits else [])]
         for joint, joint_limits in zip(joints, limits, strict=True)
     ]
-    ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
+    ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.length_ranges]
     range_section = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
     return "\n".join(
         [_format_lines(top_entries), *(f"[[joint]]\n{_format_lines(row)}" for row in rows), *range_section]
     )
 
 
-def _format_lines(entries: Entries) -> str:
+def _format_lines(entries: TomlEntries) -> str:
     return "".join(f"{key} = {value}\n" for key, value in entries)
 
 
-def _table_entries(convention: Convention) -> tuple[Entries, list[Entries]]:
+def _table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntries]]:
     """Return the top-level entries and the entries of each joint for an arm that is described by a table."""
     chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
-    if chain.tool is not None or convention.from_standard(chain.n) != (0, 0):
+    if chain.tool is not None or convention.step_to_standard_frame(chain.n) != (0, 0):
         top.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
         top.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
     return top, [_row_entries(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
 
 
-def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
+def _screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
     """Return the top-level entries and the entries of each joint for an arm that is described by its axes."""
     axes, (x, y, z) = axes_of(chain)
     home_point = Point(chain.point.frame, (x, y, z))
-    joints: list[Entries] = []
+    joints: list[TomlEntries] = []
     for number, axis in enumerate(axes, 1):
         if axis.direction.free_symbols:
             raise QdotError(
@@ -73,7 +73,7 @@ def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
-def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
+def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> TomlEntries:
     values = {"theta": theta, "d": d, "a": a, "alpha": alpha}
     return [("kind", toml_text(kind)), *((key, _format_entry(value)) for key, value in values.items())]
 

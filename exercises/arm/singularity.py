@@ -13,20 +13,20 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
-from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold_together
+from qdot.exercises.arm.joint_solvability import drop_implied, is_implied, may_hold_simultaneously
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
 
-MOST_WAYS, MOST_PARTS = 300, 40
+MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
 """Maximum number of branches (ways in which all minors vanish) that are examined, and that a person would read."""
-MOST_ZEROS = 10_000
+MAX_IMPLICATION_WORK = 10_000
 """Maximum work for proving that long conditions follow from others, as counted by `joint_solvability`."""
-_NOTHING = sp.Float("1e-20")
+_ZERO_TOLERANCE = sp.Float("1e-20")
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
 
 Joints = tuple[sp.Symbol, ...]
 Conjunction = tuple[sp.Expr, ...]
-Solved = tuple[sp.Symbol, tuple[sp.Expr, ...]]
+JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 """A joint, and its values at which a condition holds."""
 Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
 """Joints with their values."""
@@ -80,12 +80,12 @@ def special_length_components(chain: Chain) -> tuple[Component, ...]:
     derivation = derive(chain)
     inverse = sp.Symbol("d_inverse")
     components = []
-    for conditions, holds in _substitute_values(derivation, _zeros(derivation)):
+    for conditions, holds in _substitute_values(derivation, _generic_zeros(derivation)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
         if holds or not lengths:
             continue
         nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
-        if may_hold_together([*conditions, nonzero_lengths], (*chain.q, *lengths, inverse)):
+        if may_hold_simultaneously([*conditions, nonzero_lengths], (*chain.q, *lengths, inverse)):
             components.append(solve_conjunction(conditions, chain))
     return tuple(dict.fromkeys(component for component in components if component is not None))
 
@@ -96,7 +96,7 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _components(derivation: Derivation) -> tuple[Component, ...] | None:
-    zeros = _zeros(derivation)
+    zeros = _generic_zeros(derivation)
     if zeros is None:
         return None
     components = []
@@ -105,24 +105,24 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
         if component is not None and component not in components:
             components.append(component)
     for contained in reversed(components[:]):
-        if any(container != contained and _lies_in(contained, container) for container in components):
+        if any(container != contained and _is_contained(contained, container) for container in components):
             components.remove(contained)  # one at a time: of two equal components, each lies in the other
     return tuple(components)
 
 
-def _zeros(derivation: Derivation) -> Zeros:
+def _generic_zeros(derivation: Derivation) -> Zeros:
     """Return the common zeros of the minors, in the symbols of the structure.
 
     The search runs once for each structure. It runs again for an arm whose numbers make a constant zero that the first
     search assumed to be nonzero.
     """
     minors, joints = derivation.generic_minors, derivation.generic_joints
-    zeros, assumed_nonzero = _zeros_in_general(minors, joints)
+    zeros, assumed_nonzero = _search_zeros(minors, joints)
 
     def is_zero(constant: sp.Expr) -> bool:
-        value = derivation.fill(constant)
+        value = derivation.substitute_values(constant)
         lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
-        return bool(abs(sp.N(value.xreplace(lengths), 30)) < _NOTHING)
+        return bool(abs(sp.N(value.xreplace(lengths), 30)) < _ZERO_TOLERANCE)
 
     return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
 
@@ -137,34 +137,38 @@ def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[t
     chain = derivation.chain
     codimension = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
-        conditions = tuple(derivation.fill(condition) for condition in conjunction)
-        is_possible = _hold_in_general(conjunction, derivation.generic_joints)
-        is_possible = is_possible or may_hold_together(conditions, chain.q)
+        conditions = tuple(derivation.substitute_values(condition) for condition in conjunction)
+        is_possible = _may_hold_generically(conjunction, derivation.generic_joints)
+        is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
         if is_possible and len(conjunction) > codimension:
-            required = tuple(map(derivation.fill, _drop_implied_in_general(conjunction, derivation.generic_joints)))
+            required = tuple(
+                map(derivation.substitute_values, _drop_implied_generically(conjunction, derivation.generic_joints))
+            )
             redundant = (condition for condition in conditions if condition not in required)
-            if conditions == conjunction or all(follows(c, required, chain.q, MOST_ZEROS) for c in redundant):
+            if conditions == conjunction or all(
+                is_implied(c, required, chain.q, MAX_IMPLICATION_WORK) for c in redundant
+            ):
                 conditions = required
         yield conditions, is_possible
 
 
 @lru_cache(maxsize=4096)
-def _drop_implied_in_general(conjunction: Conjunction, joints: Joints) -> Conjunction:
-    return drop_implied(conjunction, joints, MOST_ZEROS)
+def _drop_implied_generically(conjunction: Conjunction, joints: Joints) -> Conjunction:
+    return drop_implied(conjunction, joints, MAX_IMPLICATION_WORK)
 
 
 @lru_cache(maxsize=4096)
-def _hold_in_general(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, ...]) -> bool:
-    return len(conjunction) == 1 or may_hold_together(conjunction, joints)
+def _may_hold_generically(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, ...]) -> bool:
+    return len(conjunction) == 1 or may_hold_simultaneously(conjunction, joints)
 
 
-def _lies_in(component: Component, whole: Component) -> bool:
-    """Return whether `component` is contained in `whole`, by comparing the values of each joint."""
-    if component.solutions is None or whole.solutions is None:
+def _is_contained(component: Component, container: Component) -> bool:
+    """Return whether `component` is contained in `container`, by comparing the values of each joint."""
+    if component.solutions is None or container.solutions is None:
         return False
     values_by_joint = dict(component.solutions)
     return all(
-        joint in values_by_joint and set(values_by_joint[joint]) <= set(values) for joint, values in whole.solutions
+        joint in values_by_joint and set(values_by_joint[joint]) <= set(values) for joint, values in container.solutions
     )
 
 
@@ -188,7 +192,7 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
     return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
 
 
-def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[Solved, ...]) -> Component | None:
+def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolution, ...]) -> Component | None:
     """Return the component without the weaker of two conditions on the same joint; None if they contradict.
 
     Only numeric values are compared.
@@ -332,48 +336,48 @@ def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
 
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
 
-_AT = sp.Function("at")
+_ROOT_MARK = sp.Function("at")
 """A mark for a factor that is zero at one of its roots, e.g. at(sin(theta2), pi), until the other root is found too."""
 
 
 def _is_mark(condition: sp.Expr) -> bool:
-    return getattr(condition, "func", None) == _AT
+    return getattr(condition, "func", None) == _ROOT_MARK
 
 
 @dataclass(frozen=True)
 class Search:
     """What the search for common zeros knows about an arm: its joints, and which constants are zero.
 
-    A constant such as a1 - a2 may be zero. `taken` collects the constants that were assumed to be nonzero.
+    A constant such as a1 - a2 may be zero. `assumed_nonzero` collects the constants that were assumed to be nonzero.
     """
 
     joints: Joints
     is_zero: Callable[[sp.Expr], bool] = lambda _: False
-    taken: set[sp.Expr] = field(default_factory=set)
+    assumed_nonzero: set[sp.Expr] = field(default_factory=set)
 
-    def moves(self, expression: sp.Expr) -> bool:
+    def contains_joints(self, expression: sp.Expr) -> bool:
         """Return whether an expression contains joint variables."""
         return bool(expression.free_symbols & set(self.joints))
 
-    def moving_factors(self, product: Factored) -> list[sp.Expr] | None:
+    def joint_factors(self, product: Factored) -> list[sp.Expr] | None:
         """Return the factors that contain joint variables; None if the product is always zero."""
-        constants = [f for f, _ in product.factors if not self.moves(f) and not f.is_Symbol]
+        constants = [f for f, _ in product.factors if not self.contains_joints(f) and not f.is_Symbol]
         if product.is_zero or any(map(self.is_zero, constants)):
             return None
-        self.taken.update(constants)
-        return [f for f, _ in product.factors if self.moves(f)]
+        self.assumed_nonzero.update(constants)
+        return [f for f, _ in product.factors if self.contains_joints(f)]
 
 
 @lru_cache(maxsize=4096)
-def _zeros_in_general(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
+def _search_zeros(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
     """Return the zeros for generic lengths and twists, and the constants that were assumed to be nonzero."""
     search = Search(joints)
-    return common_zeros(minors, search), frozenset(search.taken)
+    return common_zeros(minors, search), frozenset(search.assumed_nonzero)
 
 
 def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
     """Return the conjunctions of conditions under which all minors vanish. Raises TooLong."""
-    factor_sets = [factors for minor in minors if (factors := search.moving_factors(minor)) is not None]
+    factor_sets = [factors for minor in minors if (factors := search.joint_factors(minor)) is not None]
     if not factor_sets:
         return None
     shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
@@ -381,46 +385,51 @@ def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
     conjunctions: list[Conjunction] = [(f,) for f in shared]
     for leaf in _branches(remaining_sets, search):
         conjunction = tuple(dict.fromkeys(leaf))
-        if len(conjunctions) > MOST_WAYS:
-            raise TooLong(f"the {len(factor_sets)} minors of J may vanish together in more than {MOST_WAYS} ways")
+        if len(conjunctions) > MAX_EXAMINED_BRANCHES:
+            raise TooLong(
+                f"the {len(factor_sets)} minors of J may vanish together in more than {MAX_EXAMINED_BRANCHES} ways"
+            )
         if not any(f in conjunction for f in shared):
             conjunctions.append(conjunction)
-    return tidy_ways(conjunctions, search, f"the {len(factor_sets)} minors of J")
+    return tidy_branches(conjunctions, search, f"the {len(factor_sets)} minors of J")
 
 
-def tidy_ways(conjunctions: Iterable[Conjunction], search: Search, what: str) -> list[Conjunction]:
+def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: str) -> list[Conjunction]:
     """Return conjunctions without duplicates and without implied conditions.
 
-    Cases that differ only in the root of one factor are merged. Raises TooLong; `what` is the subject of its message.
+    Cases that differ only in the root of one factor are merged. Raises TooLong; `subject` is the subject of its
+    message.
     """
     merged_conjunctions = _merge_roots(list(conjunctions))
-    if len(merged_conjunctions) > MOST_PARTS:
-        raise TooLong(f"{what} vanish together in more than {MOST_PARTS} ways, too many to read")
-    stated_conjunctions = [state_conditions(conjunction) for conjunction in merged_conjunctions]
+    if len(merged_conjunctions) > MAX_BRANCHES:
+        raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to read")
+    stated_conjunctions = [replace_marks(conjunction) for conjunction in merged_conjunctions]
     return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in stated_conjunctions], search)
 
 
-def _free_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
+def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
     """Return the factors of a condition that contain joint variables; None if the condition always holds."""
-    return search.moving_factors(factor_trig(sp.expand(condition)))
+    return search.joint_factors(factor_trig(sp.expand(condition)))
 
 
-def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known: list[sp.Expr]) -> bool:
+def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known_conditions: list[sp.Expr]) -> bool:
     """Return whether a condition follows from joint values and known conditions, by comparing factors."""
-    if condition in known:
+    if condition in known_conditions:
         return True
     substituted = factor_trig(sp.expand(substitute(condition, values)))
-    return substituted.is_zero or any(factor in known or -factor in known for factor, _ in substituted.factors)
+    return substituted.is_zero or any(
+        factor in known_conditions or -factor in known_conditions for factor, _ in substituted.factors
+    )
 
 
-def _value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     """Return the value of the last joint in a factor at one of its roots."""
     angle = factor.args[0]
     joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
 
 
-def state_conditions(conjunction: Conjunction) -> Conjunction:
+def replace_marks(conjunction: Conjunction) -> Conjunction:
     """Return conditions with each mark replaced: 1 - cos(theta2) = 0 states that only the root 0 is meant."""
     return tuple(
         1 - sp.cos(condition.args[0].args[0] - condition.args[1]) if _is_mark(condition) else condition
@@ -442,16 +451,16 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
     first, other_sets = factor_sets[0], factor_sets[1:]
     for factor in first:
-        for condition, values in cases_of_zero(factor):
+        for condition, values in split_zero_cases(factor):
             substituted = (_remaining_factors(factors, factor, values, search) for factors in other_sets)
             remaining = [factors for factors in substituted if factors is not None]
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
-def cases_of_zero(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
     """Return the cases in which a factor vanishes, each with its condition and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
-        return [(_AT(factor, root), _value_at(factor, root)) for root in _WHERE[factor.func, 0]]
+        return [(_ROOT_MARK(factor, root), _joint_value_at(factor, root)) for root in _TRIG_ROOTS[factor.func, 0]]
     return [(factor, {})]
 
 
@@ -467,7 +476,7 @@ def _remaining_factors(
         if substituted is None:
             remaining.append(factor)
             continue
-        moving = search.moving_factors(substituted)
+        moving = search.joint_factors(substituted)
         if moving is None:
             return None
         remaining += moving
@@ -483,7 +492,7 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
         for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
             for case in filter(_is_mark, conjunction):
                 other_conditions = conjunction - {case}
-                siblings = {other_conditions | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & sets
+                siblings = {other_conditions | {_ROOT_MARK(case.args[0], root)} for root in RIGHT_ANGLES} & sets
                 if len(siblings) == 2:
                     return siblings, other_conditions | {case.args[0]}
         return None
@@ -516,16 +525,18 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
     return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
 
 
-def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], search: Search) -> bool:
+def _follows_at(
+    condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], other_premises: list[sp.Expr], search: Search
+) -> bool:
     """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
-    factor_sets = [_free_factors(substitute(premise, values), search) for premise in plain]
+    factor_sets = [_joint_factors_of(substitute(premise, values), search) for premise in other_premises]
     return all(
         _holds(condition, values, list(vanishing_factors))
         for vanishing_factors in product(*(factors for factors in factor_sets if factors is not None))
     )
 
 
-_WHERE: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
+_TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
     (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
     (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
 }  # fmt: skip
@@ -540,8 +551,8 @@ def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]
             trig, at_end = single_trig, extreme_value
     if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
         return []
-    roots = _WHERE[trig.func, at_end]
-    return [item for root in roots for item in _value_at(trig, root).items()]
+    roots = _TRIG_ROOTS[trig.func, at_end]
+    return [item for root in roots for item in _joint_value_at(trig, root).items()]
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:

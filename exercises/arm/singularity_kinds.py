@@ -22,14 +22,14 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reach import reach_lengths, reaches_beyond
 from qdot.exercises.common.stream import Stream
 
-REGULAR = 1e-7
+RANK_TOLERANCE = 1e-7
 """A singular value counts as zero if it is below this fraction of the largest."""
 
-_TURNS = 24
+_ROTATION_COUNT = 24
 """Number of angles that are tried for a joint that does not move the point, in the search for a corner of the reach."""
 
 
-def kind_is_sure(chain: Chain) -> bool:
+def can_establish_kind(chain: Chain) -> bool:
     """Return whether the kind, boundary or internal, can be established and is meaningful for a chain.
 
     If not, the kind is never asked for or reported.
@@ -57,9 +57,9 @@ def _has_coordinates(chain: Chain) -> bool:
     )
 
 
-def kind_at(chain: Chain, sample: Sample) -> str:
+def classify_sample(chain: Chain, sample: Sample) -> str:
     """Return "regular", "boundary" or "internal" for one configuration."""
-    return kinds_at(chain, [sample])[0]
+    return classify_samples(chain, [sample])[0]
 
 
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
@@ -79,17 +79,17 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     }
 
 
-def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str]:
+def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
     """Return the kinds of many configurations of arms of the same structure, faster than one at a time.
 
     An arm with a spherical wrist is at the boundary if the wrist centre is at the boundary of its reach, because the
     wrist itself reaches every orientation.
     """
     if not _has_free_orientation(chain):
-        return list(_kinds_of_places(samples, chain.task_rows))
+        return list(_kinds_by_position(samples, chain.task_rows))
     kinds = np.full(len(samples), "regular", dtype=object)
     singular = [k for k, sample in enumerate(samples) if _is_singular(sample)]
-    wrist_centre_kinds = _kinds_of_places(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
+    wrist_centre_kinds = _kinds_by_position(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
     kinds[singular] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
     return list(kinds)
 
@@ -125,10 +125,10 @@ def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
         scale[small_scales] = np.maximum(
             scale[small_scales], np.minimum(reach_lengths([samples[k].arm for k in small_scales]), 1.0)
         )
-    return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
+    return np.asarray(np.sum(sigma > RANK_TOLERANCE * scale[:, None], axis=1))
 
 
-def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
+def _kinds_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     """Return the kinds of configurations by the position of their point.
 
     A corner of the reach is found only at certain configurations with the point there. Therefore, if a joint can rotate
@@ -144,7 +144,7 @@ def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
             rotatable = [k for k, rotations in zip(undecided, rotated_samples, strict=True) if rotations]
             all_kinds = iter(_kinds_by_motion([sample for rotations in rotated_samples for sample in rotations], task))
             for k in rotatable:
-                rotation_kinds = [next(all_kinds) for _ in range(_TURNS)]
+                rotation_kinds = [next(all_kinds) for _ in range(_ROTATION_COUNT)]
                 kinds[k] = "boundary" if "boundary" in rotation_kinds else "internal"
             undecided = [k for k in undecided if k not in rotatable]
             if not undecided:
@@ -154,10 +154,10 @@ def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
 
 def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
     """Return for each sample the samples that rotating a joint produces; none if that moves the point."""
-    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _TURNS, 1))
-    q[..., joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
+    q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _ROTATION_COUNT, 1))
+    q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
     points = NumericChain.stack([sample.arm for sample in samples]).point(q)
-    is_still = np.ptp(points, axis=1).max(axis=1) < REGULAR
+    is_still = np.ptp(points, axis=1).max(axis=1) < RANK_TOLERANCE
     return [
         [Sample(sample.arm, configuration) for configuration in configurations] if stays else []
         for sample, configurations, stays in zip(samples, q, is_still, strict=True)
@@ -174,40 +174,40 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     for rank in sorted({int(rank) for rank in ranks if rank < singular_values.shape[1]}):
         indices = np.flatnonzero(ranks == rank)
         group = [samples[k] for k in indices.tolist()]
-        bending = _bending(group, task, vt[indices, rank:])
+        bending = _compute_bending(group, task, vt[indices, rank:])
         is_edge = np.zeros(len(indices), dtype=bool)
         for lost in _lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
             undecided = np.flatnonzero(~is_edge)
             if len(undecided):
-                remaining_bending = _Bending(bending.still[undecided], bending.change[undecided])
-                is_edge[undecided] = _are_edges(
+                remaining_bending = _Bending(bending.joint_motions[undecided], bending.jacobian_changes[undecided])
+                is_edge[undecided] = _are_at_boundary(
                     [group[k] for k in undecided.tolist()], task, lost[undecided], remaining_bending
                 )
         kinds[indices] = np.where(is_edge, "boundary", "internal")
     return kinds
 
 
-def _lost_directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
+def _lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
     """Yield lost directions of the samples (k x m), up to sign: the only one, or a selection of their combinations.
 
     If several directions are lost at once, the sample is at a boundary only if the reach folds in one of their
     combinations. At a corner of the reach only few combinations fold, and the blunter the corner, the fewer. Therefore
     the combination along which small motions reach the least comes first.
     """
-    count = lost.shape[2]
+    count = lost_basis.shape[2]
     if count == 1:
         if is_square:
-            yield lost[:, :, 0]
+            yield lost_basis[:, :, 0]
         return
     if count == 2:
-        yield _least_reached_direction(lost, bending)
+        yield _least_reached_direction(lost_basis, bending)
     for weights in _unit_vectors(count):
-        yield lost @ weights
+        yield lost_basis @ weights
 
 
-_APART = np.pi / 45
+_DIRECTION_STEP = np.pi / 45
 """Angle (rad) between the combinations that are tried if two directions are lost."""
-_TRIED = 150
+_RANDOM_DIRECTION_COUNT = 150
 """Number of combinations that are tried if more than two directions are lost."""
 
 
@@ -215,9 +215,9 @@ _TRIED = 150
 def _unit_vectors(count: int) -> np.ndarray:
     """Return unit vectors in `count` dimensions, one of each pair of opposites (directions x count)."""
     if count == 2:
-        return _vectors_at_angles(np.arange(0, np.pi, _APART))
+        return _vectors_at_angles(np.arange(0, np.pi, _DIRECTION_STEP))
     rng = Stream("directions")
-    vectors = np.array([[rng.uniform(-1, 1) for _ in range(count)] for _ in range(_TRIED)])
+    vectors = np.array([[rng.uniform(-1, 1) for _ in range(count)] for _ in range(_RANDOM_DIRECTION_COUNT)])
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
@@ -226,71 +226,79 @@ def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
-_ROUNDS, _CLOSER = 6, 4.0
+_REFINEMENT_ROUNDS, _REFINEMENT_FACTOR = 6, 4.0
 """Number of rounds that refine the search for the least reached direction, and the refinement factor of each round."""
 
 
-def _least_reached_direction(lost: np.ndarray, bending: "_Bending") -> np.ndarray:
+def _least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.ndarray:
     """Return for each sample the combination of two lost directions along which small motions reach the least."""
-    forms = np.stack([_quadratic_forms(lost[..., column], bending) for column in range(2)])
-    angles = np.tile(np.arange(0, 2 * np.pi, _APART), (len(lost), 1))
-    for round_number in range(_ROUNDS):
+    forms = np.stack([_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
+    angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
+    for round_number in range(_REFINEMENT_ROUNDS):
         leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _vectors_at_angles(angles), forms))[..., -1]
         best_angles = np.take_along_axis(angles, np.argmin(leading, axis=1)[:, None], axis=1)
-        angles = best_angles + np.linspace(-_APART, _APART, 9) / _CLOSER**round_number
-    return np.einsum("kml,kl->km", lost, _vectors_at_angles(best_angles[:, 0]))
+        angles = best_angles + np.linspace(-_DIRECTION_STEP, _DIRECTION_STEP, 9) / _REFINEMENT_FACTOR**round_number
+    return np.einsum("kml,kl->km", lost_basis, _vectors_at_angles(best_angles[:, 0]))
 
 
 @dataclass(frozen=True)
 class _Bending:
-    """The joint motions that do not move the task, k x s x n (`still`), and the change of J along each of them.
+    """The joint motions that do not move the task, k x s x n (`joint_motions`), and the change of J along each of them.
 
-    The `change` is k x s x rows of the task x n.
+    The `jacobian_changes` is k x s x rows of the task x n.
     """
 
-    still: np.ndarray
-    change: np.ndarray
+    joint_motions: np.ndarray
+    jacobian_changes: np.ndarray
 
 
-_STEP = 1e-4
+_DIFFERENCE_STEP = 1e-4
 """Step of the joint motions for finite differences."""
 
 
-def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
+def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: np.ndarray) -> _Bending:
     """Return the change of J along motions that do not move the task, by central differences.
 
     The differences are not divided by twice the step.
     """
     arms, q = NumericChain.stack([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
-    directions = np.concatenate([still, -still], axis=1)
-    forward, backward = np.split(arms.jacobian(q[:, None] + _STEP * directions)[:, :, task], 2, axis=1)
-    return _Bending(still, forward - backward)
+    directions = np.concatenate([joint_motions, -joint_motions], axis=1)
+    forward, backward = np.split(arms.jacobian(q[:, None] + _DIFFERENCE_STEP * directions)[:, :, task], 2, axis=1)
+    return _Bending(joint_motions, forward - backward)
 
 
-def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, bending: _Bending) -> np.ndarray:
+def _are_at_boundary(
+    samples: Sequence[Sample], task: list[int], lost_directions: np.ndarray, bending: _Bending
+) -> np.ndarray:
     """Return for each sample whether no configuration reaches beyond it, on a side that small motions do not reach.
 
     A motion whose second-order effect is zero (a joint that moves nothing) is ignored. If all are, both sides are
     tested.
     """
-    forward, backward = _folds(lost, bending)
+    forward, backward = _second_order_signs(lost_directions, bending)
     # The search is reliable only for a point that can move in as many directions as the task has rows.
     tests_both = max(task) < 3 and len(task) <= len(samples[0].q)
     is_edge = np.zeros(len(samples), dtype=bool)
     for sign, is_tested in ((1, ~forward & (backward | tests_both)), (-1, ~backward & (forward | tests_both))):
         indices = np.flatnonzero(is_tested & ~is_edge)
         if len(indices):
-            is_edge[indices] = ~reaches_beyond([samples[k] for k in indices.tolist()], task, sign * lost[indices])
+            is_edge[indices] = ~reaches_beyond(
+                [samples[k] for k in indices.tolist()], task, sign * lost_directions[indices]
+            )
     return is_edge
 
 
-def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
+def _second_order_signs(directions: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
     """Return whether second-order motions lead forward along the lost direction, and whether backward (k each)."""
-    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost, bending))
+    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(directions, bending))
     return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
 
 
-def _quadratic_forms(along: np.ndarray, bending: _Bending) -> np.ndarray:
+def _quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:
     """Return the quadratic forms (k x s x s) of the second-order motion along a direction."""
-    halves = np.einsum("km,ksmn->ksn", along, bending.change) / (2 * _STEP) @ bending.still.swapaxes(1, 2)
+    halves = (
+        np.einsum("km,ksmn->ksn", directions, bending.jacobian_changes)
+        / (2 * _DIFFERENCE_STEP)
+        @ bending.joint_motions.swapaxes(1, 2)
+    )
     return np.asarray((halves + halves.swapaxes(1, 2)) / 2)

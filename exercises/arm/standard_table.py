@@ -10,27 +10,27 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import (
-    EXACT,
-    HOME,
-    NEAR,
+    EXACT_TOLERANCE,
+    IDENTITY_POSE,
+    ZERO_TOLERANCE,
     Axis,
     Pose,
-    base_at,
     evaluate_entry,
     point_by_rotations,
+    recognize_exact,
+    split_base_pose,
     table_of_axes,
-    to_exact,
 )
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
-from qdot.exercises.arm.trigonometry import without_arctangents
+from qdot.exercises.arm.trigonometry import remove_arctangents
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
 
 @dataclass(frozen=True)
-class Row:
+class WrittenRow:
     """A row of a DH table as the user wrote it, without its joint variable.
 
     For a revolute joint, `theta` is the constant that is added to the variable; for a prismatic joint, `d` is.
@@ -53,15 +53,15 @@ class Row:
         return theta, d, self.a, self.alpha
 
 
-UPSIDE_DOWN = Pose(rot_x(sp.pi), sp.zeros(3, 1))
+REVERSAL = Pose(rot_x(sp.pi), sp.zeros(3, 1))
 """The rotation by pi about x that is applied to the frame of a reversed joint."""
-SHORT = 40
+MAX_SHOWN_OPERATIONS = 40
 """Maximum number of operations of an axis coordinate that is shown unchanged."""
 
 ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 
 
-def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
+def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
     """Return base, table and point of an arm, given rows of a standard table in which variables may be reversed.
 
     A reversed joint rotates about the opposite axis, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the base
@@ -74,9 +74,9 @@ def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | N
             if i:
                 rows[i - 1] = replace(rows[i - 1], alpha=wrap_angle(rows[i - 1].alpha + sp.pi))
             else:
-                base = base @ UPSIDE_DOWN
-            point = _move_frame(point, i, UPSIDE_DOWN)
-    table_base, base_rotation = (Base(), sp.S.Zero) if base == HOME else base_at(base)
+                base = base @ REVERSAL
+            point = _move_frame(point, i, REVERSAL)
+    table_base, base_rotation = (Base(), sp.S.Zero) if base == IDENTITY_POSE else split_base_pose(base)
     rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
     joints = []
     for number, row in enumerate(rows, 1):
@@ -89,21 +89,21 @@ def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | N
     return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
-def dh_of_modified_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
+def dh_of_modified_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None) -> ArmTable:
     """Return base, standard table and point of an arm, given rows of a modified table."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
     for i, link in enumerate(links):
         point = _move_frame(point, i, link)
-    return dh_of_standard_rows(shifted, base if links[0] == HOME else base @ links[0], point)
+    return dh_of_standard_rows(shifted, base if links[0] == IDENTITY_POSE else base @ links[0], point)
 
 
-def _move_frame(point: Point | None, frame: int, moved: Pose) -> Point | None:
+def _move_frame(point: Point | None, frame: int, motion: Pose) -> Point | None:
     """Return a point in new coordinates after its frame was moved by a pose; unchanged if another frame was moved."""
     if point is None or point.frame != frame:
         return point
-    x, y, z = moved.rotation.T * (sp.Matrix(point.offset) - moved.origin)
+    x, y, z = motion.rotation.T * (sp.Matrix(point.offset) - motion.origin)
     return Point(frame, (x, y, z))
 
 
@@ -118,13 +118,13 @@ def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
         chain = Chain("axes", joints, ("vx",), base)
         frame, home = frames_and_point(chain)[0][link], dict.fromkeys(chain.q, sp.S.Zero)
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
-        x, y, z = offset.applyfunc(to_exact)
+        x, y, z = offset.applyfunc(recognize_exact)
         tool = Point(link, (x, y, z))
-    _check(Chain("axes", joints, ("vx",), base, tool), axes, point, link)
+    _check_table(Chain("axes", joints, ("vx",), base, tool), axes, point, link)
     return base, joints, tool
 
 
-def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
+def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
     """Raise RuntimeError unless the chain's table and its axes move the points of a link in the same way."""
     stream = Stream("axes")
     symbols = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
@@ -149,7 +149,7 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
     frames, point = frames_and_point(chain)
 
     def at_home(vector: sp.Matrix) -> sp.Matrix:
-        return vector.xreplace(home).applyfunc(without_arctangents).applyfunc(_shorten)
+        return vector.xreplace(home).applyfunc(remove_arctangents).applyfunc(_simplify_coordinate)
 
     axes = [
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
@@ -164,22 +164,24 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
     """Return whether a point lies on an axis, up to rounding, for all values of the symbolic lengths."""
     deviation = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
-    return all(abs(number) < NEAR for entry in deviation for number in _numbers(entry))
+    return all(abs(number) < ZERO_TOLERANCE for entry in deviation for number in _coefficients(entry))
 
 
-def _numbers(total: sp.Expr) -> list[sp.Expr]:
+def _coefficients(entry: sp.Expr) -> list[sp.Expr]:
     """Return the numeric coefficients of the terms of a sum."""
-    return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(total)]
+    return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(entry)]
 
 
-def _shorten(entry: sp.Expr) -> sp.Expr:
+def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
     """Return a short entry expanded, such as 17 sqrt(2)/40 - 1/20, and a long one with its numbers evaluated.
 
     A sum with the sine of a number counts as long: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
     expanded = sp.expand(entry)
-    is_short = sp.count_ops(expanded) <= SHORT and not (expanded.is_Add and any(_constant_trigs(expanded)))
-    return expanded if is_short else to_exact(entry)
+    is_short = sp.count_ops(expanded) <= MAX_SHOWN_OPERATIONS and not (
+        expanded.is_Add and any(_constant_trigs(expanded))
+    )
+    return expanded if is_short else recognize_exact(entry)
 
 
 def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
@@ -189,11 +191,11 @@ def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
 # --- rounding ---
 
 
-def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) -> list[Axis]:
+def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
     """Return the axes of an arm at home in the world frame, given the rows of a table."""
     axes, pose = [], base
     for row in rows:
-        for axis, angle, length in convention.steps(row):
+        for axis, angle, length in convention.row_steps(row):
             if axis == "x":
                 pose = pose @ Pose(rot_x(angle), sp.Matrix([length, 0, 0]))
             else:
@@ -209,10 +211,10 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     random choice of the symbolic lengths.
     """
     rng = Stream("rounded")
-    values = {symbol: sp.Rational(3000 + rng.below(9000), 10007) for symbol in chain.parameters}
+    values = {symbol: sp.Rational(3000 + rng.integer_below(9000), 10007) for symbol in chain.parameters}
     values |= dict.fromkeys(chain.q, sp.S.Zero)
     base, offset = chain.base, chain.point.offset
-    pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position).xreplace(values)) @ HOME
+    pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position).xreplace(values)) @ IDENTITY_POSE
     frames = [pose]
     for joint in chain.joints:
         theta, d, a, alpha = (value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha))
@@ -228,7 +230,7 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     if point is not None:
         table_point_pose = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
         deviations += list(table_point_pose.origin - point.xreplace(values))
-    return any(abs(evaluate_entry(entry)) > EXACT for entry in deviations)
+    return any(abs(evaluate_entry(entry)) > EXACT_TOLERANCE for entry in deviations)
 
 
 def wrap_angle(angle: sp.Expr) -> sp.Expr:

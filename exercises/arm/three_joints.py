@@ -17,11 +17,11 @@ from qdot.exercises.arm.vectors import cross
 
 YES, NO, UNSURE = 1, 0, -1
 
-_ZERO = 1e-9
+_ZERO_TOLERANCE = 1e-9
 """A quantity below this fraction of the arm's size counts as zero."""
-_SURE = 1e-10
+_SIGN_TOLERANCE = 1e-10
 """The sign of a polynomial is certain if its absolute value is above this fraction of the sum of its terms."""
-_GRID, _LEAST, _REFINED, _STILL = 48, 4, 25, 1e-9
+_GRID_SIZE, _MINIMUM_STARTS, _MAX_NEWTON_STEPS, _MIN_STEP_SIZE = 48, 4, 25, 1e-9
 """The search for the minimum of a polynomial on the circle: number of points at which it is evaluated; number of the
 lowest points at which Newton steps start; maximum number of steps; step size below which the steps end.
 
@@ -29,14 +29,14 @@ Many steps are needed if two minima merge, because a step then removes only a th
 """
 
 
-def reaches_places(arms: NumericChain, places: np.ndarray) -> np.ndarray:
+def reaches_targets(arms: NumericChain, targets: np.ndarray) -> np.ndarray:
     """Return for each arm whether it reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
 
     The arms are stacked by `NumericChain.stack`. They have three joints, all of which move the point.
     """
-    arm = _normalize(arms, places)
+    arm = _normalize(arms, targets)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
-        is_sole, residual = _second_joint(arm)
+        is_sole, residual = _second_joint_condition(arm)
         answer = np.where(is_sole, _decide_by_sign(arm, residual), _decide_by_roots(arm, residual))
     return np.asarray(np.where(arm.moves_point, answer, UNSURE))
 
@@ -60,7 +60,7 @@ class _NormalizedArms:
     @property
     def moves_point(self) -> np.ndarray:
         """Whether the third joint moves the point."""
-        return np.asarray(_size(self.along) > _ZERO)
+        return np.asarray(_norms(self.along) > _ZERO_TOLERANCE)
 
     def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the point (k x m x 3) with the third joint at x and y (m, or k x m)."""
@@ -69,16 +69,16 @@ class _NormalizedArms:
         )
 
 
-def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
+def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     """Return arms with their targets in normalized coordinates."""
-    home = arms.frames(np.zeros((len(places), 1, 3)))
+    home = arms.frames(np.zeros((len(targets), 1, 3)))
     point, home = arms.point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
     first = axes[:, 0]
     # the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
-    arm_size = _size(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    arm_size = np.maximum(arm_size + _size(places - foot), 1e-12)[
+    arm_size = _norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
+    arm_size = np.maximum(arm_size + _norms(targets - foot), 1e-12)[
         :, None
     ]  # a prismatic joint may be the arm's only length
     origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
@@ -88,19 +88,19 @@ def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
         to_point = point - origins[:, 2]
         along = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
         middle, across = point - along, cross(axes[:, 2], along)
-    return _NormalizedArms(arms.kinds, axes, origins, (places - foot) / arm_size, middle, along, across)
+    return _NormalizedArms(arms.kinds, axes, origins, (targets - foot) / arm_size, middle, along, across)
 
 
 @dataclass(frozen=True)
 class _Residual:
     """The condition on the third joint, as a function of x and y: a residual must be zero, and a margin positive.
 
-    The margin is positive if the other quantity is in its range. If a polynomial is the only condition (`sole`), the
-    polynomial is the residual, and the margin is 1.
+    The margin is positive if the other quantity is in its range. If a polynomial is the only condition
+    (`is_only_condition`), the polynomial is the residual, and the margin is 1.
     """
 
     arm: _NormalizedArms
-    sole: np.ndarray
+    is_only_condition: np.ndarray
     matrix: np.ndarray
 
     def __call__(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,18 +141,23 @@ class _Residual:
         margin = _dot(point, second) ** 2 - _dot(point, point) + distance
         return self._select(polynomial, height_change, margin)
 
-    def _select(self, both: np.ndarray, zero: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return residual and margin: the polynomial `both` alone, or the linear residual `zero` with the margin."""
-        sole = self.sole[:, None]
-        return np.where(sole, both, zero), np.where(sole, 1.0, room)
+    def _select(
+        self, polynomial: np.ndarray, linear_residual: np.ndarray, margin: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual and the margin of each arm.
+
+        They are `polynomial` and 1 if it is the only condition, and otherwise `linear_residual` and `margin`.
+        """
+        sole = self.is_only_condition[:, None]
+        return np.where(sole, polynomial, linear_residual), np.where(sole, 1.0, margin)
 
 
-def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
+def _second_joint_condition(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
     """Return whether a polynomial is the only condition for each arm (k), and the conditions."""
     first, second = arm.axes[:, 0], arm.axes[:, 1]
     if arm.kinds[1] == "P":
         axis_cosine = _dot(first, second)
-        sole = (np.abs(axis_cosine) > _ZERO) & (arm.kinds[0] == "R")
+        sole = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & (arm.kinds[0] == "R")
         return sole, _Residual(arm, sole, axis_cosine[:, None, None])
     basis = np.stack(_perpendiculars(second), axis=1)
     if arm.kinds[0] == "R":
@@ -161,7 +166,7 @@ def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
         directions = np.stack(_perpendiculars(first), axis=1)
     matrix = directions @ basis.swapaxes(1, 2)
     sigma = np.linalg.svd(matrix, compute_uv=False)
-    sole = sigma[:, 1] > _ZERO
+    sole = sigma[:, 1] > _ZERO_TOLERANCE
     return sole, _Residual(arm, sole, matrix)
 
 
@@ -192,61 +197,63 @@ def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.n
 # --- a polynomial as the only condition ---
 
 
-def _decide_by_sign(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
+def _decide_by_sign(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
     """Decide by the signs of its values whether the polynomial has a root."""
     return (
-        _sign_on_circle(looks) if arm.kinds[2] == "R" else _sign_on_line(looks, 4 if arm.kinds[:2] == ("R", "R") else 2)
+        _sign_on_circle(residual)
+        if arm.kinds[2] == "R"
+        else _sign_on_line(residual, 4 if arm.kinds[:2] == ("R", "R") else 2)
     )
 
 
-def _sign_on_circle(looks: _Residual) -> np.ndarray:
+def _sign_on_circle(residual: _Residual) -> np.ndarray:
     """Decide whether a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
     angles = np.arange(8) * np.pi / 4
-    values = looks(np.cos(angles), np.sin(angles))[0]
+    values = residual(np.cos(angles), np.sin(angles))[0]
     coefficients = np.fft.rfft(values, axis=1)[:, :3] / 4
     a, b = coefficients.real, -coefficients.imag
     a[:, 0] /= 2
     terms = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
-    grid = np.linspace(0, 2 * np.pi, _GRID, endpoint=False)
-    values, tolerance = _wave_sum(a, b, np.broadcast_to(grid, (len(a), _GRID)), 0), _SURE * terms
+    grid = np.linspace(0, 2 * np.pi, _GRID_SIZE, endpoint=False)
+    values, tolerance = _trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0), _SIGN_TOLERANCE * terms
     has_positive, has_negative = values.max(axis=1) > tolerance, values.min(axis=1) < -tolerance
     answer = np.where(has_positive & has_negative, YES, UNSURE)
     for sign, one_sided in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
         rows = np.flatnonzero(one_sided)
         if len(rows):
-            starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_LEAST]]
-            minimum = _least(sign * a[rows], sign * b[rows], starts)
+            starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_MINIMUM_STARTS]]
+            minimum = _trig_minimum(sign * a[rows], sign * b[rows], starts)
             answer[rows] = np.where(minimum < -tolerance[rows], YES, np.where(minimum > tolerance[rows], NO, UNSURE))
     return answer
 
 
-def _wave_sum(a: np.ndarray, b: np.ndarray, angle: np.ndarray, power: int) -> np.ndarray:
-    """Return the trigonometric polynomial, or its derivative of order `power`, at angles (k x m)."""
+def _trig_polynomial(a: np.ndarray, b: np.ndarray, angle: np.ndarray, order: int) -> np.ndarray:
+    """Return the trigonometric polynomial, or its derivative of order `order`, at angles (k x m)."""
     multiples = np.arange(3)
-    phases = angle[..., None] * multiples + power * np.pi / 2
-    scale = multiples**power if power else np.ones(3)
+    phases = angle[..., None] * multiples + order * np.pi / 2
+    scale = multiples**order if order else np.ones(3)
     return np.asarray(
         np.einsum("kmi,ki->km", np.cos(phases), a * scale) + np.einsum("kmi,ki->km", np.sin(phases), b * scale)
     )
 
 
-def _least(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _trig_minimum(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return the minimum (k) of a trigonometric polynomial, by Newton steps from angles (k x m)."""
-    for _ in range(_REFINED):
-        curvature = _wave_sum(a, b, angle, 2)
-        step = np.where(curvature > 0, _wave_sum(a, b, angle, 1) / np.where(curvature > 0, curvature, 1.0), 0.0)
-        angle = angle - np.clip(step, -2 * np.pi / _GRID, 2 * np.pi / _GRID)
-        if np.abs(step).max() < _STILL:
+    for _ in range(_MAX_NEWTON_STEPS):
+        curvature = _trig_polynomial(a, b, angle, 2)
+        step = np.where(curvature > 0, _trig_polynomial(a, b, angle, 1) / np.where(curvature > 0, curvature, 1.0), 0.0)
+        angle = angle - np.clip(step, -2 * np.pi / _GRID_SIZE, 2 * np.pi / _GRID_SIZE)
+        if np.abs(step).max() < _MIN_STEP_SIZE:
             break
-    return np.asarray(_wave_sum(a, b, angle, 0).min(axis=1))
+    return np.asarray(_trig_polynomial(a, b, angle, 0).min(axis=1))
 
 
-def _sign_on_line(looks: _Residual, degree: int) -> np.ndarray:
+def _sign_on_line(residual: _Residual, degree: int) -> np.ndarray:
     """Decide whether a polynomial of degree two, or of degree four with a positive leading term, has a root."""
-    coefficients = _polynomial_coefficients(looks, 0, degree)
+    coefficients = _polynomial_coefficients(residual, 0, degree)
     terms = np.abs(coefficients).sum(axis=1)
     if degree == 4:
-        is_quartic = coefficients[:, 4] > _ZERO
+        is_quartic = coefficients[:, 4] > _ZERO_TOLERANCE
         companion = np.zeros((len(coefficients), 3, 3))
         companion[:, 1, 0] = companion[:, 2, 1] = 1.0
         linear = coefficients[:, 1:] * np.arange(1, 5)
@@ -256,66 +263,71 @@ def _sign_on_line(looks: _Residual, degree: int) -> np.ndarray:
         scale = np.sum(np.abs(coefficients[:, None]) * np.abs(extremes[..., None]) ** np.arange(5), axis=2)
         lowest = np.argmin(values, axis=1)
         rows = np.arange(len(coefficients))
-        value, tolerance = values[rows, lowest], _SURE * scale[rows, lowest]
+        value, tolerance = values[rows, lowest], _SIGN_TOLERANCE * scale[rows, lowest]
         return np.where(is_quartic, np.where(value < -tolerance, YES, np.where(value > tolerance, NO, UNSURE)), UNSURE)
     constant, linear, quadratic = coefficients.T
-    is_quadratic = np.abs(quadratic) > _ZERO * terms
+    is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE * terms
     discriminant = linear**2 - 4 * quadratic * constant
-    tolerance = _SURE * (linear**2 + np.abs(4 * quadratic * constant))
+    tolerance = _SIGN_TOLERANCE * (linear**2 + np.abs(4 * quadratic * constant))
     by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
-    return np.where(is_quadratic, by_discriminant, np.where(np.abs(linear) > _SURE * terms, YES, UNSURE))
+    return np.where(is_quadratic, by_discriminant, np.where(np.abs(linear) > _SIGN_TOLERANCE * terms, YES, UNSURE))
 
 
-def _polynomial_coefficients(looks: _Residual, which: int, degree: int) -> np.ndarray:
-    """Return the coefficients of the residual (`which` = 0) or the margin (1) along the line, k x (degree + 1).
+def _polynomial_coefficients(residual: _Residual, index: int, degree: int) -> np.ndarray:
+    """Return the coefficients of the residual (`index` = 0) or the margin (1) along the line, k x (degree + 1).
 
     The lowest power comes first.
     """
     x = np.linspace(-1, 1, degree + 1)
-    return np.asarray(looks(x, np.zeros_like(x))[which] @ np.linalg.inv(np.vander(x, increasing=True)).T)
+    return np.asarray(residual(x, np.zeros_like(x))[index] @ np.linalg.inv(np.vander(x, increasing=True)).T)
 
 
 # --- a linear condition, and a quantity that must be in range ---
 
 
-def _decide_by_roots(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
+def _decide_by_roots(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
     """Decide whether the other quantity is in range at a root of the linear condition."""
-    x, y, existence = _roots_on_circle(looks) if arm.kinds[2] == "R" else _roots_on_line(looks)
-    margin = looks(x, y)[1]
+    x, y, existence = _roots_on_circle(residual) if arm.kinds[2] == "R" else _roots_on_line(residual)
+    margin = residual(x, y)[1]
     has_root, has_none = existence[:, None] == YES, existence == NO
-    fits, fails = np.any(has_root & (margin > _SURE), axis=1), np.all(has_root & (margin < -_SURE), axis=1)
+    fits, fails = (
+        np.any(has_root & (margin > _SIGN_TOLERANCE), axis=1),
+        np.all(has_root & (margin < -_SIGN_TOLERANCE), axis=1),
+    )
     return np.where(has_none | fails, NO, np.where(fits, YES, UNSURE))
 
 
-def _roots_on_circle(looks: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _roots_on_circle(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the roots x and y (k x 2 each) of a condition that is linear in x and y, and whether they exist (k)."""
     angles = np.arange(3) * np.pi / 2
-    at_0, at_90, at_180 = looks(np.cos(angles), np.sin(angles))[0].T
+    at_0, at_90, at_180 = residual(np.cos(angles), np.sin(angles))[0].T
     constant, x_slope = (at_0 + at_180) / 2, (at_0 - at_180) / 2
     y_slope = at_90 - constant
     amplitude = np.hypot(x_slope, y_slope)
-    ratio = constant / np.where(amplitude > _ZERO, amplitude, 1.0)
+    ratio = constant / np.where(amplitude > _ZERO_TOLERANCE, amplitude, 1.0)
     roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
-    existence = np.where(np.abs(ratio) < 1 - _SURE, YES, np.where(np.abs(ratio) > 1 + _SURE, NO, UNSURE))
-    if_constant = np.where(np.abs(constant) > _SURE, NO, UNSURE)
-    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO, existence, if_constant)
+    existence = np.where(
+        np.abs(ratio) < 1 - _SIGN_TOLERANCE, YES, np.where(np.abs(ratio) > 1 + _SIGN_TOLERANCE, NO, UNSURE)
+    )
+    if_constant = np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
+    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, if_constant)
 
 
-def _roots_on_line(looks: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _roots_on_line(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the roots x and y (k x 2 each) of a condition of degree at most two on a line, and whether they exist."""
-    constant, linear, quadratic = _polynomial_coefficients(looks, 0, 2).T
-    is_quadratic = np.abs(quadratic) > _ZERO
+    constant, linear, quadratic = _polynomial_coefficients(residual, 0, 2).T
+    is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE
     discriminant = linear**2 - 4 * quadratic * constant
     root = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
-    linear_root = -constant / np.where(np.abs(linear) > _ZERO, linear, 1.0)
+    linear_root = -constant / np.where(np.abs(linear) > _ZERO_TOLERANCE, linear, 1.0)
     x = np.where(
         is_quadratic[:, None],
         (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None],
         linear_root[:, None],
     )
-    tolerance = _SURE * (linear**2 + np.abs(4 * quadratic * constant))
+    tolerance = _SIGN_TOLERANCE * (linear**2 + np.abs(4 * quadratic * constant))
     by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
-    by_slope = np.where(np.abs(linear) > _ZERO, YES, np.where(np.abs(constant) > _SURE, NO, UNSURE))
+    by_slope = np.where(np.abs(linear) > _ZERO_TOLERANCE, YES, np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE))
     return x, np.zeros_like(x), np.where(is_quadratic, by_discriminant, by_slope)
 
 
@@ -323,7 +335,7 @@ def _perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors (k x 3 each) perpendicular to each axis and to each other."""
     helper = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
     first = cross(axes, helper)
-    first /= _size(first)[:, None]
+    first /= _norms(first)[:, None]
     return first, cross(axes, first)
 
 
@@ -331,5 +343,5 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
-def _size(vectors: np.ndarray) -> np.ndarray:
+def _norms(vectors: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(vectors, axis=-1))

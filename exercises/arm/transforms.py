@@ -9,21 +9,21 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames
-from qdot.exercises.arm.trigonometry import count_terms, textbook
+from qdot.exercises.arm.kinematics import Z, frame_after, link_frames
+from qdot.exercises.arm.trigonometry import count_terms, textbook_form
 
 
 @lru_cache(maxsize=4096)
-def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
+def frame_poses(structure: Chain) -> tuple[sp.Matrix, ...]:
     """Return the poses T_{w,0} ... T_{w,n} of the frames in the world, 4 x 4."""
     return tuple(
-        frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
+        frame.rotation.row_join(frame.origin).applyfunc(textbook_form).col_join(sp.Matrix([[0, 0, 0, 1]]))
         for frame in link_frames(structure)
     )
 
 
 @lru_cache(maxsize=4096)
-def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
+def joint_vectors_in_tool_frame(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
     """Return for each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
     return tuple(_joint_in_tool_frame(structure, i) for i in range(structure.n))
 
@@ -32,35 +32,35 @@ def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix
     """Return z, p* and z x p* of one joint (from 0) in the last frame."""
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
-    last_frame = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
-    z, distance_along_z = _tidy(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
-    p_star = _tidy(
+    last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame at the end of link i
+    z, distance_along_z = _simplify_matrix(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
+    p_star = _simplify_matrix(
         last_frame.rotation.T * last_frame.origin - distance_along_z * z + sp.Matrix(convention.point.offset)
     )
-    return z, p_star, _tidy(z.cross(p_star))
+    return z, p_star, _simplify_matrix(z.cross(p_star))
 
 
-def _tidy(matrix: sp.Matrix) -> sp.Matrix:
-    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
+def _simplify_matrix(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
 @lru_cache(maxsize=4096)
-def in_tool_frame(structure: Chain) -> sp.Matrix:
+def jacobian_in_tool_frame(structure: Chain) -> sp.Matrix:
     """Return the 6 x n Jacobian in the coordinates of the last frame."""
     columns = (
         cross.col_join(z) if joint.kind == "R" else z.col_join(sp.zeros(3, 1))
-        for joint, (z, _, cross) in zip(structure.joints, seen_from_tool(structure), strict=True)
+        for joint, (z, _, cross) in zip(structure.joints, joint_vectors_in_tool_frame(structure), strict=True)
     )
     return sp.Matrix.hstack(*columns)
 
 
 @lru_cache(maxsize=4096)
-def terms_of_last_pose(structure: Chain) -> int:
+def count_last_pose_terms(structure: Chain) -> int:
     """Return the number of terms of T_{w,n}, multiplied out; ones and zeros don't count."""
-    return count_terms(poses(structure)[-1], trivial=(0, 1))
+    return count_terms(frame_poses(structure)[-1], trivial=(0, 1))
 
 
 @lru_cache(maxsize=4096)
-def terms_in_tool_frame(structure: Chain) -> int:
+def count_tool_jacobian_terms(structure: Chain) -> int:
     """Return the number of terms of the Jacobian in the last frame, multiplied out; ones and zeros don't count."""
-    return count_terms(in_tool_frame(structure), trivial=(0, 1))
+    return count_terms(jacobian_in_tool_frame(structure), trivial=(0, 1))

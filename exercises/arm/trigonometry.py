@@ -18,7 +18,7 @@ import sympy as sp
 
 
 @dataclass(frozen=True)
-class Fourier:
+class FourierForm:
     """A sum of terms A cos(phi) + B sin(phi), in which each phi is a different integer combination of `angles`.
 
     `terms` maps the multiples in phi to (A, B). The first multiple that is not zero is positive.
@@ -28,7 +28,7 @@ class Fourier:
     terms: Mapping[tuple[int, ...], tuple[sp.Expr, sp.Expr]]
 
     @property
-    def size(self) -> int:
+    def term_count(self) -> int:
         """The number of terms when written out."""
         coefficients = (coefficient for pair in self.terms.values() for coefficient in pair if coefficient != 0)
         return sum(len(sp.Add.make_args(coefficient)) for coefficient in coefficients)
@@ -42,7 +42,7 @@ class Fourier:
         return sp.Add(*summands)
 
 
-def fourier(expression: sp.Expr) -> Fourier:
+def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     """Return the Fourier form of a trigonometric polynomial.
 
     With e = exp(i angle), sines and cosines are sums of e and 1/e, each of which is represented by a symbol. In the
@@ -79,7 +79,7 @@ def fourier(expression: sp.Expr) -> Fourier:
             cosines.append(scale * _rational(coefficient.x) * product)
             sines.append(-scale * _rational(coefficient.y) * product)
     sums = {phi: (sp.Add(*cosines), sp.Add(*sines)) for phi, (cosines, sines) in terms.items()}
-    return Fourier(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
+    return FourierForm(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
 
 
 def _rational(number: Any) -> sp.Rational:
@@ -150,15 +150,17 @@ class Factored:
         """Return the product with `values` substituted, factor by factor; equal lengths are factored out of sums."""
         has_duplicates = len(set(values.values())) < len(values)
         bases = [(substitute(factor, values), power) for factor, power in self.factors]
-        powers = [(numbers_inside(sp.factor_terms(base)) if has_duplicates else base) ** power for base, power in bases]
+        powers = [
+            (distribute_fraction(sp.factor_terms(base)) if has_duplicates else base) ** power for base, power in bases
+        ]
         return sp.Mul(self.coefficient, *powers)
 
 
-def numbers_inside(product: sp.Expr) -> sp.Expr:
+def distribute_fraction(product: sp.Expr) -> sp.Expr:
     """Move the fraction of a product into its first sum whose terms have numeric factors, and return the product.
 
     >>> x, y, z = sp.symbols("x y z")
-    >>> numbers_inside(z * (15 * x + 7 * y) / 20), numbers_inside(z * (x + y) / 20)
+    >>> distribute_fraction(z * (15 * x + 7 * y) / 20), distribute_fraction(z * (x + y) / 20)
     (z*(3*x/4 + 7*y/20), z*(x + y)/20)
     """
     fraction, remaining_product = product.as_coeff_Mul()
@@ -167,7 +169,7 @@ def numbers_inside(product: sp.Expr) -> sp.Expr:
     if fraction.is_integer or numbered is None:
         return product
     others = [factor for factor in factors if factor is not numbered]
-    return sp.Mul(*others, sp.Add(*(numbers_inside(fraction * term) for term in numbered.args)))
+    return sp.Mul(*others, sp.Add(*(distribute_fraction(fraction * term) for term in numbered.args)))
 
 
 def _has_numbers(terms: sp.Expr) -> bool:
@@ -178,13 +180,13 @@ def _has_numbers(terms: sp.Expr) -> bool:
     )
 
 
-def without_arctangents(expression: sp.Expr) -> sp.Expr:
+def remove_arctangents(expression: sp.Expr) -> sp.Expr:
     """Return an expression without arctangents of lengths in its angles, if the accompanying roots cancel.
 
     >>> a, b, t1 = sp.symbols("a1 a2 theta1")
-    >>> without_arctangents(sp.sqrt(a**2 + b**2) * sp.sin(t1 + sp.atan2(b, a)))
+    >>> remove_arctangents(sp.sqrt(a**2 + b**2) * sp.sin(t1 + sp.atan2(b, a)))
     a1*sin(theta1) + a2*cos(theta1)
-    >>> without_arctangents(a * sp.sin(t1 + sp.atan2(b, a)))
+    >>> remove_arctangents(a * sp.sin(t1 + sp.atan2(b, a)))
     a1*sin(theta1 + atan2(a2, a1))
     """
     if not expression.has(sp.atan2):
@@ -204,20 +206,20 @@ def _expand_arctangents(trig: sp.Expr) -> sp.Expr:
     return c if isinstance(trig, sp.cos) else s
 
 
-_LONG = 400
+_MAX_OPERATIONS = 400
 """An expression with more operations than this is left unchanged."""
 
 
-def without_brackets(expression: sp.Expr) -> sp.Expr:
+def remove_brackets(expression: sp.Expr) -> sp.Expr:
     """Return a sum in which no root of a number multiplies a bracket, collected by its sines and cosines.
 
     >>> d2, t1 = sp.symbols("d2 theta1")
-    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
+    >>> remove_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) / 2 - sp.Rational(1, 10))
     sqrt(2)*d2/2 + 1/10
-    >>> without_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) * sp.cos(t1) / 2 - d2 * sp.cos(t1))
+    >>> remove_brackets(sp.sqrt(2) * (d2 + sp.sqrt(2) / 5) * sp.cos(t1) / 2 - d2 * sp.cos(t1))
     (-d2 + sqrt(2)*d2/2 + 1/5)*cos(theta1)
     """
-    if not any(map(_has_bracket, expression.atoms(sp.Mul))) or sp.count_ops(expression) > _LONG:
+    if not any(map(_has_bracket, expression.atoms(sp.Mul))) or sp.count_ops(expression) > _MAX_OPERATIONS:
         return expression
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in sp.Add.make_args(sp.expand(expression)):
@@ -245,11 +247,11 @@ def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.E
 
 
 @lru_cache(maxsize=20_000)
-def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
+def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
     """Return the textbook's factored form of a trigonometric polynomial.
 
-    In a sum of more than `most` terms, only common factors of all terms are found. Factoring it would take minutes, and
-    nobody would read the result.
+    In a sum of more than `max_terms` terms, only common factors of all terms are found. Factoring it would take
+    minutes, and nobody would read the result.
 
     Sines and cosines of each angle sum are factored as independent symbols. Then each factor is written in this form or
     its Fourier form, whichever is shorter: c2*s23 - s2*c23 becomes s3, and c^2 + s^2 becomes 1.
@@ -261,7 +263,7 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
     if any(power.is_number and _is_root(power) for power in expression.atoms(sp.Pow)):
         raise ValueError(f"{expression} has roots of numbers")
     names, trigs_by_symbol = _as_symbols(expression)
-    coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
+    coefficient, raw = _polynomial_factors(expression.xreplace(names), max_terms)
     powers: dict[sp.Expr, int] = {}
     for factor, power in raw:
         content, shortest = _shortest_form(factor.xreplace(trigs_by_symbol))
@@ -276,8 +278,11 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
     return Factored(sp.Rational(coefficient), tuple(ordered))
 
 
-def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return the coefficient and the factors of a polynomial; only common factors if it has more than `most` terms."""
+def _polynomial_factors(expression: sp.Expr, max_terms: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
+    """Return the coefficient and the factors of a polynomial.
+
+    If it has more than `max_terms` terms, only the factors that all terms share are split off.
+    """
     if not expression.free_symbols:
         return expression, []
     polynomial = sp.Poly(expression)
@@ -286,7 +291,7 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
     if primitive.LC() < 0:
         coefficient, primitive = -coefficient, -primitive
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
-    if len(primitive.terms()) > most:
+    if len(primitive.terms()) > max_terms:
         return coefficient, [*factors, (primitive.as_expr(), 1)]
     common, remaining_polynomial = _linear_factor(primitive)
     content, common_factors = common.factor_list()
@@ -324,7 +329,7 @@ def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
     return names, {symbol: atom for atom, symbol in names.items()}
 
 
-_LONGEST = 3
+_MAX_FOURIER_GROWTH = 3
 """A Fourier form is not tried as a shorter form of a factor if it has more than this many times the factor's terms."""
 
 
@@ -336,11 +341,13 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """
     forms = [factor]
     if factor.is_Add:
-        fourier_form = fourier(factor)
+        fourier_form = compute_fourier_form(factor)
         if not fourier_form.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
-        if fourier_form.size <= _LONGEST * len(factor.args):  # otherwise expanding the angles would only lengthen it
+        if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(
+            factor.args
+        ):  # otherwise expanding the angles would only lengthen it
             expanded = sp.expand(sp.expand_trig(fourier_form.expression()))
             forms += [fourier_form.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
@@ -393,14 +400,14 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     return forms
 
 
-def textbook(expression: sp.Expr) -> sp.Expr:
+def textbook_form(expression: sp.Expr) -> sp.Expr:
     """Return a trigonometric polynomial in textbook form: like terms collected, common factors outside.
 
     >>> t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
-    >>> textbook(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
+    >>> textbook_form(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
     (a1 + a2*cos(theta2))*cos(theta1)
     """
-    return factor_trig(expression, most=60).expression()
+    return factor_trig(expression, max_terms=60).expression()
 
 
 def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:

@@ -13,13 +13,13 @@ from xml.etree import ElementTree
 
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import HOME, NEAR, Axis, Pose, pose_of
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, ZERO_TOLERANCE, Axis, Pose, make_pose
+from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.input_file import read_text
 
-MOVING = {"revolute": "R", "continuous": "R", "prismatic": "P"}
+JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
 """The joint types that qdot supports apart from "fixed", with their kinds."""
-ROUNDED = sp.Rational(1, 1000)
+ANGLE_TOLERANCE = sp.Rational(1, 1000)
 """Tolerance (rad) within which an angle counts as a multiple of pi/12: 1.57, 1.5708 and 3.1416 are common."""
 
 
@@ -40,8 +40,8 @@ class UrdfChain:
 def read_urdf(path: Path, tip: str = "") -> UrdfChain:
     """Return the chain that ends at the link `tip`, by default the only link without children. Raises QdotError."""
     reader = _Reader(path)
-    chain_joints = reader.way_to(tip)
-    pose, axes, limits = HOME, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
+    chain_joints = reader.joints_to(tip)
+    pose, axes, limits = IDENTITY_POSE, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
     for joint in chain_joints:
         pose = pose @ reader.origin(joint)
         kind = reader.kind(joint)
@@ -73,14 +73,16 @@ class _Reader:
         self.title = root.get("name") or path.stem
         self.links = [self.name(link) for link in root.findall("link")]
         self.joints = root.findall("joint")
-        self.above: dict[str, ElementTree.Element] = {}
+        self.parent_joints: dict[str, ElementTree.Element] = {}
         for joint in self.joints:
             child = self.child(joint)
-            if child in self.above:
-                raise self.fault(joint, f"link {child!r} is the child of joint {self.name(self.above[child])!r}, too")
-            self.above[child] = joint
+            if child in self.parent_joints:
+                raise self.joint_error(
+                    joint, f"link {child!r} is the child of joint {self.name(self.parent_joints[child])!r}, too"
+                )
+            self.parent_joints[child] = joint
 
-    def fault(self, joint: ElementTree.Element, message: str) -> QdotError:
+    def joint_error(self, joint: ElementTree.Element, message: str) -> QdotError:
         """Return an error about a joint."""
         return QdotError(f"{self.path}: joint {self.name(joint)!r}: {message}")
 
@@ -95,32 +97,32 @@ class _Reader:
         """Return the name of a joint's child link."""
         return self._link(joint, "child")
 
-    def _link(self, joint: ElementTree.Element, which: str) -> str:
+    def _link(self, joint: ElementTree.Element, role: str) -> str:
         """Return the name of a joint's "parent" or "child" link. Raises QdotError if there is no such link."""
-        element = joint.find(which)
+        element = joint.find(role)
         link = "" if element is None else element.get("link", "")
         if link not in self.links:
-            raise self.fault(
-                joint, f"its {which} is link {link!r}, which is not there" if link else f"it has no {which}"
+            raise self.joint_error(
+                joint, f"its {role} is link {link!r}, which is not there" if link else f"it has no {role}"
             )
         return link
 
-    def way_to(self, tip: str) -> list[ElementTree.Element]:
+    def joints_to(self, tip: str) -> list[ElementTree.Element]:
         """Return the joints from the root to the link `tip`, by default the only link without children."""
         parents = {self._link(joint, "parent") for joint in self.joints}
         end_links = [link for link in self.links if link not in parents]
         if tip and tip not in self.links:
-            raise QdotError(f"{self.path}: {unknown('link', tip, self.links)}")
+            raise QdotError(f"{self.path}: {unknown_name('link', tip, self.links)}")
         if not tip and len(end_links) != 1:
             raise QdotError(
                 f"{self.path}: it ends in several links: {', '.join(end_links) or 'none'}; name one: "
                 f"qdot solve {self.path.name} --tip LINK (with --convert dh, it writes a ROBOT.toml)"
             )
         chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
-        while link in self.above:
-            joint = self.above[link]
+        while link in self.parent_joints:
+            joint = self.parent_joints[link]
             if joint in chain_joints:
-                raise self.fault(joint, "it is above itself: its links go round in a circle")
+                raise self.joint_error(joint, "it is above itself: its links go round in a circle")
             chain_joints.insert(0, joint)
             link = self._link(joint, "parent")
         if not chain_joints:
@@ -132,26 +134,28 @@ class _Reader:
         kind = joint.get("type", "")
         if kind == "fixed":
             return ""
-        if kind not in MOVING:
-            raise self.fault(joint, f"type {kind!r} is none of {', '.join([*MOVING, 'fixed'])}")
+        if kind not in JOINT_KINDS:
+            raise self.joint_error(joint, f"type {kind!r} is none of {', '.join([*JOINT_KINDS, 'fixed'])}")
         if joint.find("mimic") is not None:
-            raise self.fault(joint, "it repeats another joint (mimic); every joint on the way has to move by itself")
-        return MOVING[kind]
+            raise self.joint_error(
+                joint, "it repeats another joint (mimic); every joint on the way has to move by itself"
+            )
+        return JOINT_KINDS[kind]
 
     def origin(self, joint: ElementTree.Element) -> Pose:
         """Return the pose of a joint's frame in its parent link, at home."""
         element = joint.find("origin")
         attributes: Mapping[str, str] = {} if element is None else element.attrib
-        xyz = self._numbers(joint, "origin xyz", attributes.get("xyz", "0 0 0"))
-        rpy = self._numbers(joint, "origin rpy", attributes.get("rpy", "0 0 0"))
-        return pose_of(xyz, [self._angle(joint, angle) for angle in rpy])
+        xyz = self._parse_numbers(joint, "origin xyz", attributes.get("xyz", "0 0 0"))
+        rpy = self._parse_numbers(joint, "origin rpy", attributes.get("rpy", "0 0 0"))
+        return make_pose(xyz, [self._recognize_angle(joint, angle) for angle in rpy])
 
     def direction(self, joint: ElementTree.Element) -> sp.Matrix:
         """Return the unit vector along a joint's axis, in the joint's frame."""
         element = joint.find("axis")
-        axis = sp.Matrix(self._numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
+        axis = sp.Matrix(self._parse_numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
         if axis.norm() == 0:
-            raise self.fault(joint, "its axis has no length")
+            raise self.joint_error(joint, "its axis has no length")
         return axis / axis.norm()
 
     def limits(self, joint: ElementTree.Element) -> tuple[sp.Expr, sp.Expr] | None:
@@ -159,28 +163,32 @@ class _Reader:
         element = joint.find("limit")
         if element is None or joint.get("type") == "continuous" or not {"lower", "upper"} <= {*element.attrib}:
             return None
-        (low,) = self._numbers(joint, "limit lower", element.attrib["lower"], 1)
-        (high,) = self._numbers(joint, "limit upper", element.attrib["upper"], 1)
+        (low,) = self._parse_numbers(joint, "limit lower", element.attrib["lower"], 1)
+        (high,) = self._parse_numbers(joint, "limit upper", element.attrib["upper"], 1)
         if not low <= high:
-            raise self.fault(joint, f"its lower limit {float(low):g} is above its upper one, {float(high):g}")
+            raise self.joint_error(joint, f"its lower limit {float(low):g} is above its upper one, {float(high):g}")
         if joint.get("type") == "revolute":
-            low, high = self._angle(joint, low), self._angle(joint, high)
+            low, high = self._recognize_angle(joint, low), self._recognize_angle(joint, high)
         return (low, high) if low < high else None  # some programs write 0 and 0 for unknown limits
 
-    def _numbers(self, joint: ElementTree.Element, what: str, text: str, count: int = 3) -> Sequence[sp.Expr]:
+    def _parse_numbers(
+        self, joint: ElementTree.Element, attribute: str, text: str, count: int = 3
+    ) -> Sequence[sp.Expr]:
         words = text.split()
         number = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,2})?"
         if len(words) != count or not all(re.fullmatch(number, word) for word in words):
-            raise self.fault(joint, f"{what} = {text!r}: it is {'three numbers' if count == 3 else 'a number'}")
+            raise self.joint_error(
+                joint, f"{attribute} = {text!r}: it is {'three numbers' if count == 3 else 'a number'}"
+            )
         return [sp.Rational(word) for word in words]
 
-    def _angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
+    def _recognize_angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
         """Return the multiple of pi/12 that is within the tolerance of an angle, else the angle itself."""
         twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
         exact = sp.pi * twelfths / 12
         difference = abs(sp.N(angle - exact, 30))
-        if not twelfths or difference > ROUNDED:
+        if not twelfths or difference > ANGLE_TOLERANCE:
             return angle
-        if difference > NEAR * 1000:
+        if difference > ZERO_TOLERANCE * 1000:
             self.notes.append(f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is taken for {exact}")
         return exact

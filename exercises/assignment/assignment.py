@@ -13,19 +13,25 @@ import pydantic
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.difficulty import HARDEST
+from qdot.exercises.arm.difficulty import HARDEST_BAND
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.assignment.attempt_policy import LAST, AttemptPolicy, read_attempt_policy
-from qdot.exercises.assignment.attempt_policy import RULE as SEVERAL
-from qdot.exercises.assignment.decimals import DECIMALS, read_decimals
-from qdot.exercises.assignment.gradebook import Gradebook, identifier_of, read_export
-from qdot.exercises.assignment.lateness import LATE, LateRule, read_late, with_zone
+from qdot.exercises.assignment.attempt_policy import ATTEMPTS_FORM as SEVERAL
+from qdot.exercises.assignment.attempt_policy import LAST_ATTEMPT, AttemptPolicy, read_attempt_policy
+from qdot.exercises.assignment.decimals import DECIMALS_FORM, read_decimals
+from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
+from qdot.exercises.assignment.lateness import LATE_FORM, LateRule, read_late, with_zone
 from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name, name_of_axes
+from qdot.exercises.common.variation import (
+    DEFAULT_VARIATION,
+    VARIATION_AXES,
+    VARIATION_STEPS,
+    canonical_name,
+    name_variation,
+)
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.identity import Rounding
@@ -33,14 +39,14 @@ from qdot.exercises.generation import (
     check_questions,
     generate,
     look_up_family,
-    questions_of,
-    short_quiz,
+    questions_of_family,
+    select_quiz_questions,
     student_problem_id,
 )
-from qdot.exercises.problem.credit import CREDIT, Credit, read_credit
+from qdot.exercises.problem.credit import CREDIT_FORM, Credit, read_credit
 from qdot.exercises.problem.problem import (
     ENGINE,
-    OF_ORDER,
+    TWIST_ORDER_HINT,
     Problem,
     ProblemId,
     find_convention,
@@ -48,11 +54,11 @@ from qdot.exercises.problem.problem import (
 )
 from qdot.exercises.quizzes import ASKED
 
-FILE = "assignment.toml"
+ASSIGNMENT_FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
-_MISSING = "'qdot init' makes a folder that has one"
-NO_CLASS = "name the file that has your class, as Canvas, Moodle or a spreadsheet saves it"
+_MISSING_FILE_HINT = "'qdot init' makes a folder that has one"
+MISSING_ROSTER_HINT = "name the file that has your class, as Canvas, Moodle or a spreadsheet saves it"
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -88,19 +94,19 @@ class AssignmentFile(pydantic.BaseModel):
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
     sandbox: Literal["best", "strict"] = "best"
-    variation: str | list[str] = DEFAULT
+    variation: str | list[str] = DEFAULT_VARIATION
     convention: str | None = None
     twist_order: str | None = None
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
-TAKEN = "on Windows none may end in '.' or be called like a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
+WINDOWS_NAME_RULE = "on Windows none may end in '.' or be called like a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
 
-RIGHT = {
+EXPECTED_FORMS = {
     "title": 'it is a text, as in title = "Velocity kinematics"',
     "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
-    "late": LATE,
+    "late": LATE_FORM,
     "attempts": SEVERAL,
     "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
@@ -112,25 +118,25 @@ RIGHT = {
     "questions": 'it is a list of names, as in questions = ["position", "jacobian"], which `qdot questions` lists, or '
     '"quiz" for a short question of each form',
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
-    "decimals": DECIMALS,
-    "credit": CREDIT,
-    "variation": f'it is a step ({", ".join(STEPS)}), as in variation = "{DEFAULT}", or a list of axes, as in '
-    f'["lengths", "base"], out of {", ".join(AXES)}',
+    "decimals": DECIMALS_FORM,
+    "credit": CREDIT_FORM,
+    "variation": f'it is a step ({", ".join(VARIATION_STEPS)}), as in variation = "{DEFAULT_VARIATION}", or a list of '
+    f'axes, as in ["lengths", "base"], out of {", ".join(VARIATION_AXES)}',
     "convention": f"it is how arms are told, one of {', '.join(CONVENTIONS)}",
     "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
-    "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
+    "difficulty": f"it is a step from 0 to {HARDEST_BAND}, or a range, as in difficulty = [1, 2]",
 }
 """The expected form of each key's value, for error messages."""
 
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `others` are its other columns, and `due_date` is the student's own due date."""
+    """A line of the roster; `other_columns` are its other columns, and `due_date` is the student's own due date."""
 
     id: str
     name: str = ""
     email: str = ""
-    others: tuple[tuple[str, str], ...] = ()
+    other_columns: tuple[tuple[str, str], ...] = ()
     due_date: datetime.datetime | None = None
 
 
@@ -138,10 +144,10 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum difficulty. `robot` is a digest of the file of an instructor's own robot, "" for a
-    family. `variation` is how much arms differ from the chapter's. `convention` describes the arms, and `twist_order`
-    is the order of their twists. `decimals` are the questions that accept rounded decimals, with their tolerances.
-    `credit` are the assignment's own rules for partial credit, by question.
+    `band` is the minimum and maximum difficulty. `robot_argument` is a digest of the file of an instructor's own robot,
+    "" for a family. `variation` is how much arms differ from the chapter's. `convention` describes the arms, and
+    `twist_order` is the order of their twists. `decimals` are the questions that accept rounded decimals, with their
+    tolerances. `credit` are the assignment's own rules for partial credit, by question.
     """
 
     name: str
@@ -149,8 +155,8 @@ class Slot:
     questions: tuple[str, ...]
     points: tuple[float, ...] | None
     band: tuple[int, int] | None = None
-    robot: str = ""
-    variation: str = DEFAULT
+    robot_digest: str = ""
+    variation: str = DEFAULT_VARIATION
     convention: str = ""
     twist_order: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
@@ -175,9 +181,9 @@ class Slot:
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
         """Return a student's problem in this slot."""
-        return self.problem_with(self.identity(secret, student, draw).seed)
+        return self.problem_of_seed(self.identity(secret, student, draw).seed)
 
-    def problem_with(self, seed: int) -> Problem:
+    def problem_of_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
         problem = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
@@ -193,7 +199,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    `gradebook` is a platform's own export, if roster.csv is one; `redrawn` lists the regenerated problems.
+    `gradebook` is a platform's own export, if roster.csv is one; `redraws` lists the regenerated problems.
     """
 
     folder: Path
@@ -208,15 +214,15 @@ class Assignment:
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
     late: LateRule | None = None
-    attempts: AttemptPolicy = LAST
+    attempts: AttemptPolicy = LAST_ATTEMPT
     sandbox: str = "best"
     gradebook: Gradebook | None = None
-    redrawn: Redraws = field(default_factory=dict)
+    redraws: Redraws = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
 
-    def due_of(self, student: Student) -> datetime.datetime | None:
+    def due_date_of(self, student: Student) -> datetime.datetime | None:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date
         return (
@@ -244,11 +250,11 @@ class Assignment:
 
     def draw_of(self, slot: Slot, student: str) -> int:
         """Return the number of the draw that a student has in a slot, according to redrawn.csv."""
-        redraw = self.redrawn.get((student, slot.name))
+        redraw = self.redraws.get((student, slot.name))
         return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
 
     @property
-    def marking(self) -> str:
+    def marking_digest(self) -> str:
         """A short text that changes whenever the rules for points change, except the penalty for late work."""
         return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
@@ -256,7 +262,7 @@ class Assignment:
     def digest(self) -> str:
         """A short text that changes whenever the problems change, for example the secret, the families or questions."""
         slots = [
-            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation)
             + ((slot.convention,) if slot.convention else ())
             + ((slot.twist_order,) if slot.twist_order else ())
             for slot in self.slots
@@ -272,7 +278,7 @@ class Assignment:
         )
 
     @property
-    def secret_mark(self) -> str:
+    def secret_digest(self) -> str:
         """A short text that identifies the secret of a notebook without revealing it."""
         return _short_hash(repr((self.secret, "mark", self.key)))
 
@@ -284,9 +290,9 @@ class Assignment:
         """Return the edition for a student's notebook; it differs from `edition` if a problem was generated again."""
         return self._add_redraws(self.edition, student)
 
-    def _add_redraws(self, of_all: str, student: str) -> str:
+    def _add_redraws(self, digest: str, student: str) -> str:
         redrawn = [(slot.name, draw) for slot in self.slots if (draw := self.draw_of(slot, student)) != 1]
-        return _short_hash(repr((of_all, redrawn))) if redrawn else of_all
+        return _short_hash(repr((digest, redrawn))) if redrawn else digest
 
 
 def _short_hash(content: str) -> str:
@@ -304,30 +310,30 @@ def load_assignment(folder: Path) -> Assignment:
     Assignment(week-3: 4 problems, 2 students)
     """
     _check_folder(folder)
-    file = read_toml(folder / FILE, _MISSING, float)
+    file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     content = _validate(file)
     if content.key.lower().endswith(".ipynb"):
-        with file.at("key"):
+        with file.locate_errors("key"):
             raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
     if is_changed_by_windows(content.key):
-        with file.at("key"):
-            raise QdotError(f'it names the notebooks\' files, and {TAKEN}; as in key = "velocity"')
-    with file.at("late"):
+        with file.locate_errors("key"):
+            raise QdotError(f'it names the notebooks\' files, and {WINDOWS_NAME_RULE}; as in key = "velocity"')
+    with file.locate_errors("late"):
         late = read_late(content.late, content.due)
-    with file.at("attempts"):
+    with file.locate_errors("attempts"):
         attempts = read_attempt_policy(content.attempts)
     notes: list[str] = []
-    with file.at("variation"):
+    with file.locate_errors("variation"):
         variation = _read_variation(content.variation)
-    with file.at("convention"):
+    with file.locate_errors("convention"):
         find_convention(content.convention or CONVENTIONS[0])
-    with file.at("twist_order"):
+    with file.locate_errors("twist_order"):
         find_twist_order(content.twist_order or TWIST_ORDERS[0])
-    slots = tuple(_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
-    with file.at("twist_order"):
+    slots = tuple(_read_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
+    with file.locate_errors("twist_order"):
         is_ordered = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not is_ordered:
-            raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
+            raise QdotError(f"no arm of this assignment is told by its axes; {TWIST_ORDER_HINT}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
     return Assignment(
@@ -341,7 +347,7 @@ def load_assignment(folder: Path) -> Assignment:
 def _check_folder(folder: Path) -> None:
     """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
     parent_folder = folder.parent if folder.name else folder / ".."
-    if folder.exists() and not (folder / FILE).exists() and (parent_folder / FILE).is_file():
+    if folder.exists() and not (folder / ASSIGNMENT_FILE).exists() and (parent_folder / ASSIGNMENT_FILE).is_file():
         raise QdotError(f"{folder} is in an assignment's folder; name that folder, {parent_folder}")
     if not folder.is_dir():
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
@@ -361,45 +367,47 @@ def _validate(file: TomlFile) -> AssignmentFile:
     except pydantic.ValidationError as error:
         location = error.errors()[0]["loc"]
     key_path = location[:3] if location[0] == "problem" else location[:1]
-    with file.at(*key_path):
-        raise QdotError(RIGHT[str(key_path[-1])] if isinstance(key_path[-1], str) else RIGHT["problem"])
+    with file.locate_errors(*key_path):
+        raise QdotError(
+            EXPECTED_FORMS[str(key_path[-1])] if isinstance(key_path[-1], str) else EXPECTED_FORMS["problem"]
+        )
 
 
-def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
+def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
     """Read a slot of the assignment; its own variation and convention override the assignment's.
 
     If neither sets a convention, an instructor's robot has the convention of its file. Warnings about the robot are
     appended to `notes`. Raises QdotError.
     """
     entry, key_path = content.problem[index], ("problem", index)
-    with file.at(*key_path):
+    with file.locate_errors(*key_path):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
     if entry.family is not None:
-        with file.at(*key_path, "family"):
+        with file.locate_errors(*key_path, "family"):
             family, robot = look_up_family(entry.family), ""
     else:
-        with file.at(*key_path, "robot"):
+        with file.locate_errors(*key_path, "robot"):
             family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
     if entry.variation is not None:
-        with file.at(*key_path, "variation"):
+        with file.locate_errors(*key_path, "variation"):
             variation = _read_variation(entry.variation)
-    with file.at(*key_path, "convention"):
+    with file.locate_errors(*key_path, "convention"):
         setting = entry.convention or content.convention or ""
         canonical_convention = find_convention(setting) if setting else ""
         convention = (
             setting if robot else canonical_convention
         )  # a robot file may use another convention than the default
-    with file.at(*key_path, "twist_order"):
-        twist_order = _twist_order_of(entry.twist_order, content.twist_order, family, convention)
-    with file.at(*key_path, "difficulty"):
-        band = _band(entry.difficulty)
+    with file.locate_errors(*key_path, "twist_order"):
+        twist_order = _choose_twist_order(entry.twist_order, content.twist_order, family, convention)
+    with file.locate_errors(*key_path, "difficulty"):
+        band = _read_band(entry.difficulty)
         if band is not None:
             check_questions(family, (), band, variation, convention)
-    with file.at(*key_path, "family" if entry.questions is None else "questions"):
+    with file.locate_errors(*key_path, "family" if entry.questions is None else "questions"):
         if isinstance(entry.questions, str) and entry.questions != "quiz":
-            raise QdotError(RIGHT["questions"])
-        if family.varied and (not entry.questions or entry.questions == "quiz"):
+            raise QdotError(EXPECTED_FORMS["questions"])
+        if family.has_varied_structure and (not entry.questions or entry.questions == "quiz"):
             raise QdotError(
                 'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
             )
@@ -410,14 +418,14 @@ def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, n
                 'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
                 "[[problem]] of their own, or name its short questions one by one"
             )
-        questions = _questions_of(family, entry.questions, convention)
+        questions = _choose_questions(family, entry.questions, convention)
         check_questions(family, questions, band, variation, convention)
     points = None if entry.points is None else tuple(entry.points)
-    with file.at(*key_path, "points"):
+    with file.locate_errors(*key_path, "points"):
         _check_points(points, len(questions))
-    with file.at(*key_path, "decimals"):
+    with file.locate_errors(*key_path, "decimals"):
         decimals = read_decimals(entry.decimals, questions)
-    with file.at(*key_path, "credit"):
+    with file.locate_errors(*key_path, "credit"):
         credit = read_credit(entry.credit, questions)
     return Slot(
         f"p{index + 1}", family, questions, points, band, robot, variation, convention, twist_order, decimals, credit
@@ -425,10 +433,10 @@ def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, n
 
 
 def _read_variation(setting: str | list[str]) -> str:
-    return canonical_name(setting) if isinstance(setting, str) else name_of_axes(setting)
+    return canonical_name(setting) if isinstance(setting, str) else name_variation(setting)
 
 
-def _twist_order_of(setting: str | None, default: str | None, family: Family, convention: str) -> str:
+def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
     """Return the order of twists of a problem, "" for arms described by tables.
 
     A robot has the order of its file unless the assignment sets one. Raises QdotError.
@@ -436,9 +444,9 @@ def _twist_order_of(setting: str | None, default: str | None, family: Family, co
     chosen = setting or default or ""
     canonical_order = find_twist_order(chosen) if chosen else ""
     if _has_twist_order(convention, family):
-        return chosen if family.robot else canonical_order  # its file may have another order than the default
+        return chosen if family.robot_argument else canonical_order  # its file may have another order than the default
     if setting is not None:
-        raise QdotError(f"its arms are told by tables; {OF_ORDER}")
+        raise QdotError(f"its arms are told by tables; {TWIST_ORDER_HINT}")
     return ""
 
 
@@ -447,23 +455,25 @@ def _has_twist_order(convention: str, family: Family) -> bool:
 
     If `convention` is "", it is the first convention for a family, and the convention of its file for a robot.
     """
-    default = CONVENTIONS[0] if family.plain is None else family.plain.convention
+    default = CONVENTIONS[0] if family.textbook_arm is None else family.textbook_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)
 
 
-def _questions_of(family: Family, questions: list[str] | str | None, convention: str) -> tuple[str, ...]:
+def _choose_questions(family: Family, questions: list[str] | str | None, convention: str) -> tuple[str, ...]:
     if questions is None:
-        return questions_of(family, convention)
-    return short_quiz(family, convention) if isinstance(questions, str) else tuple(questions)
+        return questions_of_family(family, convention)
+    return select_quiz_questions(family, convention) if isinstance(questions, str) else tuple(questions)
 
 
-def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
-    if points is not None and len(points) != questions:
-        counts = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
-        mismatch = f"{counts}{'question' if questions == 1 else 'questions'}"
-        raise QdotError(f"{mismatch}; it is a list of positive numbers, one for each, as in points = {[1] * questions}")
+def _check_points(points: tuple[float, ...] | None, question_count: int) -> None:
+    if points is not None and len(points) != question_count:
+        counts = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {question_count} "
+        mismatch = f"{counts}{'question' if question_count == 1 else 'questions'}"
+        raise QdotError(
+            f"{mismatch}; it is a list of positive numbers, one for each, as in points = {[1] * question_count}"
+        )
     if points is not None and any(not 0 < number < 1e6 for number in points):
-        raise QdotError(RIGHT["points"])
+        raise QdotError(EXPECTED_FORMS["points"])
 
 
 def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
@@ -473,26 +483,26 @@ def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
     return read_robot_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
 
 
-def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
+def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
     """Return the minimum and maximum step of difficulty."""
     if difficulty is None:
         return None
     limits = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
-    if len(limits) != 2 or not 0 <= limits[0] <= limits[1] <= HARDEST:
-        raise QdotError(RIGHT["difficulty"])
+    if len(limits) != 2 or not 0 <= limits[0] <= limits[1] <= HARDEST_BAND:
+        raise QdotError(EXPECTED_FORMS["difficulty"])
     return limits[0], limits[1]
 
 
-def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
+def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Student, ...]:
     """Return the students in roster.csv: its first column is `student`; others may follow.
 
-    An export from Canvas or Moodle is a roster, too. If there is no such file, `missing` says what to do.
+    An export from Canvas or Moodle is a roster, too. If there is no such file, `missing_hint` says what to do.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, cells in roster_table(path, missing):
+    for number, cells in read_roster_table(path, missing_hint):
         where = f"{path}: line {number}"
-        identifier = identifier_of(cells["student"])
+        identifier = normalize_identifier(cells["student"])
         _check_identifier(where, identifier)
         folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
         if folded_identifier in lines:
@@ -508,10 +518,10 @@ def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
     return tuple(students)
 
 
-def roster_table(path: Path, missing: str = _MISSING) -> list[tuple[int, dict[str, str]]]:
+def read_roster_table(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a roster or an export: the number of each line, and its cells by column."""
     export = read_export(path)
-    return read_table(path, "student", "student,name,email", missing) if export is None else export.table
+    return read_table(path, "student", "student,name,email", missing_hint) if export is None else export.table
 
 
 def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
@@ -536,7 +546,9 @@ def _check_identifier(where: str, identifier: str) -> None:
             "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
         )
     if is_changed_by_windows(identifier):
-        raise QdotError(f"{where}: {identifier!r} can't be a student's identifier; it names folders, and {TAKEN}")
+        raise QdotError(
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders, and {WINDOWS_NAME_RULE}"
+        )
 
 
 def read_secret(folder: Path) -> str:

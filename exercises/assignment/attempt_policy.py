@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.assignment.lateness import describe_duration, parse_duration
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 
-MOST, APART = 5, 600
+DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 """Default number of attempts that count, and default minimum number of seconds between two of them."""
-LIMIT = 'a limit, as in attempts = {best_of = 3, apart = "1 h"}'
-RULE = f'it says which of several notebooks of a student counts: it is "last", "best", or {LIMIT}'
-KEYS = {
+LIMIT_FORM = 'a limit, as in attempts = {best_of = 3, apart = "1 h"}'
+ATTEMPTS_FORM = f'it says which of several notebooks of a student counts: it is "last", "best", or {LIMIT_FORM}'
+KEY_FORMS = {
     "best_of": "it is how many attempts count, a whole number from 1, as in best_of = 3",
     "apart": 'it is a time with its unit, as in apart = "1 h": what comes sooner replaces the attempt before it',
 }
@@ -23,10 +23,10 @@ KEYS = {
 
 @dataclass(frozen=True)
 class AttemptPolicy:
-    """The last notebook counts, or the best of the first `best_of` attempts, at least `apart` seconds apart."""
+    """The last notebook counts, or the best of the first `best_of` attempts, at least `min_interval` seconds apart."""
 
     best_of: int | None = None
-    apart: int = APART
+    min_interval: int = DEFAULT_MIN_INTERVAL
 
     def __str__(self) -> str:
         return "last" if self.best_of is None else "best"
@@ -34,7 +34,11 @@ class AttemptPolicy:
     @property
     def rule(self) -> str:
         """An explanation for students if not all of their notebooks count as attempts."""
-        apart = f"of those handed in within {describe_duration(self.apart)} the last is taken, " if self.apart else ""
+        apart = (
+            f"of those handed in within {describe_duration(self.min_interval)} the last is taken, "
+            if self.min_interval
+            else ""
+        )
         return f"{apart}{self.best_of} attempt{'' if self.best_of == 1 else 's'} count at most"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
@@ -49,32 +53,35 @@ class AttemptPolicy:
         attempts: list[list[int]] = []
         for i in sorted(range(len(received)), key=lambda i: received[i]):
             elapsed = (received[i] - received[attempts[-1][0]]).total_seconds() if attempts else 0.0
-            if attempts and (elapsed == 0 or elapsed < self.apart):
+            if attempts and (elapsed == 0 or elapsed < self.min_interval):
                 attempts[-1].append(i)
             else:
                 attempts.append([i])
         return [max(attempt, key=lambda i: received[i]) for attempt in attempts[: self.best_of]]
 
 
-LAST = AttemptPolicy()
+LAST_ATTEMPT = AttemptPolicy()
 
 
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
     """Return the policy set in assignment.toml. Raises QdotError.
 
     >>> read_attempt_policy("best"), read_attempt_policy({"best_of": 3, "apart": "1 h"})
-    (AttemptPolicy(best_of=5, apart=600), AttemptPolicy(best_of=3, apart=3600))
+    (AttemptPolicy(best_of=5, min_interval=600), AttemptPolicy(best_of=3, min_interval=3600))
     """
     if isinstance(setting, str):
         if setting not in ("last", "best"):
-            raise QdotError(RULE)
-        return AttemptPolicy(MOST if setting == "best" else None)
-    unknown_key = next((name for name in setting if name not in KEYS), None)
+            raise QdotError(ATTEMPTS_FORM)
+        return AttemptPolicy(DEFAULT_BEST_OF if setting == "best" else None)
+    unknown_key = next((name for name in setting if name not in KEY_FORMS), None)
     if unknown_key is not None:
-        raise unknown("key", unknown_key, tuple(KEYS))
-    count = setting.get("best_of", MOST)
+        raise unknown_name("key", unknown_key, tuple(KEY_FORMS))
+    count = setting.get("best_of", DEFAULT_BEST_OF)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise QdotError(f"best_of: {KEYS['best_of']}")
+        raise QdotError(f"best_of: {KEY_FORMS['best_of']}")
     return AttemptPolicy(
-        count, parse_duration(setting["apart"], f"apart: {KEYS['apart']}") if "apart" in setting else APART
+        count,
+        parse_duration(setting["apart"], f"apart: {KEY_FORMS['apart']}")
+        if "apart" in setting
+        else DEFAULT_MIN_INTERVAL,
     )

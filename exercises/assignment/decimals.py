@@ -7,7 +7,7 @@ from math import isfinite, radians
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.identity import Rounding
 
-DECIMALS = (
+DECIMALS_FORM = (
     'it is "exact", a number of significant digits from 2 to 12, as in decimals = 3, a tolerance with its unit, as in '
     'decimals = "0.01 rad/s", or a table of these by question, as in decimals = {jacobian = 4, joint-rates = "1 deg/s"}'
 )
@@ -17,7 +17,7 @@ UNITS = {
 }
 """Units of tolerances, each with its factor to the unit of answers."""
 
-_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+_NUMBER_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
 def read_decimals(
@@ -45,14 +45,14 @@ def _parse_rounding(setting: int | str) -> Rounding | None:
         return None
     if isinstance(setting, int):
         if isinstance(setting, bool) or not 2 <= setting <= 12:
-            raise QdotError(DECIMALS)
-        return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_WORDS[setting - 2]} significant digits")
+            raise QdotError(DECIMALS_FORM)
+        return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_NUMBER_WORDS[setting - 2]} significant digits")
     match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", setting)
     if match is None:
-        raise QdotError(DECIMALS)
+        raise QdotError(DECIMALS_FORM)
     if match.group(2) not in UNITS:
         raise QdotError(f"{match.group(2)!r} is no unit of a tolerance; known: {', '.join(UNITS)}")
     amount = float(match.group(1))
     if not (isfinite(amount) and amount > 0):
-        raise QdotError(f"a tolerance is more than 0; {DECIMALS}")
+        raise QdotError(f"a tolerance is more than 0; {DECIMALS_FORM}")
     return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
-from qdot.exercises.assignment.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
+from qdot.exercises.assignment.redrawn import MAX_DRAWS, REDRAWN_FILE, Redraw, write_redrawn
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.problem.problem import Problem
@@ -19,7 +19,7 @@ from qdot.exercises.verify.certificate import FULL_RANK
 
 Record = TypeVar("Record")
 
-CHANGE = "Change the questions, the variation or the family of {} in assignment.toml"
+CHANGE_ADVICE = "Change the questions, the variation or the family of {} in assignment.toml"
 """Advice for the staff if none of a problem's draws passes."""
 
 
@@ -27,7 +27,7 @@ class Uncertified(QdotError):
     """Raised if a problem does not pass its certificate, but another draw of it may pass."""
 
 
-Failures = Callable[[Problem], Sequence[str]]
+FindFailures = Callable[[Problem], Sequence[str]]
 """A function that returns what is wrong with a problem. It must belong to a module, to be pickled for processes."""
 Certify = Callable[[Problem], Record]
 """A function that returns a record of a problem that passes its certificate, and raises Uncertified otherwise."""
@@ -37,18 +37,18 @@ Certify = Callable[[Problem], Record]
 class CertifiedProblem(Generic[Record]):
     """A problem that passed its certificate, with the number of its draw and the record of its certificate.
 
-    `why` says why the first draw failed, "" if this is the first draw.
+    `first_failure` says why the first draw failed, "" if this is the first draw.
     """
 
     problem: Problem
     draw: int
     record: Record
-    why: str = ""
+    first_failure: str = ""
 
 
 @dataclass(frozen=True)
 class FailedSlot:
-    """A slot for which no draw passed its certificate; `why` says why the first draw failed.
+    """A slot for which no draw passed its certificate; `first_failure` says why the first draw failed.
 
     `student` is empty for a problem of a bank.
     """
@@ -56,11 +56,12 @@ class FailedSlot:
     student: str
     slot: str
     family: str
-    why: str
+    first_failure: str
 
     def __str__(self) -> str:
         prefix = f"{self.student}: " if self.student else ""
-        return f"{prefix}{self.slot} ({self.family}): none of {DRAWS} draws can be asked. The first: {self.why}"
+        name = f"{prefix}{self.slot} ({self.family})"
+        return f"{name}: none of {MAX_DRAWS} draws can be asked. The first: {self.first_failure}"
 
 
 @dataclass(frozen=True)
@@ -77,35 +78,36 @@ class Variant:
         return f"{self.slot.name}-{self.number:03d}"
 
 
-def check(problem: Problem, failed: Sequence[str]) -> None:
+def raise_failures(problem: Problem, failures: Sequence[str]) -> None:
     """Raise Uncertified if there are failures, or QdotError if every other draw would fail for the same reason."""
-    if failed and failed[0].startswith(FULL_RANK):
+    if failures and failures[0].startswith(FULL_RANK):
         raise QdotError(
-            f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; name another task"
+            f"the problem {problem.id} failed its own certificate and is not handed out: {failures[0]}; "
+            "name another task"
         )
-    if failed:
-        raise Uncertified(failed[0])
+    if failures:
+        raise Uncertified(failures[0])
 
 
-def certify_by(failures: Failures) -> Certify[None]:
-    """Return a function that certifies a problem if `failures` finds nothing wrong with it."""
-    return partial(_certify, failures)
+def certify_with(find_failures: FindFailures) -> Certify[None]:
+    """Return a function that certifies a problem if `find_failures` finds nothing wrong with it."""
+    return partial(_certify, find_failures)
 
 
-def _certify(failures: Failures, problem: Problem) -> None:
-    check(problem, failures(problem))
+def _certify(find_failures: FindFailures, problem: Problem) -> None:
+    raise_failures(problem, find_failures(problem))
 
 
-def require_certified(problem: Problem, failures: Failures) -> Problem:
+def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
     """Return a problem for which no other draw is possible, if it passes its certificate. Raises QdotError if not."""
     try:
-        check(problem, failures(problem))
+        raise_failures(problem, find_failures(problem))
     except Uncertified as error:
         raise QdotError(f"{problem.id}: the problem does not pass its certificate: {error}; please report it") from None
     return problem
 
 
-def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
+def try_draw(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
     """Generate and certify a problem; return it with its record, or return the reason why it can't be used.
 
     An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if all
@@ -118,7 +120,7 @@ def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Prob
     except (OSError, MemoryError):
         raise
     except Exception as error:
-        return describe_own_failure(error)
+        return describe_internal_error(error)
     try:
         return problem, certify(problem)
     except Uncertified as error:
@@ -126,10 +128,10 @@ def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Prob
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return describe_own_failure(error)
+        return describe_internal_error(error)
 
 
-def describe_own_failure(error: Exception) -> str:
+def describe_internal_error(error: Exception) -> str:
     """Return a message that an internal error of qdot occurred on a problem."""
     return f"qdot itself failed: {type(error).__name__}: {error}; please report it"
 
@@ -139,8 +141,8 @@ def generate_certified(
 ) -> CertifiedProblem[Record] | FailedSlot:
     """Return the first draw of a student's problem that passes, beginning with the student's current draw."""
     current_draw, why = assignment.draw_of(slot, student), ""
-    for number in (current_draw, *(other_draw for other_draw in range(1, DRAWS + 1) if other_draw != current_draw)):
-        result = attempt(partial(slot.problem, assignment.secret, student, number), certify)
+    for number in (current_draw, *(other_draw for other_draw in range(1, MAX_DRAWS + 1) if other_draw != current_draw)):
+        result = try_draw(partial(slot.problem, assignment.secret, student, number), certify)
         if not isinstance(result, str):
             return CertifiedProblem(result[0], number, result[1], why)
         why = why or result
@@ -152,16 +154,16 @@ def generate_certified(
 
 @dataclass(frozen=True)
 class StudentProblems(Generic[Record]):
-    """The problems of a student by slot, in order; if any slot failed (`given_up`), the student has no notebook."""
+    """The problems of a student by slot, in order; if any slot failed (`failed_slots`), the student has no notebook."""
 
     student: str
     certified: dict[str, CertifiedProblem[Record]]
-    given_up: tuple[FailedSlot, ...] = ()
+    failed_slots: tuple[FailedSlot, ...] = ()
 
     def new_redraws(self, assignment: Assignment) -> dict[str, Redraw]:
         """Return the draws that differ from the recorded ones."""
         return {
-            slot.name: Redraw(slot.family.name, certified.draw, certified.why)
+            slot.name: Redraw(slot.family.name, certified.draw, certified.first_failure)
             for slot in assignment.slots
             if (certified := self.certified.get(slot.name)) and certified.draw != assignment.draw_of(slot, self.student)
         }
@@ -178,59 +180,63 @@ def generate_student_problems(
     )
 
 
-def record_redraws(assignment: Assignment, student: str, redrawn: Mapping[str, Redraw]) -> Assignment:
+def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, Redraw]) -> Assignment:
     """Record a student's new draws in redrawn.csv, and return the assignment with them."""
-    changed = {**assignment.redrawn, **{(student, slot): redraw for slot, redraw in redrawn.items()}}
+    changed = {**assignment.redraws, **{(student, slot): redraw for slot, redraw in redraws.items()}}
     write_redrawn(assignment.folder, changed)
-    return replace(assignment, redrawn=changed)
+    return replace(assignment, redraws=changed)
 
 
-def settle_problems(
-    assignment: Assignment, students: Sequence[str], failures: Failures, jobs: int, each: Callable[[], None]
+def certify_class(
+    assignment: Assignment,
+    students: Sequence[str],
+    find_failures: FindFailures,
+    jobs: int,
+    on_student: Callable[[], None],
 ) -> tuple[Assignment, list[FailedSlot]]:
     """Find certified problems for some students; return the assignment with the new draws, and the slots that failed.
 
-    `each` is called after every student. Raises QdotError.
+    `on_student` is called after every student. Raises QdotError.
     """
     given_up: list[FailedSlot] = []
-    with closing(ordered_map(_settle_student, students, jobs, keep_state, ((assignment, failures),))) as results:
+    with closing(ordered_map(_certify_student, students, jobs, keep_state, ((assignment, find_failures),))) as results:
         for student, redrawn, failures_of_student in results:
             if redrawn:
                 assignment = record_redraws(assignment, student, redrawn)
             given_up += failures_of_student
-            each()
+            on_student()
     return assignment, given_up
 
 
-def _settle_student(
-    state: tuple[Assignment, Failures], student: str
+def _certify_student(
+    state: tuple[Assignment, FindFailures], student: str
 ) -> tuple[str, dict[str, Redraw], tuple[FailedSlot, ...]]:
     assignment, failures = state
-    draws = generate_student_problems(assignment, student, certify_by(failures))
-    return student, draws.new_redraws(assignment), draws.given_up
+    draws = generate_student_problems(assignment, student, certify_with(failures))
+    return student, draws.new_redraws(assignment), draws.failed_slots
 
 
 def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
     """Return a message to the staff about new draws, as a list of at most one line."""
     new_redraws = [
-        student_slot for student_slot, redraw in after.redrawn.items() if before.redrawn.get(student_slot) != redraw
+        student_slot for student_slot, redraw in after.redraws.items() if before.redraws.get(student_slot) != redraw
     ]
     if not new_redraws:
         return []
     count = "1 problem did" if len(new_redraws) == 1 else f"{len(new_redraws)} problems did"
-    path = after.folder / REDRAWN
+    path = after.folder / REDRAWN_FILE
     return [f"{count} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
 
 
-def raise_left_out(assignment: Assignment, given_up: Sequence[FailedSlot]) -> None:
+def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot]) -> None:
     """Raise QdotError if students were left out: who they are, and which problems to change."""
-    if not given_up:
+    if not failed_slots:
         return
-    students = list(dict.fromkeys(failure.student for failure in given_up))
+    students = list(dict.fromkeys(failure.student for failure in failed_slots))
     verb = "is" if len(students) == 1 else "are"
     others_note = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
-    slots = " and ".join(sorted({failure.slot for failure in given_up}))
+    slots = " and ".join(sorted({failure.slot for failure in failed_slots}))
     raise QdotError(
         f"{len(students)} of {len(assignment.roster)} students {verb} left out ({', '.join(students)}){others_note}. "
-        f"{CHANGE.format(slots)}, and run the same command again"
+        f"{CHANGE_ADVICE.format(slots)}, and run the same command again"
     )

@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import csv_rows, read_table_text
 
 CANVAS, MOODLE = "Canvas", "Moodle"
-POINTS = "Points Possible"
+POINTS_ROW_MARKER = "Points Possible"
 
 _TEST_STUDENT = ("Student, Test", "Test Student")
 _TEST_LOGIN = re.compile("[0-9a-f]{40}")
@@ -45,11 +45,11 @@ class Gradebook:
 
     platform: str
     header: tuple[str, ...]
-    points: tuple[str, ...]
-    lines: Mapping[str, tuple[str, ...]]
+    points_row: tuple[str, ...]
+    rows_by_student: Mapping[str, tuple[str, ...]]
 
     @property
-    def identity(self) -> int:
+    def identity_column_count(self) -> int:
         """The number of columns that identify the student in Canvas: the first ones, up to "Section"."""
         return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
 
@@ -62,31 +62,31 @@ class Export:
     table: list[tuple[int, dict[str, str]]]
 
 
-Rows = Sequence[tuple[int, list[str]]]
+NumberedRows = Sequence[tuple[int, list[str]]]
 
 
 def read_export(path: Path) -> Export | None:
     """Return a platform's export; None if the file is not an export. Raises QdotError."""
     if not path.is_file():
         return None
-    rows = _rows(read_table_text(path))
+    rows = _parse_rows(read_table_text(path))
     if not rows:
         return None
     header = [name.strip() for name in rows[0][1]]
     if _is_canvas(header, rows):
-        return _canvas(path, header, rows)
-    columns = {key: _column(header, names) for key, names in MOODLE_COLUMNS.items()}
+        return _read_canvas(path, header, rows)
+    columns = {key: _find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
     if columns["first"] is not None and columns["last"] is not None and header[0].lower() != "student":
-        return _moodle(path, header, rows, columns)
+        return _read_moodle(path, header, rows, columns)
     return None
 
 
-def identifier_of(text: str) -> str:
+def normalize_identifier(text: str) -> str:
     """Normalise an identifier (Unicode NFC, no surrounding spaces), so that identifiers can be compared."""
     return unicodedata.normalize("NFC", text.strip())
 
 
-def _rows(text: str) -> Rows:
+def _parse_rows(text: str) -> NumberedRows:
     """Return the lines that are not empty."""
     try:
         return list(csv_rows(text))
@@ -94,20 +94,20 @@ def _rows(text: str) -> Rows:
         return []  # read_table reports the error
 
 
-def _column(header: Sequence[str], names: Sequence[str]) -> int | None:
+def _find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
     return next((index for index, name in enumerate(header) if name.lower() in names), None)
 
 
 # --- Canvas ---
 
 
-def _is_canvas(header: Sequence[str], rows: Rows) -> bool:
+def _is_canvas(header: Sequence[str], rows: NumberedRows) -> bool:
     """Return whether the header satisfies Canvas's importer and one of the next rows is the row of points."""
     has_required_columns = header[:2] == ["Student", "ID"] or header[:3] == ["LastName", "FirstName", "ID"]
-    return has_required_columns and "Section" in header and any(POINTS in row[0] for _, row in rows[1:4])
+    return has_required_columns and "Section" in header and any(POINTS_ROW_MARKER in row[0] for _, row in rows[1:4])
 
 
-def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
+def _read_canvas(path: Path, header: list[str], rows: NumberedRows) -> Export:
     column_index = {name: header.index(name) for name in header}
     identity = header[: column_index["Section"] + 1]
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
@@ -118,19 +118,21 @@ def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
         identifier, login = identity_cells["ID"], identity_cells.get("SIS Login ID", "")
         names = (identity_cells.get("LastName", ""), identity_cells.get("FirstName", ""))
         name = identity_cells.get("Student") or ", ".join(names).strip(", ")
-        if POINTS in cells[0] and not identifier:  # a student may have this name
+        if POINTS_ROW_MARKER in cells[0] and not identifier:  # a student may have this name
             points = tuple(cell.strip() for cell in cells)
         elif any(identity_cells.values()) and not _is_test_student(name, login):
             if not identifier:
                 raise QdotError(f"{path}: line {number}: the column ID is empty, by which Canvas knows {name!r}")
-            lines[identifier_of(identifier)] = cells
+            lines[normalize_identifier(identifier)] = cells
             line = {"student": identifier, "name": _first_name_first(name), "email": login if "@" in login else ""}
-            line |= {column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAMES}
+            line |= {
+                column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAME_COLUMNS
+            }
             table.append((number, line | ({"due": cells[column_index["due"]]} if "due" in column_index else {})))
     return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
 
 
-_CANVAS_NAMES = ("Student", "LastName", "FirstName", "ID")
+_CANVAS_NAME_COLUMNS = ("Student", "LastName", "FirstName", "ID")
 
 
 def _is_test_student(name: str, login: str) -> bool:
@@ -150,7 +152,7 @@ def _first_name_first(name: str) -> str:
 # --- Moodle ---
 
 
-def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int | None]) -> Export:
+def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Mapping[str, int | None]) -> Export:
     """Return Moodle's export; the first key column that is filled in identifies the students."""
     filled_keys = [
         key
@@ -172,7 +174,7 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
                 f"{path}: line {number}: the column {column!r} is empty, which names the students here; fill it in, or "
                 "delete it for everybody, and the next of ID number, username and email address names them"
             )
-        identifier = identifier_of(key_cells[filled_keys[0]])
+        identifier = normalize_identifier(key_cells[filled_keys[0]])
         lines[identifier] = cells
         name = f"{key_cells['first']} {key_cells['last']}".strip()
         other_keys: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 
-EXAMPLE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-20T23:59:00+01:00}'
-LATE = f"it is a table of what late work loses, as in {EXAMPLE}"
-DAY = 86400
-UNITS = {"s": 1, "min": 60, "h": 3600, "day": DAY, "days": DAY}
+LATE_EXAMPLE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-20T23:59:00+01:00}'
+LATE_FORM = f"it is a table of what late work loses, as in {LATE_EXAMPLE}"
+SECONDS_PER_DAY = 86400
+UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_PER_DAY}
 """Units of durations, in seconds."""
-KEYS = {
+KEY_FORMS = {
     "grace": 'it is a time with its unit, as in grace = "15 min": work that is late by no more counts as on time',
     "per_day": "it is the share of the earned points that each day begun takes off, from 0 to 1, as in per_day = 0.1",
     "at_most": "it is the largest share that is taken off, from 0 to 1, as in at_most = 0.5",
@@ -35,8 +35,10 @@ class LateRule:
     at_most: Fraction = Fraction(1)
     until: datetime.datetime | None = None
 
-    def penalty(self, due_date: datetime.datetime, received: datetime.datetime, moved: datetime.timedelta) -> Fraction:
-        """Return the share of the earned points that is deducted; `moved` is the length of the student's extension.
+    def penalty(
+        self, due_date: datetime.datetime, received: datetime.datetime, extension: datetime.timedelta
+    ) -> Fraction:
+        """Return the share of the earned points that is deducted; `extension` is the length of the student's extension.
 
         >>> due = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
         >>> rule = LateRule(grace=900, per_day=Fraction(1, 10), at_most=Fraction(1, 2))
@@ -46,9 +48,9 @@ class LateRule:
         seconds_late = (received - due_date).total_seconds()
         if seconds_late <= self.grace:
             return Fraction(0)
-        if self.until is not None and received > self.until + moved:
+        if self.until is not None and received > self.until + extension:
             return Fraction(1)
-        return min(self.at_most, self.per_day * math.ceil(seconds_late / DAY))
+        return min(self.at_most, self.per_day * math.ceil(seconds_late / SECONDS_PER_DAY))
 
 
 def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
@@ -61,10 +63,10 @@ def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) ->
 def describe_duration(seconds: int) -> str:
     """Return a duration in words.
 
-    >>> describe_duration(40), describe_duration(800), describe_duration(90000), describe_duration(2 * DAY)
+    >>> describe_duration(40), describe_duration(800), describe_duration(90000), describe_duration(2 * SECONDS_PER_DAY)
     ('40 s', '13 min', '1 day 1 h', '2 days')
     """
-    days, seconds_left = divmod(seconds, DAY)
+    days, seconds_left = divmod(seconds, SECONDS_PER_DAY)
     hours, minutes = seconds_left // 3600, seconds_left % 3600 // 60
     day_words = [f"{days} day{'' if days == 1 else 's'}"] if days else []
     hour_words = [f"{hours} h"] if hours else []
@@ -82,33 +84,33 @@ def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | Non
         return None
     if due_date is None:
         raise QdotError("nothing is late without a time at which it is due; add due = 2027-01-15T23:59:00+01:00")
-    unknown_key = next((name for name in table if name not in KEYS), None)
+    unknown_key = next((name for name in table if name not in KEY_FORMS), None)
     if unknown_key is not None:
-        raise unknown("key", unknown_key, tuple(KEYS))
+        raise unknown_name("key", unknown_key, tuple(KEY_FORMS))
     if not {"per_day", "until"} & set(table):
-        raise QdotError(f"it takes nothing off: give per_day, until, or both, as in {EXAMPLE}")
+        raise QdotError(f"it takes nothing off: give per_day, until, or both, as in {LATE_EXAMPLE}")
     if "at_most" in table and "per_day" not in table:
-        raise QdotError(f"at_most limits what per_day takes off, and there is no per_day; {LATE}")
+        raise QdotError(f"at_most limits what per_day takes off, and there is no per_day; {LATE_FORM}")
     shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
     until = table.get("until")
     if until is not None:
         if not isinstance(until, datetime.datetime) or with_zone(until, due_date.tzinfo) < with_zone(due_date):
-            raise QdotError(f"until: {KEYS['until']}")
+            raise QdotError(f"until: {KEY_FORMS['until']}")
         until = with_zone(until, due_date.tzinfo)
     return LateRule(
-        parse_duration(table["grace"], f"grace: {KEYS['grace']}") if "grace" in table else 0, until=until, **shares
+        parse_duration(table["grace"], f"grace: {KEY_FORMS['grace']}") if "grace" in table else 0, until=until, **shares
     )
 
 
 def _parse_share(name: str, value: object) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
-        raise QdotError(f"{name}: {KEYS[name]}")
+        raise QdotError(f"{name}: {KEY_FORMS[name]}")
     return Fraction(str(value))
 
 
-def parse_duration(text: object, right: str) -> int:
+def parse_duration(text: object, expected_form: str) -> int:
     """Return a duration such as "15 min" in seconds. Raises QdotError, which states the expected form."""
     match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", text) if isinstance(text, str) else None
     if match is None or match.group(2) not in UNITS:
-        raise QdotError(f"{right}; units: {', '.join(UNITS)}")
+        raise QdotError(f"{expected_form}; units: {', '.join(UNITS)}")
     return int(match.group(1)) * UNITS[match.group(2)]

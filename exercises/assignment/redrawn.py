@@ -15,10 +15,10 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import read_table
 
-REDRAWN = "redrawn.csv"
+REDRAWN_FILE = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")
 
-DRAWS = 10
+MAX_DRAWS = 10
 """Maximum number of draws for a problem: if half of all draws fail, only one problem in a thousand fails."""
 
 
@@ -28,7 +28,7 @@ class Redraw:
 
     family: str
     draw: int
-    why: str = ""
+    first_failure: str = ""
 
 
 Redraws = Mapping[tuple[str, str], Redraw]
@@ -37,22 +37,22 @@ Redraws = Mapping[tuple[str, str], Redraw]
 
 def read_redrawn(folder: Path) -> dict[tuple[str, str], Redraw]:
     """Return the content of redrawn.csv in an assignment's folder; empty if there is no file. Raises QdotError."""
-    path = folder / REDRAWN
+    path = folder / REDRAWN_FILE
     if not path.exists():
         return {}
     redrawn: dict[tuple[str, str], Redraw] = {}
     for number, cells in read_table(path, COLUMNS[0], ",".join(COLUMNS)):
         student, slot, family, draw, why = (cells.get(name, "").strip() for name in COLUMNS)
-        if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= DRAWS):
+        if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= MAX_DRAWS):
             raise QdotError(
-                f"{path}: line {number}: draw = {draw!r}: it is a whole number from 2 to {DRAWS}, as 'qdot generate' "
-                "wrote it; restore the file from a backup"
+                f"{path}: line {number}: draw = {draw!r}: it is a whole number from 2 to {MAX_DRAWS}, as "
+                "'qdot generate' wrote it; restore the file from a backup"
             )
         redrawn[student, slot] = Redraw(family, int(draw), why)
     return redrawn
 
 
-def write_redrawn(folder: Path, redrawn: Redraws) -> None:
+def write_redrawn(folder: Path, redraws: Redraws) -> None:
     """Write redrawn.csv and sync it to disk, before any notebook that depends on it. Raises QdotError.
 
     Lines are sorted by student and slot.
@@ -60,6 +60,6 @@ def write_redrawn(folder: Path, redrawn: Redraws) -> None:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for (student, slot), redraw in sorted(redrawn.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1])):
-        writer.writerow((student, slot, redraw.family, redraw.draw, " ".join(redraw.why.split())))
-    write_atomically(folder / REDRAWN, out.getvalue())
+    for (student, slot), redraw in sorted(redraws.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1])):
+        writer.writerow((student, slot, redraw.family, redraw.draw, " ".join(redraw.first_failure.split())))
+    write_atomically(folder / REDRAWN_FILE, out.getvalue())

@@ -10,21 +10,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from qdot.exercises.assignment.assignment import NO_CLASS, SECRET_FILE, Assignment, Student, read_roster
+from qdot.exercises.assignment.assignment import MISSING_ROSTER_HINT, SECRET_FILE, Assignment, Student, read_roster
 from qdot.exercises.assignment.draws import (
     Certify,
     FailedSlot,
-    describe_own_failure,
+    describe_internal_error,
     generate_student_problems,
     record_redraws,
 )
-from qdot.exercises.assignment.redrawn import REDRAWN, Redraw
+from qdot.exercises.assignment.redrawn import REDRAWN_FILE, Redraw
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, flush_disks_after, make_folder, write_atomically
 from qdot.exercises.common.parallel import keep_state, ordered_map
-from qdot.exercises.common.variation import DEFAULT
+from qdot.exercises.common.variation import DEFAULT_VARIATION
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.render import render
@@ -44,14 +44,14 @@ def init_assignment(
     `roster` is a file that becomes roster.csv unchanged, instead of `students`; `problems` is the set of problems.
     """
     if roster is not None:
-        read_roster(roster, NO_CLASS)
+        read_roster(roster, MISSING_ROSTER_HINT)
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
     existing = [name for name in names if (folder / name).exists()]
     if existing:
         raise QdotError(f"{folder} has {', '.join(existing)} already; name a new folder")
     context = {
         "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
-        "default_variation": DEFAULT,
+        "default_variation": DEFAULT_VARIATION,
     }  # fmt: skip
     write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
     roster_content = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
@@ -62,8 +62,8 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
-Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
-KINDS = ("released", "solutions")
+NotebookMaker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
+NOTEBOOK_FOLDERS = ("released", "solutions")
 """The folders of a student's notebooks: the one to hand out, and the staff's."""
 
 
@@ -75,25 +75,26 @@ class ReleaseResult:
     - "kept": they were up to date
     - "completed": a file was missing after an interrupted run; the notebook to hand out is unchanged
     - "rewritten": the notebook to hand out has changed
-    - "left out": there is no notebook, because no draw passed for the slots in `given_up`
-    - "redrawn": nothing is written yet, because the new draws in `redrawn` must be recorded first
+    - "left out": there is no notebook, because no draw passed for the slots in `failed_slots`
+    - "redrawn": nothing is written yet, because the new draws in `redraws` must be recorded first
     """
 
     student: str
     outcome: str
-    redrawn: Mapping[str, Redraw] = field(default_factory=dict)
-    given_up: tuple[FailedSlot, ...] = ()
+    redraws: Mapping[str, Redraw] = field(default_factory=dict)
+    failed_slots: tuple[FailedSlot, ...] = ()
 
 
 @dataclass(frozen=True)
 class Certifier:
-    """Two functions: `record` certifies a problem and returns its record (see `Certify`).
+    """Two functions: `make_record` certifies a problem and returns its record (see `Certify`).
 
-    `text` returns the certificate of a student, from the assignment, the student, the records by slot and the notebook.
+    `make_certificate` returns the certificate of a student, from the assignment, the student, the records by slot and
+    the notebook.
     """
 
-    record: Certify[Any]
-    text: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
+    make_record: Certify[Any]
+    make_certificate: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
@@ -114,41 +115,46 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     assignment, certifier = work
     if is_up_to_date(assignment, student):
         return ReleaseResult(student, "kept")
-    draws = generate_student_problems(assignment, student, certifier.record)
-    if draws.given_up:
-        return ReleaseResult(student, "left out", given_up=draws.given_up)
+    draws = generate_student_problems(assignment, student, certifier.make_record)
+    if draws.failed_slots:
+        return ReleaseResult(student, "left out", failed_slots=draws.failed_slots)
     redrawn = draws.new_redraws(assignment)
     if redrawn:
         return ReleaseResult(student, "redrawn", redrawn)
     problems = [(slot, certified.problem) for slot, certified in draws.certified.items()]
     try:
-        notebooks = _notebooks(assignment, student, problems)
+        notebooks = _make_notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
         return ReleaseResult(
-            student, "left out", given_up=(_describe_unwritable(assignment, student, problems, error),)
+            student, "left out", failed_slots=(_describe_unwritable(assignment, student, problems, error),)
         )
     records = {slot: certified.record for slot, certified in draws.certified.items()}
-    outcome = _write(assignment, student, notebooks, certifier.text(assignment, student, records, notebooks[0]))
+    outcome = _write(
+        assignment, student, notebooks, certifier.make_certificate(assignment, student, records, notebooks[0])
+    )
     store_problems(assignment, student, problems)
     return ReleaseResult(student, outcome)
 
 
-def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certified: str) -> str:
+def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome."""
-    released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
+    released, solved = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     to_hand_out, solution = map(notebook_text, notebooks)
-    existing_text = _content(released)
+    existing_text = _read_if_present(released)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    if existing_text not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
+    if existing_text not in (None, "", to_hand_out) or _read_edition(solved) not in (
+        "",
+        assignment.edition_of(student),
+    ):
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solved.exists() else "completed"
-    write_atomically(certificate_path(assignment, student), certified, mode=0o600, lasting=False)
+    write_atomically(certificate_path(assignment, student), certificate, mode=0o600, durable=False)
     if existing_text != to_hand_out:
-        write_atomically(released, to_hand_out, lasting=False)
-    write_atomically(solved, solution, mode=0o600, lasting=False)
+        write_atomically(released, to_hand_out, durable=False)
+    write_atomically(solved, solution, mode=0o600, durable=False)
     return outcome
 
 
@@ -158,57 +164,62 @@ def _describe_unwritable(
     """Find the problem because of which a student's notebook can't be written, and return its slot with the error."""
     for slot, problem in problems:
         try:
-            _notebooks(assignment, student, [(slot, problem)])
+            _make_notebooks(assignment, student, [(slot, problem)])
         except Exception as its_own:
-            return FailedSlot(student, slot, problem.id.family, describe_own_failure(its_own))
-    return FailedSlot(student, problems[0][0], problems[0][1].id.family, describe_own_failure(error))
+            return FailedSlot(student, slot, problem.id.family, describe_internal_error(its_own))
+    return FailedSlot(student, problems[0][0], problems[0][1].id.family, describe_internal_error(error))
 
 
-def _notebooks(
+def _make_notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "tuple[NotebookNode, NotebookNode]":
     """Return the notebook to hand out and the staff's notebook, with the same texts."""
-    handed_out = _notebook(student_notebook, assignment, student, problems)
-    return handed_out, _notebook(partial(solution_notebook, handed_out=handed_out), assignment, student, problems)
+    handed_out = _make_notebook(student_notebook, assignment, student, problems)
+    return handed_out, _make_notebook(
+        partial(solution_notebook, released_notebook=handed_out), assignment, student, problems
+    )
 
 
-def _notebook(
-    make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+def _make_notebook(
+    make_notebook: NotebookMaker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "NotebookNode":
-    notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
+    notebook = make_notebook(assignment.title, assignment.key, student, problems, assignment.hints)
     notebook.metadata["qdot"].update(
-        digest=assignment.digest_of(student), edition=assignment.edition_of(student), secret=assignment.secret_mark
+        digest=assignment.digest_of(student), edition=assignment.edition_of(student), secret=assignment.secret_digest
     )
     return notebook
 
 
 def is_up_to_date(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebooks and certificate all exist and are from the current assignment."""
-    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
-    return all(_edition(path) == assignment.edition_of(student) for path in paths)
+    paths = [
+        *(notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS),
+        certificate_path(assignment, student),
+    ]
+    return all(_read_edition(path) == assignment.edition_of(student) for path in paths)
 
 
 def is_released(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebook in released/ exists and is from the current assignment."""
-    return _edition(notebook_path(assignment, student)) == assignment.edition_of(student)
+    return _read_edition(notebook_path(assignment, student)) == assignment.edition_of(student)
 
 
 def released_text(assignment: Assignment, student: str) -> str:
     """Return the text of a student's notebook in released/."""
-    return _content(notebook_path(assignment, student)) or ""
+    return _read_if_present(notebook_path(assignment, student)) or ""
 
 
-def new_handout(assignment: Assignment, student: str) -> str:
+def make_handout_text(assignment: Assignment, student: str) -> str:
     """Return a new notebook to hand out, from a student's certified problems (`draws.settle_problems`)."""
-    return notebook_text(handout(assignment, student, assignment.problems(student)))
+    return notebook_text(make_handout(assignment, student, assignment.problems(student)))
 
 
-def handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
+def make_handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
     """Return the notebook to hand out with these problems of a student."""
-    return _notebook(student_notebook, assignment, student, problems)
+    return _make_notebook(student_notebook, assignment, student, problems)
 
 
-def _content(path: Path) -> str | None:
+def _read_if_present(path: Path) -> str | None:
     """Return the text of a file, None if there is no file, and "" if it can't be read."""
     try:
         return path.read_bytes().decode(errors="replace")
@@ -218,25 +229,25 @@ def _content(path: Path) -> str | None:
         return ""
 
 
-def _edition(path: Path) -> str:
+def _read_edition(path: Path) -> str:
     """Return the edition in a notebook or certificate, "" if there is none."""
-    match = re.search(r'"edition": "([^"]*)"', _content(path) or "")
+    match = re.search(r'"edition": "([^"]*)"', _read_if_present(path) or "")
     return match.group(1) if match else ""
 
 
-def release(
-    assignment: Assignment, certifier: Certifier, jobs: int, each: Callable[[ReleaseResult], None]
+def release_notebooks(
+    assignment: Assignment, certifier: Certifier, jobs: int, on_result: Callable[[ReleaseResult], None]
 ) -> Assignment:
     """Write the notebooks of the whole class on `jobs` processes, and return the assignment with its draws.
 
-    `each` is called for every student in roster order; students with regenerated problems come last, because their
+    `on_result` is called for every student in roster order; students with regenerated problems come last, because their
     draws are recorded in redrawn.csv before any notebook is written. A rerun after an interruption continues: files
     that are up to date stay unchanged, and partly written ones are removed.
     """
     students = [student.id for student in assignment.roster]
-    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
+    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
     other_paths = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with clean_up_after([*notebooks, *other_paths, assignment.folder / REDRAWN]), flush_disks_after():
+    with clean_up_after([*notebooks, *other_paths, assignment.folder / REDRAWN_FILE]), flush_disks_after():
         while students:
             redrawn_students: list[str] = []
             with closing(
@@ -244,19 +255,19 @@ def release(
             ) as results:
                 for result in results:
                     if result.outcome == "redrawn":
-                        assignment = record_redraws(assignment, result.student, result.redrawn)
+                        assignment = record_redraws(assignment, result.student, result.redraws)
                         redrawn_students.append(result.student)
                     else:
-                        each(result)
+                        on_result(result)
             students = redrawn_students
     return assignment
 
 
-def _cores() -> int:
+def _count_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-CORES = _cores()
+CORE_COUNT = _count_cores()
 """The number of cores that this process may use."""

@@ -25,13 +25,13 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
-from qdot.exercises.formula.sympy_text import know_texts, text_of
+from qdot.exercises.formula.sympy_text import expression_text, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import prompt, statement
 from qdot.exercises.writing.render import template_folder
 
-FOLDER = ".qdot"
+STORE_FOLDER = ".qdot"
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class StoredProblems:
 
     problems: list[tuple[str, Problem]]
     figures: Mapping[str, str] = field(default_factory=dict)
-    wording: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
 
     def figure(self, slot: str, problem: Problem) -> str:
         """Return the figure of a problem's arm."""
@@ -52,12 +52,12 @@ class StoredProblems:
 
     def statement(self, slot: str, problem: Problem) -> str:
         """Return the statement of a problem as HTML."""
-        return self.wording[slot] if slot in self.wording else statement_html(problem)
+        return self.texts[slot] if slot in self.texts else statement_html(problem)
 
     def prompt(self, slot: str, problem: Problem, part: str) -> str:
         """Return the prompt of a part as HTML."""
         name = f"{slot}-{part}"
-        return self.wording[name] if name in self.wording else to_html(prompt(problem, problem[part]))
+        return self.texts[name] if name in self.texts else to_html(prompt(problem, problem[part]))
 
     def part_figure(self, slot: str, problem: Problem, part: str) -> str:
         """Return the figure of a part, "" if it has none."""
@@ -69,7 +69,7 @@ class StoredProblems:
 
 def statement_html(problem: Problem) -> str:
     """Return the statement of a problem as HTML: the table of its arm and other given values."""
-    return to_html(statement(problem, "", typed=False))
+    return to_html(statement(problem, "", explains_typing=False))
 
 
 def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
@@ -84,12 +84,12 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
         }
         figures.update({name: svg for name, svg in part_figures.items() if svg})
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    texts = [(entry, text_of(entry)) for answer in answers for entry in answer.entries()]
+    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
     minors = [_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
-        write_atomically(store_path(assignment, student), text, mode=0o600, lasting=False)
+        write_atomically(store_path(assignment, student), text, mode=0o600, durable=False)
     except QdotError:
         return
 
@@ -132,7 +132,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
             problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
-            know_texts(texts)
+            store_texts(texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
                 if pickled_minors:
                     store_minors(problem.chain, partial(pickle.loads, pickled_minors))
@@ -144,11 +144,11 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
 
 def store_path(assignment: Assignment, student: str) -> Path:
     """Return the path of a student's stored problems."""
-    return assignment.folder / FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
+    return assignment.folder / STORE_FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    signed_data = repr((code_digest(), assignment.edition_of(student), assignment.marking, student)).encode()
+    signed_data = repr((code_digest(), assignment.edition_of(student), assignment.marking_digest, student)).encode()
     return hmac.new(assignment.secret.encode(), signed_data + b"\0" + payload, hashlib.sha256).hexdigest()
 
 

@@ -32,7 +32,8 @@ def scorbot_arm() -> Chain:
 class Example:
     """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg), and the title and text of each step.
 
-    `drawn` says whether the example shows the arm, and `singular` whether it shows the singular configurations.
+    `shows_arm` says whether the example shows the arm, and `shows_singularities` whether it shows the singular
+    configurations.
     """
 
     number: str
@@ -40,8 +41,8 @@ class Example:
     key: str
     arm: Chain
     steps: tuple[tuple[str, str], ...]
-    drawn: bool
-    singular: bool
+    shows_arm: bool
+    shows_singularities: bool
 
     @property
     def rows(self) -> list[list[str]]:
@@ -121,13 +122,14 @@ def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
     words = catalogue(language)
 
     def translate(text: str) -> str:
-        return words.with_decimals(words.pgettext("erratum", text))
+        return words.localize_formulas(words.pgettext("erratum", text))
 
     return tuple(
         Erratum(
             **{name: translate(text) for name, text in entry.items() if name != "values"},
             values=tuple(
-                (translate(description), words.with_decimal(translate(value))) for description, value in entry["values"]
+                (translate(description), words.localize_number(translate(value)))
+                for description, value in entry["values"]
             ),
         )
         for entry in tomllib.loads(ERRATA.read_text(encoding="utf-8"))["erratum"]
@@ -143,5 +145,5 @@ def _solve(chain: Chain, name: str, language: str) -> str:
 
 def _with_family_title(chain: Chain) -> Chain:
     """Return an arm with the title of its family."""
-    plain = FAMILIES[chain.name].plain
+    plain = FAMILIES[chain.name].textbook_arm
     return chain if plain is None else replace(chain, title=plain.title)

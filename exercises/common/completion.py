@@ -4,20 +4,20 @@ from collections.abc import Callable, Iterable
 
 
 def complete_names(
-    *registries: Iterable[str] | Callable[[], Iterable[str]], between: str = "", behind: str = ""
+    *registries: Iterable[str] | Callable[[], Iterable[str]], separator: str = "", suffix: str = ""
 ) -> Callable[[str], list[str]]:
     """Return a function that lists the possible completions of a partly typed value.
 
-    If `between` is given, the value is a list of names with this separator, and the last name is completed. `behind` is
-    appended to each name. A registry may be a function, which is called only when a shell asks for completions.
+    If `separator` is given, the value is a list of names with this separator, and the last name is completed. `suffix`
+    is appended to each name. A registry may be a function, which is called only when a shell asks for completions.
 
-    >>> complete_names(["position", "jacobian"], between=",")("rank,ja"), complete_names(["scara"], behind="/1")("s")
+    >>> complete_names(["position", "jacobian"], separator=",")("rank,ja"), complete_names(["scara"], suffix="/1")("s")
     (['rank,jacobian'], ['scara/1'])
     """
 
     def complete(incomplete: str) -> list[str]:
-        earlier_names, sign, prefix = incomplete.rpartition(between) if between else ("", "", incomplete)
+        earlier_names, sign, prefix = incomplete.rpartition(separator) if separator else ("", "", incomplete)
         names = (name for registry in registries for name in (registry() if callable(registry) else registry))
-        return [f"{earlier_names}{sign}{name}{behind}" for name in names if name.startswith(prefix)]
+        return [f"{earlier_names}{sign}{name}{suffix}" for name in names if name.startswith(prefix)]
 
     return complete

@@ -11,20 +11,23 @@ import typer
 
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 
 if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
 
 
 def _variation_option(default: str) -> Any:
-    text = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
+    steps = ", ".join(VARIATION_STEPS)
+    text = f"How far arms lead away from the chapter's: {steps}, or axes as in lengths+base; default: "
     return typer.Option(
-        "--variation", help=f"{text}{default}.", autocompletion=complete_names(STEPS, AXES, between="+")
+        "--variation",
+        help=f"{text}{default}.",
+        autocompletion=complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+"),
     )
 
 
-VariationOption = Annotated[str, _variation_option(f"what the id says, else {DEFAULT}")]
+VariationOption = Annotated[str, _variation_option(f"what the id says, else {DEFAULT_VARIATION}")]
 BankVariationOption = Annotated[str, _variation_option("what assignment.toml says")]
 SiteVariationOption = Annotated[str, _variation_option("one step after the other, or what assignment.toml says")]
 
@@ -52,19 +55,19 @@ def note(text: str) -> None:
     sys.stderr.write(printable(text) + "\n")
 
 
-EVERY = 60.0
+PROGRESS_INTERVAL = 60.0
 """Number of seconds between two lines of progress if standard error is not a terminal."""
 
 
 @contextmanager
-def progress(title: str, total: int) -> Iterator["Counter"]:
+def progress(title: str, total: int) -> Iterator["ProgressCounter"]:
     """Show on standard error how many of `total` items the block has done.
 
     On a terminal, this is a bar with the rate and the remaining time. Elsewhere, such as in a CI log, it is one line
     a minute.
     """
     if not sys.stderr.isatty():
-        yield Counter(title, total)
+        yield ProgressCounter(title, total)
         return
     from rich.console import Console
     from rich.progress import (
@@ -81,11 +84,11 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
         TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
-        yield BarCounter(bar, title, total)
+        yield ProgressBarCounter(bar, title, total)
 
 
 @contextmanager
-def show_work(title: str) -> Iterator[None]:
+def show_status(title: str) -> Iterator[None]:
     """Show a title on a terminal while the block runs, and erase it afterwards."""
     if not sys.stderr.isatty():
         yield
@@ -96,22 +99,22 @@ def show_work(title: str) -> Iterator[None]:
         yield
 
 
-class Counter:
-    """Counts finished items, and writes a line of progress every `EVERY` seconds."""
+class ProgressCounter:
+    """Counts finished items, and writes a line of progress every `PROGRESS_INTERVAL` seconds."""
 
     def __init__(self, title: str, total: int) -> None:
         self._title, self._total, self._done = title, total, 0
-        self._next_note = time.monotonic() + EVERY
+        self._next_note = time.monotonic() + PROGRESS_INTERVAL
 
     def step(self) -> None:
         """Count one more item."""
         self._done += 1
         if time.monotonic() >= self._next_note:
             note(f"{self._title}: {self._done} of {self._total}")
-            self._next_note += EVERY
+            self._next_note += PROGRESS_INTERVAL
 
 
-class BarCounter(Counter):
+class ProgressBarCounter(ProgressCounter):
     """Shows finished items on a progress bar, without a thread, because a process with threads is never forked."""
 
     def __init__(self, bar: "Progress", title: str, total: int) -> None:
@@ -130,7 +133,7 @@ class BarCounter(Counter):
             self._next_refresh = now + 0.1
 
 
-def one_of(value: str, allowed: tuple[str, ...], option: str) -> str:
+def check_choice(value: str, allowed: tuple[str, ...], option: str) -> str:
     """Return `value` if it is allowed. Raises QdotError."""
     if value not in allowed:
         raise QdotError(f"{option} {value!r} is none of {', '.join(allowed)}")

@@ -10,10 +10,10 @@ class QdotError(Exception):
     """
 
 
-def of_machine(error: BaseException) -> QdotError | None:
+def open_files_error(error: BaseException) -> QdotError | None:
     """Return the error to show if this machine's limit of open files was reached; None for any other error.
 
-    >>> print(of_machine(OSError(errno.EMFILE, "Too many open files")))
+    >>> print(open_files_error(OSError(errno.EMFILE, "Too many open files")))
     this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again
     """
     if not isinstance(error, OSError) or error.errno != errno.EMFILE:
@@ -23,21 +23,21 @@ def of_machine(error: BaseException) -> QdotError | None:
     )
 
 
-def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
+def unknown_name(kind: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
     """Return the error for a name that is not in a list; its message has the list and the most similar name.
 
-    >>> print(unknown("family", "scra", ["planar-2r", "scara"]))
+    >>> print(unknown_name("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    similar_name = likeliest(name, known)
+    similar_name = most_similar(name, known)
     hint = f" (did you mean {similar_name!r}?)" if similar_name else ""
-    return QdotError(f"unknown {what} {name!r}{hint}; known: {', '.join(known)}")
+    return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
 
 
-def likeliest(name: str, known: list[str] | tuple[str, ...]) -> str:
+def most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:
     """Return the known name that is most similar to an unknown one; "" if none is similar.
 
-    >>> likeliest("scra", ["planar-2r", "scara"]), likeliest("x", ["planar-2r", "scara"])
+    >>> most_similar("scra", ["planar-2r", "scara"]), most_similar("x", ["planar-2r", "scara"])
     ('scara', '')
     """
     import difflib

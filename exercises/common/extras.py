@@ -1,7 +1,7 @@
 """Check that optional libraries are installed (the extras of pyproject.toml), and say how to install qdot.
 
-Code that uses an optional library calls `need` first. So users get the same message for every missing library, before
-any work is done.
+Code that uses an optional library calls `require_extra` first. So users get the same message for every missing library,
+before any work is done.
 """
 
 from importlib.metadata import version
@@ -11,7 +11,7 @@ from qdot.exercises.common.errors import QdotError
 
 DISTRIBUTION = "qdot-robotics"
 """The name of qdot in the package index, where `qdot` is another project; the import and the command are qdot."""
-RELEASED = False
+IS_RELEASED = False
 """Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
 
 
@@ -24,28 +24,28 @@ def qdot_version() -> str:
     return version(DISTRIBUTION)
 
 
-def install_words(extra: str = "") -> str:
+def install_command(extra: str = "") -> str:
     """Return the command that installs qdot, with an extra if one is given.
 
-    >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
+    >>> install_command("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
     """
-    package = f"{DISTRIBUTION if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
+    package = f"{DISTRIBUTION if IS_RELEASED else '.'}{f'[{extra}]' if extra else ''}"
     quoted = f"'{package}'" if extra else package
     return f"pip install {quoted}"
 
 
-def explain_missing(extra: str, what: str, module: str = "") -> str:
+def explain_missing(extra: str, feature: str, module: str = "") -> str:
     """Return the message that a feature needs an extra, or one module of it; "" if that is installed."""
     missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing:
         return ""
-    where = "" if RELEASED else " (in the folder of qdot's source)"
-    words = f"get it with: {install_words(extra)}{where}"
-    return f"{what} needs {' and '.join(missing)}, not installed here; {words}"
+    where = "" if IS_RELEASED else " (in the folder of qdot's source)"
+    words = f"get it with: {install_command(extra)}{where}"
+    return f"{feature} needs {' and '.join(missing)}, not installed here; {words}"
 
 
-def need(extra: str, what: str, module: str = "") -> None:
+def require_extra(extra: str, feature: str, module: str = "") -> None:
     """Raise QdotError if an extra, or one `module` of it, is not installed."""
-    if message := explain_missing(extra, what, module):
+    if message := explain_missing(extra, feature, module):
         raise QdotError(message)

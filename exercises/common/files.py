@@ -27,7 +27,7 @@ def is_changed_by_windows(name: str) -> bool:
     return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
 
 
-def cannot_write(path: Path, error: OSError) -> QdotError:
+def write_error(path: Path, error: OSError) -> QdotError:
     """Return the error for a file or folder that can't be written."""
     return QdotError(f"{path} can't be written: {error.strerror or error}")
 
@@ -37,13 +37,13 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise cannot_write(path, error) from None
+        raise write_error(path, error) from None
 
 
-def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, lasting: bool = True) -> None:
+def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, durable: bool = True) -> None:
     """Write `content` to a temporary file and rename it to `path`; on failure, `path` is unchanged. Raises QdotError.
 
-    If `lasting`, the content and then the new name are synced to the disk before this returns, so that both survive a
+    If `durable`, the content and then the new name are synced to the disk before this returns, so that both survive a
     power failure. Files that a rerun regenerates don't need that (see `flush_disks_after`).
 
     If `path` is a symbolic link, its target is written. A device, a pipe or /dev/stdout is written directly, because a
@@ -51,16 +51,16 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
     """
     try:
         data = content.encode("utf-8", "replace") if isinstance(content, str) else content
-        if _is_in_place(path):
+        if _must_be_written_in_place(path):
             with path.open("wb") as file:
                 file.write(data)
         else:
-            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, lasting)
+            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, durable)
     except OSError as error:
-        raise cannot_write(path, error) from None
+        raise write_error(path, error) from None
 
 
-def _is_in_place(path: Path) -> bool:
+def _must_be_written_in_place(path: Path) -> bool:
     """Return whether a path can't be replaced: a device, a pipe, a socket, or a process's open file (/dev/fd/1)."""
     try:
         kind = path.stat().st_mode
@@ -72,21 +72,21 @@ def _is_in_place(path: Path) -> bool:
     return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in folders)
 
 
-def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:
+def _write_and_rename(path: Path, data: bytes, mode: int, durable: bool) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = _open_temporary(path)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
-            if lasting:
+            if durable:
                 os.fsync(file.fileno())
             Path(name).chmod(mode)
             if IS_POSIX:
                 Path(name).replace(path)  # while it is locked, so that no other process removes it as a leftover
         if not IS_POSIX:
             Path(name).replace(path)
-        if lasting:
+        if durable:
             _flush_names(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
@@ -147,7 +147,7 @@ def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
         _lock_on_windows(handle, wait)
 
 
-FAR = 1 << 30
+LOCKED_BYTE = 1 << 30
 """The byte of a file that is locked on Windows; it is beyond the content, because other processes can't read it."""
 
 
@@ -156,7 +156,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
     kind = msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK  # type: ignore[attr-defined]
     position = os.lseek(handle, 0, os.SEEK_CUR)
-    os.lseek(handle, FAR, os.SEEK_SET)
+    os.lseek(handle, LOCKED_BYTE, os.SEEK_SET)
     try:
         msvcrt.locking(handle, kind, 1)  # type: ignore[attr-defined]
     except OSError as error:
@@ -169,14 +169,14 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 def clean_up_after(paths: Iterable[Path]) -> Iterator[None]:
     """Remove leftover temporary files of these paths before the block (earlier runs) and after it (killed workers)."""
     path_list = list(paths)
-    remove_left_behind(path_list)
+    remove_leftovers(path_list)
     try:
         yield
     finally:
-        remove_left_behind(path_list)
+        remove_leftovers(path_list)
 
 
-def remove_left_behind(paths: Iterable[Path]) -> None:
+def remove_leftovers(paths: Iterable[Path]) -> None:
     """Remove the temporary files that killed processes left for these paths; files in use are locked, and stay."""
     prefixes: dict[Path, set[str]] = {}
     for path in paths:

@@ -18,12 +18,12 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, likeliest, unknown
+from qdot.exercises.common.errors import QdotError, most_similar, unknown_name
 
-Place = Sequence[str | int]
+KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
 
-_SHORT = 48
+_MAX_VALUE_LENGTH = 48
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2"; numbers are written 0.5'),
     ("expected newline or end of document", '; numbers are written 0.5, without a unit, all else in quotes: "pi/2"'),
@@ -39,9 +39,9 @@ _HINTS = (
 """Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
 
 
-def read_text(path: Path, missing: str = "") -> str:
-    """Return the text of a file. Raises QdotError; `missing` says what to do if there is no such file."""
-    content = _read_bytes(path, missing)
+def read_text(path: Path, missing_hint: str = "") -> str:
+    """Return the text of a file. Raises QdotError; `missing_hint` says what to do if there is no such file."""
+    content = _read_bytes(path, missing_hint)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -49,20 +49,20 @@ def read_text(path: Path, missing: str = "") -> str:
         raise QdotError(f"{path}: line {line}: this is not text in UTF-8; save the file as UTF-8") from None
 
 
-def read_table_text(path: Path, missing: str = "") -> str:
+def read_table_text(path: Path, missing_hint: str = "") -> str:
     """Return the text of a CSV file in any of the encodings that Excel writes. Raises QdotError.
 
     They are UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken to
     be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
     """
-    content = _read_bytes(path, missing)
+    content = _read_bytes(path, missing_hint)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise QdotError(f'{path}: this is an Excel workbook, whatever its name says; in Excel, save it as "CSV UTF-8"')
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         text = content.decode("utf-16", "replace")
     else:
         text = content.decode("utf-8-sig", "replace")
-        if "\ufffd" in text and not _IN_UTF_8.search(content):
+        if "\ufffd" in text and not _MULTI_BYTE_CHARACTER.search(content):
             text = content.decode("cp1252", "replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     for number, line in enumerate(text.split("\n"), 1):
@@ -73,15 +73,15 @@ def read_table_text(path: Path, missing: str = "") -> str:
     return text
 
 
-_IN_UTF_8 = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
+_MULTI_BYTE_CHARACTER = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
 """A multi-byte character of UTF-8; in Windows-1252, it would be an accented letter before a symbol."""
 
 
-def _read_bytes(path: Path, missing: str) -> bytes:
+def _read_bytes(path: Path, missing_hint: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise QdotError(f"{path}: there is no such file" + (f"; {missing}" if missing else "")) from None
+        raise QdotError(f"{path}: there is no such file" + (f"; {missing_hint}" if missing_hint else "")) from None
     except OSError as error:
         raise QdotError(f"{path}: the file can't be read: {error.strerror}") from None
 
@@ -95,33 +95,33 @@ class TomlFile:
     content: Mapping[str, Any]
 
     @contextmanager
-    def at(self, *place: str | int) -> Iterator[None]:
+    def locate_errors(self, *key_path: str | int) -> Iterator[None]:
         """Prefix the message of a QdotError raised in the block with the file, the line and the key."""
         try:
             yield
         except QdotError as error:
-            raise QdotError(f"{self.place(*place)}: {error}") from None
+            raise QdotError(f"{self.describe_value(*key_path)}: {error}") from None
 
-    def place(self, *place: str | int) -> str:
+    def describe_value(self, *key_path: str | int) -> str:
         """Return the file, the line, the key and, if it is short, the value of an entry, for a message."""
         value: Any = self.content
-        for key in place:
+        for key in key_path:
             has_key = key in value if isinstance(value, dict) else isinstance(value, list)
             value = value[key] if has_key else None
-        where = self._describe_place(place, place)
-        simple = place and value is not None and not isinstance(value, dict) and not _holds_tables(value)
+        where = self._describe_location(key_path, key_path)
+        simple = key_path and value is not None and not isinstance(value, dict) and not _is_list_of_tables(value)
         text = toml_text(value) if simple else ""
-        return f"{where} = {text}" if text and len(text) <= _SHORT else where
+        return f"{where} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else where
 
-    def place_of_key(self, *place: str | int) -> str:
+    def describe_key(self, *key_path: str | int) -> str:
         """Return the file, the line of a wrong key, and the table that contains it, for a message."""
-        return self._describe_place(place[:-1], place)
+        return self._describe_location(key_path[:-1], key_path)
 
-    def _describe_place(self, place: Place, key: Place) -> str:
-        """Return the file, the line of `key` and the place, in a form such as "joint 2: alpha"."""
-        number = self.line(key)
+    def _describe_location(self, key_path: KeyPath, line_path: KeyPath) -> str:
+        """Return the file, the line of `line_path` and the place, in a form such as "joint 2: alpha"."""
+        number = self.line_number(line_path)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
-        for key_or_index in place:
+        for key_or_index in key_path:
             if isinstance(key_or_index, int):
                 parts[-1] += f" {key_or_index + 1}"
             else:
@@ -129,45 +129,46 @@ class TomlFile:
         return ": ".join(parts)
 
     def check_keys(
-        self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
+        self, key_path: KeyPath, known: Sequence[str], required: Sequence[str] = (), top_level_keys: Sequence[str] = ()
     ) -> None:
         """Raise QdotError if a table has an unknown key, or else if it lacks a required key.
 
-        `above` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it a key of
-        that table, and the message says so.
+        `top_level_keys` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it
+        a key of that table, and the message says so.
         """
         table: Any = self.content
-        for key in place:
+        for key in key_path:
             table = table[key]
         for key in table:
-            where = self._describe_place(place, (*place, key))
-            if key in above and key not in known:
-                raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
+            where = self._describe_location(key_path, (*key_path, key))
+            if key in top_level_keys and key not in known:
+                raise QdotError(
+                    f"{where}: the key {key!r} stands at the top of the file, above every [[{key_path[0]}]]"
+                )
             if key not in known:
-                guess = likeliest(key, (*known, *above))
-                if guess in above and guess not in known:
+                guess = most_similar(key, (*known, *top_level_keys))
+                if guess in top_level_keys and guess not in known:
                     raise QdotError(
                         f"{where}: unknown key {key!r}; the key {guess!r} is meant, probably, and stands at the top of "
-                        f"the file, above every [[{place[0]}]]"
+                        f"the file, above every [[{key_path[0]}]]"
                     )
-                raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
-        for key in needed:
+                raise QdotError(f"{where}: {unknown_name('key', key, tuple(known))}")
+        for key in required:
             if key not in table:
-                raise QdotError(
-                    f"{self._describe_place(place, place)}: the key {key!r} is missing; needed: {', '.join(needed)}"
-                )
+                where = self._describe_location(key_path, key_path)
+                raise QdotError(f"{where}: the key {key!r} is missing; needed: {', '.join(required)}")
 
-    def line(self, place: Place) -> int | None:
+    def line_number(self, key_path: KeyPath) -> int | None:
         """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
         lines = self.text.splitlines()
         headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
         start_line, header = 0, None
-        keys = [key for key in place if isinstance(key, str)]
+        keys = [key for key in key_path if isinstance(key, str)]
         top = self.content.get(keys[0]) if keys else None
-        if len(place) > 1 or isinstance(top, dict) or _holds_tables(top):
-            index = place[1] if len(place) > 1 and isinstance(place[1], int) else 0
+        if len(key_path) > 1 or isinstance(top, dict) or _is_list_of_tables(top):
+            index = key_path[1] if len(key_path) > 1 and isinstance(key_path[1], int) else 0
             headers_of_place = [
-                i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(place[0]))}\s*\]", lines[i])
+                i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(key_path[0]))}\s*\]", lines[i])
             ]
             if index < len(headers_of_place):
                 header = headers_of_place[index]
@@ -179,15 +180,15 @@ class TomlFile:
         return None if header is None else header + 1
 
 
-def _holds_tables(value: object) -> bool:
+def _is_list_of_tables(value: object) -> bool:
     return isinstance(value, list) and any(isinstance(item, dict) for item in value)
 
 
-def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = Decimal) -> TomlFile:
-    """Parse a TOML file; `decimals` converts decimal numbers such as 0.5. Raises QdotError with the line."""
-    text = read_text(path, missing)
+def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str], Any] = Decimal) -> TomlFile:
+    """Parse a TOML file; `parse_decimal` converts decimal numbers such as 0.5. Raises QdotError with the line."""
+    text = read_text(path, missing_hint)
     try:
-        return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
+        return TomlFile(path, text, tomllib.loads(text, parse_float=parse_decimal))
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
         problem, line = match.groups() if match else (str(error), None)
@@ -221,25 +222,33 @@ def toml_text(value: object) -> str:
 # --- tables ---
 
 
-_QUOTED = 'a text with a comma or semicolon in it stands in double quotes, as in "Lovelace, Ada"'
+_TOO_MANY_CELLS_HINT = 'a text with a comma or semicolon in it stands in double quotes, as in "Lovelace, Ada"'
 
 
 def read_table(
-    path: Path, first: str, example: str, missing: str = "", too_long: str = _QUOTED
+    path: Path,
+    first_column: str,
+    example_header: str,
+    missing_hint: str = "",
+    too_long_hint: str = _TOO_MANY_CELLS_HINT,
 ) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a CSV file that are not empty, each with its number and its cells by column name.
 
-    Column names are converted to lower case. The `first` column is required; `example` is a sample header for messages,
-    and `too_long` explains the probable cause if a row has more cells than the header.
-    The file may have any encoding that Excel writes, and commas, semicolons or tabs as separators. Raises QdotError.
+    Column names are converted to lower case. The `first_column` column is required; `example_header` is a sample header
+    for messages, and `too_long_hint` explains the probable cause if a row has more cells than the header. The file may
+    have any encoding that Excel writes, and commas, semicolons or tabs as separators. Raises QdotError.
     """
-    rows = _rows(path, missing)
+    rows = _rows(path, missing_hint)
     if not rows:
-        raise QdotError(f"{path}: the file is empty; its first line is {example!r}, then a line a {first}")
-    header = _header(path, *rows[0], first, example)
+        raise QdotError(
+            f"{path}: the file is empty; its first line is {example_header!r}, then a line a {first_column}"
+        )
+    header = _header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
-            raise QdotError(f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; {too_long}")
+            raise QdotError(
+                f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; {too_long_hint}"
+            )
         if any("\n" in cell or "\r" in cell for cell in row):
             raise QdotError(
                 f"{path}: line {number}: a cell goes on over the end of the line; is a double quote not closed?"
@@ -247,9 +256,9 @@ def read_table(
     return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
 
 
-def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
+def _rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
     """Return the rows of a CSV file that are not empty, each with the line on which it begins. Raises QdotError."""
-    text = read_table_text(path, missing)
+    text = read_table_text(path, missing_hint)
     begins: list[int] = []
     try:
         return list(csv_rows(text, begins))
@@ -262,25 +271,25 @@ SEPARATORS = ",;\t"
 """Column separators: Excel writes a comma or a semicolon, depending on the country settings, and tabs in text files."""
 
 
-def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
+def csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
     """Yield the rows of a CSV text that are not empty, each with the line on which it begins.
 
     The separator is the one that splits the first line into most cells, or the one in a line "sep=;" before it, which
-    Excel also accepts. The first line of every row is appended to `begins`, even if the row can't be parsed. Raises
+    Excel also accepts. The first line of every row is appended to `row_lines`, even if the row can't be parsed. Raises
     csv.Error.
     """
-    begins = [] if begins is None else begins
+    row_lines = [] if row_lines is None else row_lines
     first_line, _, following_lines = text.partition("\n")
     skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first_line.strip("\ufeff"), re.IGNORECASE)
     if match and match[1] in SEPARATORS:
         text, skipped = following_lines, 1
     separator = match[1] if skipped and match else _separator(first_line)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    begins.append(1 + skipped)
+    row_lines.append(1 + skipped)
     for row in reader:
         if any(cell.strip() for cell in row):
-            yield begins[-1], row
-        begins.append(reader.line_num + 1 + skipped)
+            yield row_lines[-1], row
+        row_lines.append(reader.line_num + 1 + skipped)
 
 
 def _separator(header: str) -> str:
@@ -295,13 +304,14 @@ def _separator(header: str) -> str:
     return max(SEPARATORS, key=cells)
 
 
-def _header(path: Path, line: int, row: list[str], first: str, example: str) -> list[str]:
+def _header(path: Path, line: int, row: list[str], first_column: str, example_header: str) -> list[str]:
     """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
-    if header[0] != first:
-        other_columns = ", ".join(example.split(",")[1:])
+    if header[0] != first_column:
+        other_columns = ", ".join(example_header.split(",")[1:])
         raise QdotError(
-            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {other_columns}, …)"
+            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first_column!r} "
+            f"(then {other_columns}, …)"
         )
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 Kind = TypeVar("Kind")
 
 
-OPTIONAL = {"is_optional": True}
+OMITTED_IF_NONE = {"is_optional": True}
 """Metadata of a field that is omitted from JSON if it is None."""
 
 
@@ -27,17 +27,19 @@ def as_json(value: Any) -> Any:
         return {
             field.name: as_json(content)
             for field, content in pairs
-            if content is not None or field.metadata != OPTIONAL
+            if content is not None or field.metadata != OMITTED_IF_NONE
         }
     if isinstance(value, Mapping):
         return {key: as_json(item) for key, item in value.items()}
     return [as_json(item) for item in value] if isinstance(value, tuple | list) else value
 
 
-def from_json(kind: type[Kind], text: str | bytes) -> Kind:
+def from_json(dataclass_type: type[Kind], text: str | bytes) -> Kind:
     """Return a dataclass from its JSON text, ignoring unknown keys. Raises ValueError if a type is wrong."""
-    instance: Kind = _reader(kind).validate_python(json.loads(text))  # pydantic's own parser rejects lone surrogates
+    instance: Kind = _type_adapter(dataclass_type).validate_python(
+        json.loads(text)
+    )  # pydantic's own parser rejects lone surrogates
     return instance
 
 
-_reader: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)
+_type_adapter: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)

@@ -26,52 +26,57 @@ from qdot.exercises.common.errors import QdotError
 
 State = TypeVar("State")
 Item = TypeVar("Item")
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
-METHODS = multiprocessing.get_all_start_methods()
-HAS_SERVER = "forkserver" in METHODS
+START_METHODS = multiprocessing.get_all_start_methods()
+HAS_FORK_SERVER = "forkserver" in START_METHODS
 """Whether processes can be forked from a server that has loaded everything; on Windows, each process loads it again."""
-CAN_FORK = sys.platform == "linux" and "fork" in METHODS
+CAN_FORK = sys.platform == "linux" and "fork" in START_METHODS
 """Whether this process may be forked. On macOS, system libraries fail after a fork. A fork of a process with threads
 would also copy the half-finished state of those threads, such as a progress bar's."""
-OF_GROUP = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
+GROUP_SIGNALS = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
 """Signals that a terminal sends to all processes at once: Ctrl-C, and the end of the terminal (not on Windows)."""
-MASKS = hasattr(signal, "pthread_sigmask")
+CAN_BLOCK_SIGNALS = hasattr(signal, "pthread_sigmask")
 """Whether a process can be started with signals blocked; on Windows, no signal can reach it that early."""
-if HAS_SERVER:
+if HAS_FORK_SERVER:
     from multiprocessing import forkserver
 
-MANY = 500
+MIN_ITEMS_FOR_CHUNKS = 500
 """Minimum number of items for sending them to the processes in chunks."""
 
 
 def ordered_map(
-    work: Callable[[State, Item], Made],
+    work: Callable[[State, Item], Result],
     items: Sequence[Item],
     jobs: int,
     setup: Callable[..., State],
     arguments: tuple[Any, ...],
-    lost: Callable[[Item], Made] | None = None,
-) -> Generator[Made, None, None]:
+    result_if_lost: Callable[[Item], Result] | None = None,
+) -> Generator[Result, None, None]:
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
     Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
     Close the generator (`contextlib.closing`) so that a stop ends the processes.
 
-    If a process dies, QdotError is raised after the finished results. With `lost`, the items that may have been in
-    progress are repeated instead, each in a process of its own. If an item kills two processes, `lost(item)` is its
-    result. So `work` must be safe to repeat. With one job and without `lost`, everything runs in this process.
+    If a process dies, QdotError is raised after the finished results. With `result_if_lost`, the items that may have
+    been in progress are repeated instead, each in a process of its own. If an item kills two processes, `lost(item)` is
+    its result. So `work` must be safe to repeat. With one job and without `result_if_lost`, everything runs in this
+    process.
     """
     jobs = min(jobs, len(items))
-    if jobs < 1 or (jobs == 1 and lost is None):
+    if jobs < 1 or (jobs == 1 and result_if_lost is None):
         state = setup(*arguments)
         try:
             for item in items:
                 yield work(state, item)
         finally:
-            _close(state)
+            _close_state(state)
         return
-    chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY and lost is None else 1
+    chunk = (
+        max(1, min(16, len(items) // (8 * jobs)))
+        if len(items) >= MIN_ITEMS_FOR_CHUNKS and result_if_lost is None
+        else 1
+    )
     done_count = 0
     while done_count < len(items):
         try:
@@ -80,13 +85,13 @@ def ordered_map(
                     done_count += 1
                     yield result
         except BrokenProcessPool:
-            if lost is None:
+            if result_if_lost is None:
                 raise QdotError(
                     "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
                 ) from None
             for item in items[done_count : done_count + jobs + 1]:  # a pool has at most these in progress
                 done_count += 1
-                yield _run_alone(work, item, setup, arguments, lost)
+                yield _run_alone(work, item, setup, arguments, result_if_lost)
 
 
 def keep_state(state: State) -> State:
@@ -95,12 +100,12 @@ def keep_state(state: State) -> State:
 
 
 def _run_alone(
-    work: Callable[[State, Item], Made],
+    work: Callable[[State, Item], Result],
     item: Item,
     setup: Callable[..., State],
     arguments: tuple[Any, ...],
-    lost: Callable[[Item], Made],
-) -> Made:
+    result_if_lost: Callable[[Item], Result],
+) -> Result:
     """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
@@ -108,25 +113,25 @@ def _run_alone(
             return result
         except BrokenProcessPool:
             continue
-    return lost(item)
+    return result_if_lost(item)
 
 
 def _run_pool(
-    work: Callable[[State, Item], Made],
+    work: Callable[[State, Item], Result],
     items: Sequence[Item],
     jobs: int,
     chunk: int,
     setup: Callable[..., State],
     arguments: tuple[Any, ...],
-) -> Generator[Made, None, None]:
+) -> Generator[Result, None, None]:
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
-    is_served = HAS_SERVER and not is_forked
+    is_served = HAS_FORK_SERVER and not is_forked
     context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver" if is_served else "spawn")
     if is_served:
         context.set_forkserver_preload([work.__module__])
-    with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
+    with ProcessPoolExecutor(jobs, context, _start_worker, (setup, arguments)) as pool:
         try:
             if is_served:
                 resource_tracker.ensure_running()  # if started later, it would unblock the signals
@@ -137,13 +142,13 @@ def _run_pool(
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    results = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
+                    results = pool.map(functools.partial(_run_item, work), items, chunksize=chunk)
             yield from results
         except BrokenProcessPool:
             raise
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
-            _end(set(multiprocessing.active_children()) - earlier_children)
+            _end_processes(set(multiprocessing.active_children()) - earlier_children)
             raise
 
 
@@ -156,13 +161,13 @@ def _defer_stop() -> Iterator[None]:
     received: list[signal.Signals] = []
     previous = {  # another thread may receive the signal
         signal_number: signal.signal(signal_number, lambda number, _: received.append(signal.Signals(number)))
-        for signal_number in (*OF_GROUP, signal.SIGTERM)
+        for signal_number in (*GROUP_SIGNALS, signal.SIGTERM)
     }
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, OF_GROUP) if MASKS else set()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, GROUP_SIGNALS) if CAN_BLOCK_SIGNALS else set()
     try:
         yield
     finally:
-        if MASKS:
+        if CAN_BLOCK_SIGNALS:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for signal_number, handler in previous.items():
             signal.signal(signal_number, handler)
@@ -170,7 +175,7 @@ def _defer_stop() -> Iterator[None]:
             signal.raise_signal(signal_number)
 
 
-def _end(processes: set[BaseProcess]) -> None:
+def _end_processes(processes: set[BaseProcess]) -> None:
     for process in processes:
         process.terminate()
     running = {process.sentinel for process in processes}
@@ -190,30 +195,30 @@ _state: Any = None
 _busy = False
 
 
-def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
+def _start_worker(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
-    for number in OF_GROUP:  # the parent process handles them
+    for number in GROUP_SIGNALS:  # the parent process handles them
         signal.signal(number, signal.SIG_IGN)
-    if MASKS:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_GROUP)
+    if CAN_BLOCK_SIGNALS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, GROUP_SIGNALS)
     signal.signal(signal.SIGTERM, _handle_termination)
-    threading.Thread(target=_follow_parent, daemon=True).start()
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     _state = setup(*arguments)
-    Finalize(None, _close, (_state,), exitpriority=10)  # at the normal end of the process
+    Finalize(None, _close_state, (_state,), exitpriority=10)  # at the normal end of the process
 
 
-def _work_here(work: Callable[[Any, Item], Made], item: Item) -> Made:
+def _run_item(work: Callable[[Any, Item], Result], item: Item) -> Result:
     global _busy  # noqa: PLW0603 - says whether there is something to tidy up
     _busy = True
     try:
         return work(_state, item)
     except SystemExit:
-        _leave()
+        _exit_worker()
     finally:
         _busy = False
 
 
-def _follow_parent() -> None:
+def _exit_with_parent() -> None:
     """Exit when the parent process has ended, for whatever reason."""
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -224,17 +229,17 @@ def _follow_parent() -> None:
 def _handle_termination(*_: object) -> None:
     if _busy:
         raise SystemExit(1)  # lets `finally` blocks remove half-written files
-    _leave()
+    _exit_worker()
 
 
-def _leave() -> NoReturn:
+def _exit_worker() -> NoReturn:
     try:
-        _close(_state)
+        _close_state(_state)
     finally:
         os._exit(1)
 
 
-def _close(state: object) -> None:
+def _close_state(state: object) -> None:
     close = getattr(state, "close", None)
     if close is not None:
         close()

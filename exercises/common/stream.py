@@ -17,7 +17,7 @@ _BLOCK = 1024
 class Stream:
     """A random number generator whose numbers depend only on the text `seed`.
 
-    >>> Stream("planar-2r/7").below(1000)
+    >>> Stream("planar-2r/7").integer_below(1000)
     424
     """
 
@@ -26,7 +26,7 @@ class Stream:
         self._block = 0
         self._buffer = b""
 
-    def take(self, count: int) -> bytes:
+    def take_bytes(self, count: int) -> bytes:
         """Return the next `count` bytes."""
         while len(self._buffer) < count:
             block = self._seed + b"\x00" + self._block.to_bytes(8, "big")
@@ -35,39 +35,39 @@ class Stream:
         chunk, self._buffer = self._buffer[:count], self._buffer[count:]
         return chunk
 
-    def part(self, name: str) -> "Stream":
+    def substream(self, name: str) -> "Stream":
         """Return an independent stream with this name: it doesn't depend on what was taken from this stream."""
         return Stream(f"{self._seed.decode()}/{name}")
 
-    def below(self, n: int) -> int:
+    def integer_below(self, n: int) -> int:
         """Return an integer from 0 to n - 1, all equally likely (rejection sampling, no modulo bias)."""
         if n < 1:
             raise ValueError(f"below() takes a positive number, not {n}")
         limit = (1 << 64) - (1 << 64) % n
         while True:
-            value = int.from_bytes(self.take(8), "big")
+            value = int.from_bytes(self.take_bytes(8), "big")
             if value < limit:
                 return value % n
 
     def choice(self, items: Sequence[T]) -> T:
         """Return one of the items, all equally likely."""
-        return items[self.below(len(items))]
+        return items[self.integer_below(len(items))]
 
     def integer(self, low: int, high: int) -> int:
         """Return an integer from `low` to `high`, both included."""
-        return low + self.below(high - low + 1)
+        return low + self.integer_below(high - low + 1)
 
     def permutation(self, items: Sequence[T]) -> list[T]:
         """Return the items in random order (Fisher-Yates)."""
         out = list(items)
         for i in range(len(out) - 1, 0, -1):
-            j = self.below(i + 1)
+            j = self.integer_below(i + 1)
             out[i], out[j] = out[j], out[i]
         return out
 
     def uniform(self, low: float, high: float) -> float:
         """Return a number in [low, high), with 53 random bits."""
-        unit: float = (int.from_bytes(self.take(8), "big") >> 11) / (1 << 53)
+        unit: float = (int.from_bytes(self.take_bytes(8), "big") >> 11) / (1 << 53)
         return low + (high - low) * unit
 
 

@@ -14,10 +14,10 @@ from sympy.core.cache import clear_cache
 
 from qdot.exercises.common.errors import QdotError
 
-DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
+DEFAULT_SECONDS, MIN_SECONDS, MAX_SECONDS = 60.0, 0.1, 1e8
 """Seconds of processor time for a derivation: the default, the minimum and the maximum."""
 
-AGAIN = 0.2
+RESEND_INTERVAL = 0.2
 """Seconds after which the exception is raised again, because it may get lost, for example in a destructor."""
 
 
@@ -25,16 +25,18 @@ class OutOfTime(BaseException):
     """Raised if the time is over; not an `Exception`, so that code that catches every `Exception` lets it pass."""
 
 
-def seconds_of(text: str) -> float:
+def parse_seconds(text: str) -> float:
     """Return the number of seconds in the text of `--time`. Raises QdotError.
 
-    >>> seconds_of("300")
+    >>> parse_seconds("300")
     300.0
     """
     number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
-    if number and LEAST <= float(text) <= MOST:
+    if number and MIN_SECONDS <= float(text) <= MAX_SECONDS:
         return float(text)
-    raise QdotError(f"--time {text!r} is not from {LEAST:g} to {MOST:.0f} seconds; write a number, as in --time 300")
+    raise QdotError(
+        f"--time {text!r} is not from {MIN_SECONDS:g} to {MAX_SECONDS:.0f} seconds; write a number, as in --time 300"
+    )
 
 
 @contextmanager
@@ -44,50 +46,51 @@ def time_limit(seconds: float) -> Iterator[None]:
     Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared, because SymPy
     stores assumptions in the expressions themselves.
     """
-    watch = Watch(seconds, OutOfTime)
+    watch = Watchdog(seconds, OutOfTime)
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        stop_watch(watch, OutOfTime)
+        end_watchdog(watch, OutOfTime)
         clear_cache()
         raise
     finally:
-        stop_watch(watch, OutOfTime)
+        end_watchdog(watch, OutOfTime)
 
 
-def stop_watch(watch: "Watch", kind: type[BaseException]) -> None:
+def end_watchdog(watchdog: "Watchdog", exception_type: type[BaseException]) -> None:
     """End the watch, even if its exception is raised meanwhile."""
     while True:
         try:
-            watch.end()
+            watchdog.end()
             return
-        except kind:
+        except exception_type:
             continue
 
 
-class Watch:
+class Watchdog:
     """A thread that watches the clock and, after `seconds`, raises `kind` in the thread that created the watch.
 
-    The exception is raised between two Python instructions, and again every `AGAIN` seconds until `end` is called.
+    The exception is raised between two Python instructions, and again every `RESEND_INTERVAL` seconds until `end` is
+    called.
     """
 
-    def __init__(self, seconds: float, kind: type[BaseException]) -> None:
-        self._due, self._kind = time.process_time() + seconds, kind
+    def __init__(self, seconds: float, exception_type: type[BaseException]) -> None:
+        self._deadline, self._exception_type = time.process_time() + seconds, exception_type
         self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread = threading.get_ident()
-        threading.Thread(target=self._look, daemon=True).start()
+        threading.Thread(target=self._watch, daemon=True).start()
 
-    def _look(self) -> None:
-        while not self._ended.wait(self._left() or AGAIN):
+    def _watch(self) -> None:
+        while not self._ended.wait(self._remaining_seconds() or RESEND_INTERVAL):
             with self._lock:
-                if not self._left() and not self._ended.is_set():
-                    self._raise(ctypes.py_object(self._kind))
+                if not self._remaining_seconds() and not self._ended.is_set():
+                    self._raise(ctypes.py_object(self._exception_type))
 
-    def _left(self) -> float:
-        return max(0.0, self._due - time.process_time())
+    def _remaining_seconds(self) -> float:
+        return max(0.0, self._deadline - time.process_time())
 
-    def _raise(self, what: "ctypes.py_object[type[BaseException]] | None") -> None:
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), what)
+    def _raise(self, exception_type: "ctypes.py_object[type[BaseException]] | None") -> None:
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), exception_type)
 
     def end(self) -> None:
         """Stop watching, and cancel an exception that is pending."""

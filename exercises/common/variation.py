@@ -6,33 +6,37 @@ such axes, and each step includes the axes of the step before.
 
 from collections.abc import Sequence
 
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 
-AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
+VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
 """The properties that may vary, in the order in which they are sampled. A family has some of them (`families.base`)."""
 
-STEPS: dict[str, tuple[str, ...]] = {
+VARIATION_STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),
     "lengths": ("lengths",),
     "zeros": ("lengths", "zeros"),
     "frames": ("lengths", "zeros", "senses", "base"),
-    "full": AXES,
+    "full": VARIATION_AXES,
 }
 """The steps with their axes of variation, from the chapter's own arm to an arm on which everything varies."""
 
-DEFAULT = "zeros"
+DEFAULT_VARIATION = "zeros"
 """The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""
 
 
-def axes_of(variation: str) -> tuple[str, ...]:
+def variation_axes(variation: str) -> tuple[str, ...]:
     """Return the axes of variation of a step, or of a text such as "lengths+base". Raises QdotError for unknown names.
 
     If a step and an axis have the same name, the name alone means the step, and with a + before it the axis.
 
-    >>> axes_of("zeros"), axes_of("+zeros"), axes_of("base+lengths")
+    >>> variation_axes("zeros"), variation_axes("+zeros"), variation_axes("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
     """
-    return STEPS[variation] if variation in STEPS else _check_axes(variation.removeprefix("+").split("+"))
+    return (
+        VARIATION_STEPS[variation]
+        if variation in VARIATION_STEPS
+        else _check_axes(variation.removeprefix("+").split("+"))
+    )
 
 
 def canonical_name(variation: str) -> str:
@@ -41,13 +45,13 @@ def canonical_name(variation: str) -> str:
     >>> canonical_name("zeros+lengths"), canonical_name("base+lengths"), canonical_name("+zeros")
     ('zeros', 'lengths+base', '+zeros')
     """
-    return _name(axes_of(variation))
+    return _name(variation_axes(variation))
 
 
-def name_of_axes(names: Sequence[str]) -> str:
+def name_variation(names: Sequence[str]) -> str:
     """Return the name of the variation with these axes; without axes, it is "chapter". Raises QdotError.
 
-    >>> name_of_axes(["zeros"]), name_of_axes([])
+    >>> name_variation(["zeros"]), name_variation([])
     ('+zeros', 'chapter')
     """
     return _name(_check_axes(names))
@@ -55,13 +59,18 @@ def name_of_axes(names: Sequence[str]) -> str:
 
 def _name(axes: tuple[str, ...]) -> str:
     text = "+".join(axes)
-    return next((step for step, step_axes in STEPS.items() if step_axes == axes), f"+{text}" if text in STEPS else text)
+    return next(
+        (step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes),
+        f"+{text}" if text in VARIATION_STEPS else text,
+    )
 
 
 def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
-        if name not in AXES:
-            raise unknown("variation", name, [*STEPS, *(axis for axis in AXES if axis not in STEPS)])
+        if name not in VARIATION_AXES:
+            raise unknown_name(
+                "variation", name, [*VARIATION_STEPS, *(axis for axis in VARIATION_AXES if axis not in VARIATION_STEPS)]
+            )
         if names.count(name) > 1:
             raise QdotError(f"variation: {name} is named twice")
-    return tuple(name for name in AXES if name in names)
+    return tuple(name for name in VARIATION_AXES if name in names)

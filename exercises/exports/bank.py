@@ -7,27 +7,27 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import CHANGE, FailedSlot, Variant, attempt, certify_by
-from qdot.exercises.assignment.redrawn import DRAWS
+from qdot.exercises.assignment.draws import CHANGE_ADVICE, FailedSlot, Variant, certify_with, try_draw
+from qdot.exercises.assignment.redrawn import MAX_DRAWS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import keep_state, ordered_map
-from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
 
-Made = TypeVar("Made")
+WorkResult = TypeVar("WorkResult")
 
-PATIENCE = 10
+MAX_PROBLEMS_PER_VARIANT = 10
 """Maximum number of problems to generate for each variant, if a family has few that differ."""
 
 
-Work = Callable[[Order, Slot, Problem], Made]
+Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
 """A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
 
 
-def bank(order: Order) -> Generator[Variant, None, None]:
+def iterate_bank(order: ExportRequest) -> Generator[Variant, None, None]:
     """Yield the variants of every slot in turn. A bank of 50 begins with the bank of 20.
 
     They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
@@ -37,7 +37,7 @@ def bank(order: Order) -> Generator[Variant, None, None]:
         yield variant
 
 
-def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
+def process_bank(order: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
     """Yield the variants of a bank, each with the result of `work`.
 
     `work` runs in the process that has generated and certified the problem. In this way, each arm is derived only once,
@@ -45,70 +45,79 @@ def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Mad
     """
     for slot in order.assignment.slots:
         count, failures = 0, list[str]()
-        for problem, work_result in _distinct_problems(order, slot, work, failures):
+        for problem, work_result in _iterate_distinct_problems(order, slot, work, failures):
             count += 1
-            order.each()
+            order.on_step()
             yield Variant(slot, count, problem), work_result
         if not count:
-            raise _no_variant_error(slot, failures[0])
+            raise _make_no_variant_error(slot, failures[0])
         if failures:
-            order.note(
+            order.report(
                 f"{slot.name}: {len(failures)} draws did not pass, and others were taken; the first: {failures[0]}"
             )
-        if count < order.variants:
+        if count < order.variant_count:
             number = "one such problem" if count == 1 else f"{count} such problems that differ"
             variation_words = describe_variation(slot.family, slot.variation)
-            order.note(f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variants}")
-        for _ in range(order.variants - count):
-            order.each()
+            order.report(
+                f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variant_count}"
+            )
+        for _ in range(order.variant_count - count):
+            order.on_step()
 
 
-def _add_nothing(order: Order, slot: Slot, problem: Problem) -> None:
+def _add_nothing(order: ExportRequest, slot: Slot, problem: Problem) -> None:
     """Return nothing: the `work` of a plain bank."""
 
 
-def _distinct_problems(
-    order: Order, slot: Slot, work: Work[Made], failed: list[str]
-) -> Generator[tuple[Problem, Made], None, None]:
-    """Yield distinct problems that pass their certificate. Append a message to `failed` for each that does not pass."""
+def _iterate_distinct_problems(
+    order: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
+) -> Generator[tuple[Problem, WorkResult], None, None]:
+    """Yield distinct problems that pass their certificate.
+
+    For each problem that fails it, append a message to `failure_messages`.
+    """
     seen: set[str] = set()
     tried_count = 0
-    while len(seen) < order.variants and tried_count < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
-        numbers = range(tried_count, tried_count + order.variants - len(seen))
+    while (
+        len(seen) < order.variant_count
+        and tried_count < MAX_PROBLEMS_PER_VARIANT * order.variant_count
+        and (seen or len(failure_messages) < MAX_DRAWS)
+    ):
+        numbers = range(tried_count, tried_count + order.variant_count - len(seen))
         tried_count = numbers.stop
         state = _WorkerState(order.without_callbacks, slot, work, set(seen))
-        with closing(ordered_map(_draw_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
+        with closing(ordered_map(_generate_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
             for candidate in candidates:
                 if isinstance(candidate, str):
-                    failed.append(candidate)
-                elif candidate is not None and candidate.known_by not in seen:
-                    seen.add(candidate.known_by)
-                    yield candidate.problem, candidate.made
+                    failure_messages.append(candidate)
+                elif candidate is not None and candidate.fingerprint not in seen:
+                    seen.add(candidate.fingerprint)
+                    yield candidate.problem, candidate.work_result
 
 
-def _no_variant_error(slot: Slot, why: str) -> QdotError:
-    failure = FailedSlot("", slot.name, slot.family.name, why)
-    return QdotError(f"{failure}. Nothing is exported. {CHANGE.format(slot.name)}")
+def _make_no_variant_error(slot: Slot, reason: str) -> QdotError:
+    failure = FailedSlot("", slot.name, slot.family.name, reason)
+    return QdotError(f"{failure}. Nothing is exported. {CHANGE_ADVICE.format(slot.name)}")
 
 
 @dataclass(frozen=True)
-class _Candidate(Generic[Made]):
+class _Candidate(Generic[WorkResult]):
     problem: Problem
-    known_by: str
-    made: Made
+    fingerprint: str
+    work_result: WorkResult
 
 
 @dataclass
-class _WorkerState(Generic[Made]):
+class _WorkerState(Generic[WorkResult]):
     """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
 
-    order: Order
+    order: ExportRequest
     slot: Slot
-    work: Work[Made]
-    seen: set[str]
+    work: Work[WorkResult]
+    known_fingerprints: set[str]
 
 
-def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] | str | None:
+def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | str | None:
     """Return a problem with the result of `work`, or a message if it fails, or None if it exists already.
 
     A process handles its numbers in ascending order. If two numbers give the same problem, the caller therefore
@@ -116,12 +125,12 @@ def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] 
     """
     order, slot = state.order, state.slot
     generate = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = attempt(generate, certify_by(order.failures))
+    attempt_result = try_draw(generate, certify_with(order.find_failures))
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]
     fingerprint = repr(as_json(digests(problem)))
-    if fingerprint in state.seen:
+    if fingerprint in state.known_fingerprints:
         return None
-    state.seen.add(fingerprint)
+    state.known_fingerprints.add(fingerprint)
     return _Candidate(problem, fingerprint, state.work(order, slot, problem))

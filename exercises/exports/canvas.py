@@ -2,62 +2,69 @@
 
 from collections.abc import Generator, Sequence
 
-from qdot.exercises.exports.export_format import File, Order, archive
-from qdot.exercises.exports.items import Choose, Match, Numeric, group_by_category, items_without_hidden_solutions
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.items import (
+    ChoiceForm,
+    MatchingForm,
+    NumberForm,
+    group_by_category,
+    make_items_without_hidden_solutions,
+)
 from qdot.exercises.exports.markup import (
     Picture,
-    body_html,
-    decimal,
-    file_name,
-    limits,
-    line_html,
-    pictures,
-    svg_file,
+    find_pictures,
+    format_decimal,
+    format_limits,
+    make_svg_file,
+    name_picture_file,
+    write_html_with_figures,
+    write_line_html,
 )
 from qdot.exercises.writing.render import render
 
-IMAGES = "%24IMS-CC-FILEBASE%24"
+FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 """The folder in which Canvas stores the files of a package."""
 
 
-def export_canvas(order: Order) -> Generator[File, None, None]:
+def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield one package, which Canvas imports as a quiz and a question bank."""
     assignment = order.assignment
-    items = list(items_without_hidden_solutions(order))
-    if any(item.number for item in items):
-        order.note("Canvas takes one number a question: of vectors and matrices one entry is asked for")
-    groups = group_by_category(item.number or item for item in items)
+    items = list(make_items_without_hidden_solutions(order))
+    if any(item.single_number_item for item in items):
+        order.report("Canvas takes one number a question: of vectors and matrices one entry is asked for")
+    groups = group_by_category(item.single_number_item or item for item in items)
     images = {
-        f"images/{file_name(picture)}": svg_file(picture)
-        for group in groups.values() for item in group for picture in pictures((*item.body, *item.solution))
+        f"images/{name_picture_file(picture)}": make_svg_file(picture)
+        for group in groups.values() for item in group for picture in find_pictures((*item.body, *item.solution))
     }  # fmt: skip
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
-        "points": decimal(sum(group[0].points for group in groups.values())),
-        "tells_values": order.solutions or order.tells("values"),
-        "type_of": _type, "shares_of": _shares, "html": _html, "line": line_html, "decimal": decimal, "limits": limits,
+        "points": format_decimal(sum(group[0].points for group in groups.values())),
+        "tells_values": order.has_solutions or order.includes_feedback("values"),
+        "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": write_line_html,
+        "decimal": format_decimal, "limits": format_limits,
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **context),
         f"{ident}/{ident}.xml": render("exports/canvas-quiz.xml.j2", **context),
         f"{ident}/assessment_meta.xml": render("exports/canvas-meta.xml.j2", **context),
     }
-    yield File(f"{assignment.key}.zip", archive(package | dict(sorted(images.items()))), private=True)
+    yield ExportedFile(f"{assignment.key}.zip", make_zip(package | dict(sorted(images.items()))), is_private=True)
 
 
-def _html(body: Sequence[str | Picture]) -> str:
-    return body_html(body, lambda picture: f"{IMAGES}/images/{file_name(picture)}")
+def _write_html(body: Sequence[str | Picture]) -> str:
+    return write_html_with_figures(body, lambda picture: f"{FILE_FOLDER}/images/{name_picture_file(picture)}")
 
 
-def _type(form: Choose | Match | Numeric) -> str:
-    if isinstance(form, Choose):
-        choice_type = "multiple_answers_question" if form.several else "multiple_choice_question"
+def _name_question_type(form: ChoiceForm | MatchingForm | NumberForm) -> str:
+    if isinstance(form, ChoiceForm):
+        choice_type = "multiple_answers_question" if form.allows_several else "multiple_choice_question"
         return "true_false_question" if form.is_true_or_false else choice_type
-    return "matching_question" if isinstance(form, Match) else "numerical_question"
+    return "matching_question" if isinstance(form, MatchingForm) else "numerical_question"
 
 
-def _shares(count: int) -> list[str]:
+def _list_shares(count: int) -> list[str]:
     """Return the percentages of the points for `count` stems, to two decimals; they add up to 100."""
     share = round(100 / count, 2)
     return [f"{share:.2f}"] * (count - 1) + [f"{100 - share * (count - 1):.2f}"]

@@ -1,4 +1,4 @@
-"""The definition of an export format, and the `Order` that it receives: an assignment and how to export it."""
+"""The definition of an export format, and the `ExportRequest` that it receives: an assignment and how to export it."""
 
 import io
 import tomllib
@@ -10,16 +10,16 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.draws import FailedSlot, Failures
+from qdot.exercises.assignment.draws import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
-SHEETS = ("handout", "exam", "key", "marking")
+SHEET_KINDS = ("handout", "exam", "key", "marking")
 """Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers (both for staff)."""
-PAGES = ("a4", "letter")
+PAPER_SIZES = ("a4", "letter")
 """Sizes of paper."""
 
-Earns = Callable[[Problem, Part, str], Fraction]
+EarnedShare = Callable[[Problem, Part, str], Fraction]
 """A function that returns the share of a part's points that a typed answer earns."""
 
 
@@ -32,66 +32,69 @@ def _ignore(*_: object) -> None:
 
 
 @dataclass(frozen=True)
-class Order:
-    """A request for an export. If a platform picks problems from a bank, it gets `variants` of each problem.
+class ExportRequest:
+    """A request for an export. If a platform picks problems from a bank, it gets `variant_count` of each problem.
 
-    For paper: `sheet` is the kind of sheet (one of SHEETS), `solutions` adds worked solutions, and `page` is the paper
-    size (one of PAGES). Sheets are for everybody on the roster, or in several `versions` without names.
-    `failures` certifies a problem; a problem that fails is never exported. `each` is called after every variant or
-    student, `note` with messages to the staff, and `left_out` for each student without a problem. `earns` is the
-    grader's share of points for an answer, for marking sheets. `passing` is the share of the points needed to pass, if
-    there is one.
+    For paper: `sheet` is the kind of sheet (one of SHEETS), `has_solutions` adds worked solutions, and `paper_size` is
+    the paper size (one of PAGES). Sheets are for everybody on the roster, or in several `version_count` without names.
+    `find_failures` certifies a problem; a problem that fails is never exported. `on_step` is called after every variant
+    or student, `report` with messages to the staff, and `on_left_out` for each student without a problem.
+    `earned_share` is the grader's share of points for an answer, for marking sheets. `passing_share` is the share of
+    the points needed to pass, if there is one.
     """
 
     assignment: Assignment
-    failures: Failures
-    variants: int = 20
-    solutions: bool = False
+    find_failures: FindFailures
+    variant_count: int = 20
+    has_solutions: bool = False
     sheet: str = "handout"
-    versions: int = 0
-    page: str = "a4"
+    version_count: int = 0
+    paper_size: str = "a4"
     jobs: int = 1
-    each: Callable[[], None] = _ignore
-    note: Callable[[str], None] = _ignore
-    left_out: Callable[[FailedSlot], None] = _refuse
-    earns: Earns | None = None
-    passing: Fraction | None = None
+    on_step: Callable[[], None] = _ignore
+    report: Callable[[str], None] = _ignore
+    on_left_out: Callable[[FailedSlot], None] = _refuse
+    earned_share: EarnedShare | None = None
+    passing_share: Fraction | None = None
 
-    def tells(self, what: str) -> bool:
+    def includes_feedback(self, level: str) -> bool:
         """Return whether the assignment's feedback includes this level of FEEDBACK."""
-        return FEEDBACK.index(what) <= FEEDBACK.index(self.assignment.feedback)
+        return FEEDBACK.index(level) <= FEEDBACK.index(self.assignment.feedback)
 
     @property
-    def without_callbacks(self) -> "Order":
+    def without_callbacks(self) -> "ExportRequest":
         """The same order without its callbacks: other processes could not call them."""
-        return replace(self, each=_ignore, note=_ignore, left_out=_refuse)
+        return replace(self, on_step=_ignore, report=_ignore, on_left_out=_refuse)
 
 
 @dataclass(frozen=True)
-class File:
+class ExportedFile:
     """A file of an export: its path in the output folder, with `/`, and its content.
 
-    A `private` file contains answers, and only its owner may read it.
+    If `is_private`, the file contains answers, and only its owner may read it.
     """
 
     path: str
     content: str | bytes
-    private: bool = False
+    is_private: bool = False
 
 
-def archive(files: Mapping[str, str | bytes], modes: Mapping[str, int] = {}) -> bytes:
-    """Return a zip archive whose bytes depend only on the files. `modes` has the permissions that are not 0o644."""
+def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = {}) -> bytes:
+    """Return a zip archive whose bytes depend only on the files.
+
+    `permissions` maps the path of a file to its permissions; a file that it does not name gets 0o644.
+    """
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
         for path, content in files.items():
             info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
             info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
-            info.external_attr = modes.get(path, 0o644) << 16
+            info.external_attr = permissions.get(path, 0o644) << 16
             zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
     return out.getvalue()
 
 
-def robots(order: Order) -> list[str]:
+def list_robot_files(order: ExportRequest) -> list[str]:
     """Return the names of the robot files in an assignment's folder. Robots of the library come with qdot.
 
     Raises QdotError for a file outside of the folder.
@@ -111,33 +114,33 @@ def robots(order: Order) -> list[str]:
 class ExportFormat:
     """An export format, selected by `--to NAME`.
 
-    `title` describes the files, `read_by` names the program that reads them, and `checked` the program that reads them
-    in our tests. `per` says how often the work is done: for every "variant", for every "student", or "once".
-    `drawn_there` means that the platform regenerates the problems from assignment.toml.
+    `title` describes the files, `read_by` names the program that reads them, and `checked_by` the program that reads
+    them in our tests. `progress_unit` says how often the work is done: for every "variant", for every "student", or
+    "once". `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
 
-    Before anything is written, `check` raises QdotError if the order can't be carried out on any machine. `missing`
-    returns what this machine lacks and how to install it, or "".
+    Before anything is written, `check` raises QdotError if the order can't be carried out on any machine.
+    `explain_missing` returns what this machine lacks and how to install it, or "".
     """
 
     name: str
     title: str
     read_by: str
-    checked: str
-    per: Literal["variant", "student", "once"]
-    files: Callable[[Order], Generator[File, None, None]]
-    drawn_there: bool = False
-    check: Callable[[Order], object] = lambda _: None
-    missing: Callable[[], str] = lambda: ""
+    checked_by: str
+    progress_unit: Literal["variant", "student", "once"]
+    export: Callable[[ExportRequest], Generator[ExportedFile, None, None]]
+    regenerates_problems: bool = False
+    check: Callable[[ExportRequest], object] = lambda _: None
+    explain_missing: Callable[[], str] = lambda: ""
 
     @property
-    def holds_a_bank(self) -> bool:
+    def contains_bank(self) -> bool:
         """Whether its files contain the variants of a bank."""
-        return self.per == "variant" and not self.drawn_there
+        return self.progress_unit == "variant" and not self.regenerates_problems
 
-    def steps(self, order: Order) -> int:
+    def count_steps(self, order: ExportRequest) -> int:
         """Return how many times `order.each` will be called."""
         assignment = order.assignment
         return {
-            "variant": len(assignment.slots) * order.variants, "once": 1,
-            "student": order.versions or len(assignment.roster),
-        }[self.per]  # fmt: skip
+            "variant": len(assignment.slots) * order.variant_count, "once": 1,
+            "student": order.version_count or len(assignment.roster),
+        }[self.progress_unit]  # fmt: skip

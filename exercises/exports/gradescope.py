@@ -7,26 +7,26 @@ setup script makes the contents of the zip readable by root only.
 from collections.abc import Generator
 
 from qdot.exercises.assignment.assignment import SECRET_FILE
-from qdot.exercises.exports.export_format import File, Order, archive
-from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.repositories import assignment_files
-from qdot.exercises.exports.wheel import versions, wheel
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.handouts import collect_handouts
+from qdot.exercises.exports.repositories import read_assignment_files
+from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
 
-def export_gradescope(order: Order) -> Generator[File, None, None]:
+def export_gradescope(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
-    notebooks = handouts(order)
+    notebooks = collect_handouts(order)
     assignment = notebooks.assignment
-    name, content = wheel()
+    name, content = make_wheel()
     context = {"title": assignment.title, "key": assignment.key, "wheel": name}
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
-    private_files = dict(assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    private_files = dict(read_assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
-    files |= {name: content, "versions.txt": versions()}
+    files |= {name: content, "versions.txt": list_versions()}
     modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
-    yield File("autograder.zip", archive(files, modes), private=True)
-    yield File("README.md", render("exports/gradescope-readme.md.j2", **context))
-    for student, notebook in notebooks.all():
-        yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)
+    yield ExportedFile("autograder.zip", make_zip(files, modes), is_private=True)
+    yield ExportedFile("README.md", render("exports/gradescope-readme.md.j2", **context))
+    for student, notebook in notebooks.iterate_notebooks():
+        yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", notebook)

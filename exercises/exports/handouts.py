@@ -4,43 +4,43 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.draws import settle_problems
-from qdot.exercises.assignment.release import is_released, new_handout, released_text
-from qdot.exercises.exports.export_format import Order
+from qdot.exercises.assignment.draws import certify_class
+from qdot.exercises.assignment.release import is_released, make_handout_text, released_text
+from qdot.exercises.exports.export_format import ExportRequest
 
 
 @dataclass(frozen=True)
 class Handouts:
     """The notebooks of a class. `students` lists the students who have a notebook.
 
-    `settled_now` has the students whose notebooks are new. `order.each` has already been called for them, and for
+    `new_ids` has the students whose notebooks are new. `order.each` has already been called for them, and for
     students without a notebook.
     """
 
-    order: Order
+    order: ExportRequest
     assignment: Assignment
     students: tuple[Student, ...]
-    settled_now: frozenset[str]
+    new_ids: frozenset[str]
 
-    def all(self) -> Generator[tuple[Student, str], None, None]:
+    def iterate_notebooks(self) -> Generator[tuple[Student, str], None, None]:
         """Yield every notebook, in roster order."""
         for student in self.students:
-            if student.id in self.settled_now:
-                yield student, new_handout(self.assignment, student.id)
+            if student.id in self.new_ids:
+                yield student, make_handout_text(self.assignment, student.id)
             else:
                 yield student, released_text(self.assignment, student.id)
-                self.order.each()
+                self.order.on_step()
 
 
-def handouts(order: Order) -> Handouts:
+def collect_handouts(order: ExportRequest) -> Handouts:
     """Return the notebooks of a class, after recording regenerated problems in the assignment's folder.
 
     Call this before copying any file of the assignment.
     """
     unreleased = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, failures = settle_problems(order.assignment, unreleased, order.failures, order.jobs, order.each)
+    assignment, failures = certify_class(order.assignment, unreleased, order.find_failures, order.jobs, order.on_step)
     for failure in failures:
-        order.left_out(failure)
+        order.on_left_out(failure)
     left_out_students = {failure.student for failure in failures}
     students = tuple(student for student in assignment.roster if student.id not in left_out_students)
     return Handouts(order, assignment, students, frozenset(unreleased))

@@ -18,8 +18,8 @@ from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import process_bank
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -28,29 +28,32 @@ from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render
 
-MOST_WRONG = 6
+MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for one number. With more, some would match by chance."""
-SHORT_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
+SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
 """Short questions that replace the question for the set of singular configurations: the first that applies is asked."""
 
 
 @dataclass(frozen=True)
-class Option:
-    """An option: its text, whether it is correct (`right`), and the feedback for choosing it."""
+class QuizOption:
+    """An option: its text, whether it is correct (`correct_indices`), and the feedback for choosing it."""
 
     text: str
-    right: bool
+    is_correct: bool
     feedback: str = ""
 
 
 @dataclass(frozen=True)
-class Choose:
-    """A choice of one option, or of `several` options. The order is `fixed` if a figure shows the letters."""
+class ChoiceForm:
+    """A form in which a student chooses one option, or several if `allows_several`.
+
+    If `has_fixed_order`, the options must not be shuffled, because a figure shows their letters.
+    """
 
     kind: ClassVar = "options"
-    options: tuple[Option, ...]
-    several: bool = False
-    fixed: bool = False
+    options: tuple[QuizOption, ...]
+    allows_several: bool = False
+    has_fixed_order: bool = False
 
     @property
     def is_true_or_false(self) -> bool:
@@ -58,42 +61,45 @@ class Choose:
         return tuple(option.text for option in self.options) == TRUE_FALSE
 
     @property
-    def count_of_right(self) -> int:
+    def correct_count(self) -> int:
         """The number of correct answers that share the points."""
-        return sum(option.right for option in self.options)
+        return sum(option.is_correct for option in self.options)
 
     @property
-    def choices(self) -> tuple[tuple[str, str, Option], ...]:
-        """Each option as (letter, text, option). The text begins with the letter, unless the order is `fixed`."""
+    def lettered_options(self) -> tuple[tuple[str, str, QuizOption], ...]:
+        """Each option as (letter, text, option).
+
+        The text begins with the letter, unless `has_fixed_order`.
+        """
         return tuple(
-            (letter, option.text if self.fixed else f"{letter}. {option.text}", option)
+            (letter, option.text if self.has_fixed_order else f"{letter}. {option.text}", option)
             for letter, option in zip(LETTERS, self.options, strict=False)
         )
 
 
 @dataclass(frozen=True)
-class Match:
+class MatchingForm:
     """A form in which a student matches stems (LaTeX) with options (plain text).
 
-    `correct` is the index of each stem's option, from 0. An option may belong to no stem.
+    `correct_options` is the index of each stem's option, from 0. An option may belong to no stem.
     """
 
     kind: ClassVar = "match"
     stems: tuple[str, ...]
     options: tuple[str, ...]
-    correct: tuple[int, ...]
+    correct_options: tuple[int, ...]
 
     @property
-    def count_of_right(self) -> int:
+    def correct_count(self) -> int:
         """The number of correct answers that share the points."""
         return len(self.stems)
 
     @property
-    def pairs(self) -> tuple[tuple[str, str, int], ...]:
+    def lettered_stems(self) -> tuple[tuple[str, str, int], ...]:
         """Each stem as (letter, text after the letter, index of its option); solutions refer to the letters."""
         return tuple(
             (letter, f"{letter}. {stem}", index)
-            for letter, stem, index in zip(LETTERS, self.stems, self.correct, strict=False)
+            for letter, stem, index in zip(LETTERS, self.stems, self.correct_options, strict=False)
         )
 
 
@@ -103,63 +109,63 @@ class WrongValue:
 
     value: float
     tolerance: float
-    title: str
-    advice: str
+    mistake_title: str
+    feedback: str
 
 
 @dataclass(frozen=True)
-class Field:
+class NumberField:
     """An input field for a number: its name in LaTeX and in words, value, tolerance, unit, and known wrong values."""
 
     label: str
-    words: str
+    description: str
     value: float
     tolerance: float
     unit: str
-    wrong: tuple[WrongValue, ...]
+    wrong_values: tuple[WrongValue, ...]
 
 
 @dataclass(frozen=True)
-class Numeric:
+class NumberForm:
     """Input fields for numbers, in rows; entries that are not fields are shown as fixed text."""
 
     kind: ClassVar = "numbers"
-    rows: tuple[tuple[Field | str, ...], ...]
+    rows: tuple[tuple[NumberField | str, ...], ...]
 
     @property
-    def fields(self) -> tuple[Field, ...]:
+    def fields(self) -> tuple[NumberField, ...]:
         """All fields, row by row."""
-        return tuple(entry for row in self.rows for entry in row if isinstance(entry, Field))
+        return tuple(entry for row in self.rows for entry in row if isinstance(entry, NumberField))
 
     @property
-    def count_of_right(self) -> int:
+    def correct_count(self) -> int:
         """The number of correct answers that share the points."""
         return len(self.fields)
 
 
 @dataclass(frozen=True)
-class Item:
+class QuizItem:
     """A question for learning platforms. `key` is unique and permanent; `category` is assignment, slot, question.
 
-    `number` is the same question for platforms that accept only one number: it asks for one of the item's numbers. It
-    is None if the item asks for at most one number.
+    `single_number_item` is the same question for platforms that accept only one number: it asks for one of the item's
+    numbers. It is None if the item asks for at most one number.
     """
 
     key: str
     title: str
     category: tuple[str, str, str]
     body: tuple[str | Picture, ...]
-    form: Choose | Match | Numeric
+    form: ChoiceForm | MatchingForm | NumberForm
     points: float
     solution: tuple[str | Picture, ...]
     hints: tuple[str, ...] = ()
-    number: "Item | None" = None
+    single_number_item: "QuizItem | None" = None
 
 
-def items(order: Order) -> Generator[Item, None, None]:
+def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the parts of every variant as items, by slot and variant. Report once per slot what can't be asked."""
     reported_notes: set[str] = set()
-    for variant, variant_items in process_bank(order, _items_of):
+    for variant, variant_items in process_bank(order, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
@@ -167,76 +173,84 @@ def items(order: Order) -> Generator[Item, None, None]:
             note = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
             if note not in reported_notes:
                 reported_notes.add(note)
-                order.note(note)
+                order.report(note)
 
 
-def _items_of(order: Order, slot: Slot, problem: Problem) -> list[Item | None]:
+def _make_problem_items(order: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
     """Return the parts of a problem as items, whose keys and titles do not name the variant yet."""
-    return [_item(order, slot, problem, part) for part in problem.parts]
+    return [_make_item(order, slot, problem, part) for part in problem.parts]
 
 
-def _add_variant_key(item: Item, variant: Variant) -> Item:
+def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
     """Return an item with the variant's key in its key and title."""
-    number_item = item.number and _add_variant_key(item.number, variant)
-    return replace(item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", number=number_item)
+    number_item = item.single_number_item and _add_variant_key(item.single_number_item, variant)
+    return replace(
+        item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", single_number_item=number_item
+    )
 
 
-def items_without_hidden_solutions(order: Order) -> Generator[Item, None, None]:
+def make_items_without_hidden_solutions(order: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
-    for item in items(order):
-        number_item = item.number and replace(item.number, solution=())
-        yield item if order.solutions or order.tells("solutions") else replace(item, solution=(), number=number_item)
+    for item in make_items(order):
+        number_item = item.single_number_item and replace(item.single_number_item, solution=())
+        yield (
+            item
+            if order.has_solutions or order.includes_feedback("solutions")
+            else replace(item, solution=(), single_number_item=number_item)
+        )
 
 
-def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[Item]]:
+def group_by_category(items: Iterable[QuizItem]) -> dict[tuple[str, str, str], list[QuizItem]]:
     """Return the items of each category, with the categories in order of appearance."""
-    groups: dict[tuple[str, str, str], list[Item]] = {}
+    groups: dict[tuple[str, str, str], list[QuizItem]] = {}
     for item in items:
         groups.setdefault(item.category, []).append(item)
     return groups
 
 
-def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
+def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
     """Return a part of a problem as an item whose key does not name the variant yet; None if it can't be asked."""
-    if part.answer.is_a_set:
+    if part.answer.is_set:
         short_problem = _ask_short_question(problem, part, order)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    tells_mistakes, numeric_part = order.tells("mistake"), None
-    form: Choose | Match | Numeric
-    if part.answer.offered:
-        form = _options(problem, part, tells_mistakes)
-        question = question_alone(problem, part)
+    tells_mistakes, numeric_part = order.includes_feedback("mistake"), None
+    form: ChoiceForm | MatchingForm | NumberForm
+    if part.answer.offered_options:
+        form = _make_option_form(problem, part, tells_mistakes)
+        question = write_question_alone(problem, part)
     else:
         numeric_part = ask_in_numbers(problem, part)
         if numeric_part is None:
             return None
-        form = _numeric(problem, part, numeric_part, tells_mistakes)
-        question = _numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
-    title, figure = ASKED[part.kind].title, part_picture(problem, part, part.name)
-    item = Item(
+        form = _make_number_form(problem, part, numeric_part, tells_mistakes)
+        question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
+    title, figure = ASKED[part.kind].title, draw_prompt_figure(problem, part, part.name)
+    item = QuizItem(
         key=part.name,
         title=title,
         category=(order.assignment.title, f"{slot.name} {slot.family.name}", title),
-        body=(arm_picture(problem), statement(problem, "", typed=False), *filter(None, [figure]), question),
+        body=(draw_arm(problem), statement(problem, "", explains_typing=False), *filter(None, [figure]), question),
         form=form,
         points=part.points,
-        solution=_solution(problem, part, numeric_part),
+        solution=_write_solution(problem, part, numeric_part),
         hints=hints(problem, part) if order.assignment.hints else (),
     )
-    if numeric_part is None or not isinstance(form, Numeric) or len(form.fields) == 1:
+    if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
-    field = _most_telling_field(problem, part, form.fields)
-    question = _numeric_question(problem, part, numeric_part, (field,), len(form.fields))
-    return replace(item, number=replace(item, body=(*item.body[:-1], question), form=Numeric(((field,),))))
+    field = _choose_most_distinguishing_field(problem, part, form.fields)
+    question = _write_numeric_question(problem, part, numeric_part, (field,), len(form.fields))
+    return replace(
+        item, single_number_item=replace(item, body=(*item.body[:-1], question), form=NumberForm(((field,),)))
+    )
 
 
-def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem | None:
+def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> Problem | None:
     """Return the problem with one short question on singular configurations, or None if no such question applies."""
-    for name in SHORT_QUESTIONS:
+    for name in SINGULARITY_QUESTIONS:
         question = ASKED[name]
-        if question.refusal(problem.chain) is not None:
+        if question.find_obstacle(problem.chain) is not None:
             continue
         try:
             stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{name}")
@@ -244,7 +258,7 @@ def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem |
         except RuntimeError:
             continue
         short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
-        failures = order.failures(short_problem)
+        failures = order.find_failures(short_problem)
         if failures:
             raise QdotError(f"{problem.id}: {name} does not pass its certificate: {failures[0]}; please report it")
         return short_problem
@@ -253,7 +267,7 @@ def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem |
 
 _ANSWER = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _OPTION = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL)
-_TYPED = (
+_TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
@@ -262,66 +276,71 @@ _TYPED = (
 """Phrases in prompts that explain how to type formulas, each with its replacement."""
 
 
-def question_alone(problem: Problem, part: Part) -> str:
+def write_question_alone(problem: Problem, part: Part) -> str:
     """Return the prompt without its options and without instructions on how to type the answer."""
     return _ANSWER.sub("", _OPTION.sub("", prompt(problem, part))).strip()
 
 
-def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
+def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX names of the entries of an answer, row by row."""
     chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
-    entry_names = question.entry_names(chain, part) or [tex(sp.Symbol(name), chain) for name in question.labels(chain)]
+    entry_names = question.entry_names(chain, part) or [
+        tex(sp.Symbol(name), chain) for name in question.typed_names(chain)
+    ]
     if len(entry_names) == count:
         return tuple(entry_names)
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
 
 
-def _options(problem: Problem, part: Part, tells_mistakes: bool) -> Choose | Match:
+def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
-    answer, texts = part.answer, [option_text(problem, part, index) for index in range(len(part.answer.offered))]
+    answer, texts = (
+        part.answer,
+        [option_text(problem, part, index) for index in range(len(part.answer.offered_options))],
+    )
     if isinstance(answer, Matching):
         correct = [len(answer.items)] * len(texts)
         for number, index in enumerate(answer.correct):
             correct[index] = number
-        return Match(tuple(texts), (*answer.items, "no joint"), tuple(correct))
+        return MatchingForm(tuple(texts), (*answer.items, "no joint"), tuple(correct))
     options = []
     for index, text in enumerate(texts):
-        is_right = index in answer.right
-        blames = list_blames(part, index) if tells_mistakes and not is_right else ()
+        is_right = index in answer.correct_indices
+        blames = list_blames(part, index) if explains_mistakes and not is_right else ()
         feedback = " ".join(dict.fromkeys(blame.sentence for blame in blames))
-        options.append(Option(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
-    fixed = part.has_drawn_options or answer.offered == TRUE_FALSE
-    return Choose(tuple(options), isinstance(answer, Selection), fixed)
+        options.append(QuizOption(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
+    fixed = part.has_drawn_options or answer.offered_options == TRUE_FALSE
+    return ChoiceForm(tuple(options), isinstance(answer, Selection), fixed)
 
 
-def _solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
+def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
     text = worked_solution(problem, part)
-    if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit is not None):
+    if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
         rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
-    return (text, *filter(None, [solution_picture(problem, part, "solution")]))
+    return (text, *filter(None, [draw_solution_figure(problem, part, "solution")]))
 
 
 # --- numbers ---
 
 
-def _numeric(problem: Problem, part: Part, numeric_part: NumericPart, tells_mistakes: bool) -> Numeric:
+def _make_number_form(problem: Problem, part: Part, numeric_part: NumericPart, explains_mistakes: bool) -> NumberForm:
     columns = numeric_part.values.shape[1]
     fields = [
-        "1" if numeric_part.unit == index else _field(part, numeric_part, index, label, tells_mistakes)
-        for index, label in enumerate(entry_labels(problem, part, numeric_part.values.shape))
+        "1" if numeric_part.unit_entry == index else _make_field(part, numeric_part, index, label, explains_mistakes)
+        for index, label in enumerate(list_entry_labels(problem, part, numeric_part.values.shape))
     ]
     rows = [tuple(fields[k : k + columns]) for k in range(0, len(fields), columns)]
-    if last_row := ASKED[part.kind].last_row:
+    if last_row := ASKED[part.kind].constant_last_row:
         rows[-1] = tuple(last_row)
-    return Numeric(tuple(rows))
+    return NumberForm(tuple(rows))
 
 
-def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_mistakes: bool) -> Field:
-    answer = numeric_part.part.of(Number)
+def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, explains_mistakes: bool) -> NumberField:
+    answer = numeric_part.part.answer_as(Number)
     (rows, columns), is_count = numeric_part.values.shape, answer.tolerance < 1e-6
 
-    def tolerance_of(value: float) -> float:
+    def compute_tolerance(value: float) -> float:
         if is_count:
             return 0.0
         if part.rounding is not None:
@@ -329,11 +348,11 @@ def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_
         return max(answer.tolerance * abs(value), answer.floor)
 
     value = float(numeric_part.values.ravel()[index])
-    tolerance = tolerance_of(value)
+    tolerance = compute_tolerance(value)
     values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
-    for title, advice, values in numeric_part.wrong if tells_mistakes else ():
+    for title, advice, values in numeric_part.wrong_answers if explains_mistakes else ():
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
-        wrong_tolerance = tolerance_of(wrong_value)
+        wrong_tolerance = compute_tolerance(wrong_value)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # many mistakes lead to zero
         is_new = all(
             abs(wrong_value - earlier) > wrong_tolerance + earlier_tolerance
@@ -347,34 +366,36 @@ def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_
     description = (
         f"that in {position} of the matrix" if columns > 1 else f"${label}$ ({position})" if position else f"${label}$"
     )
-    return Field(label, description, value, tolerance, answer.units[index], tuple(wrong_values[:MOST_WRONG]))
+    return NumberField(
+        label, description, value, tolerance, answer.units[index], tuple(wrong_values[:MAX_WRONG_VALUES])
+    )
 
 
-def _most_telling_field(problem: Problem, part: Part, fields: tuple[Field, ...]) -> Field:
+def _choose_most_distinguishing_field(problem: Problem, part: Part, fields: tuple[NumberField, ...]) -> NumberField:
     """Return the field whose value distinguishes the most mistakes. If several do, choose one of them at random."""
     nontrivial_fields = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
-    max_mistakes = max(len(field.wrong) for field in nontrivial_fields)
-    best_fields = [field for field in nontrivial_fields if len(field.wrong) == max_mistakes]
+    max_mistakes = max(len(field.wrong_values) for field in nontrivial_fields)
+    best_fields = [field for field in nontrivial_fields if len(field.wrong_values) == max_mistakes]
     return Stream(f"{problem.id}/{part.name}/one number").choice(best_fields)
 
 
-def _numeric_question(
-    problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[Field, ...], entries: int
+def _write_numeric_question(
+    problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[NumberField, ...], entry_count: int
 ) -> str:
-    """Return the question that asks for these fields of an answer with `entries` entries."""
+    """Return the question that asks for these fields of an answer with `entry_count` entries."""
     text = prompt(problem, part)
     answer_line = _ANSWER.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
-    for pattern, replacement in _TYPED:
+    for pattern, replacement in _TYPING_PHRASES:
         convention = pattern.sub(replacement, convention)
-    labels = entry_labels(problem, part, numeric_part.values.shape)
+    labels = list_entry_labels(problem, part, numeric_part.values.shape)
     return render(
         "exports/question.md.j2",
         asked=_ANSWER.sub("", text).strip(),
         given=numeric_part.given_values,
-        unit="" if numeric_part.unit is None else f"its entry ${labels[numeric_part.unit]}$",
+        unit="" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$",
         convention=convention,
         fields=fields,
-        entries=entries,
+        entries=entry_count,
         precision="exactly" if fields[0].tolerance == 0 else part.precision,
     ).strip()

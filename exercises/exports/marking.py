@@ -20,28 +20,35 @@ from qdot.exercises.answers import (
     Number,
     Selection,
 )
-from qdot.exercises.exports.export_format import Earns
-from qdot.exercises.exports.known_wrong import KnownWrongAnswer, known_wrong
+from qdot.exercises.exports.export_format import EarnedShare
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.problem.credit import AMISS, FORGOTTEN, HALF, OWN
+from qdot.exercises.problem.credit import (
+    DEFAULT_CREDIT,
+    INCOMPLETE_CONDITION_FACTOR,
+    MISTAKE_FACTOR,
+    SIGN_OR_FACTOR_COST,
+)
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes.options import list_blames
-from qdot.exercises.writing.fit import fit_formula, width
+from qdot.exercises.writing.fit import fit_formula, formula_width
 from qdot.exercises.writing.short_answer import short_answer
 
-MOST = 4
+MAX_MISTAKES = 4
 """Maximum number of known mistakes that a sheet lists for a part."""
-LONGEST = 400
+MAX_CHARACTERS = 400
 """Maximum length of a wrong answer in characters; for a longer one, only the mistake is named."""
 TOO_LONG = "too long to be shown"
-NOTHING = "0 points."
-ROOM, LEGIBLE = 22.0, 1.25
-"""Width for a formula on a sheet, in em of the text; formulas wider than `LEGIBLE` times this would shrink too much."""
+NO_CREDIT = "0 points."
+FORMULA_WIDTH, MAX_WIDTH_RATIO = 22.0, 1.25
+"""Width for a formula on a sheet, in em of the text; formulas wider than `MAX_WIDTH_RATIO` times this would shrink
+too much.
+"""
 
 
 @dataclass(frozen=True)
-class Mark:
+class MarkingLine:
     """A line of a marking sheet: "Right" or a mistake, the answer (Markdown, "" if it is not shown), and its points."""
 
     title: str
@@ -50,115 +57,142 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Marking:
+class MarkingInstructions:
     """The lines for a part, beginning with the correct answer, and the rule for all other answers."""
 
-    marks: tuple[Mark, ...]
+    lines: tuple[MarkingLine, ...]
     rule: str
 
 
-def mark_part(problem: Problem, part: Part, earns: Earns) -> Marking:
-    """Return the lines and the rule for marking a part; `earns` returns the share of points for a typed answer."""
-    correct = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
+def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> MarkingInstructions:
+    """Return the lines and the rule for marking a part.
+
+    `earned_share` is a function that returns the share of the points that a typed answer earns.
+    """
+    correct = MarkingLine(
+        "Right", _drop_illegible_answer(short_answer(problem, part)) or "see the key", _format_points(part, Fraction(1))
+    )
     meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # the meanings of s1, c12 … are stated only once
-    wrong_marks = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
+    wrong_marks = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong_marks)
-    return Marking((correct, *marks), _state_rule(problem, part))
+    return MarkingInstructions((correct, *marks), _state_rule(problem, part))
 
 
-def _drop_illegible(answer: str) -> str:
+def _drop_illegible_answer(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    return answer if all(width(fit_formula(formula, ROOM)) <= LEGIBLE * ROOM for formula in formulas) else ""
+    return (
+        answer
+        if all(
+            formula_width(fit_formula(formula, FORMULA_WIDTH)) <= MAX_WIDTH_RATIO * FORMULA_WIDTH
+            for formula in formulas
+        )
+        else ""
+    )
 
 
-def _points(part: Part, share: Fraction) -> str:
+def _format_points(part: Part, share: Fraction) -> str:
     return f"{float(share) * part.points:.3g}"
 
 
-def _list_options(part: Part) -> Iterator[Mark]:
+def _list_options(part: Part) -> Iterator[MarkingLine]:
     """Yield the wrong options that known mistakes lead to, if the question has exactly one correct option."""
     if isinstance(part.answer, Choice):
         for index in range(len(part.answer.options)):
             mistakes = dict.fromkeys(blame.title for blame in list_blames(part, index))
             if mistakes and index != part.answer.correct:
-                yield Mark(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _points(part, Fraction(0)))
+                yield MarkingLine(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _format_points(part, Fraction(0)))
 
 
-def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
+def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> Iterator[MarkingLine]:
     """Yield the answers that known mistakes lead to, with their points."""
-    for known_answer in known_wrong(problem, part, MOST):
-        wrong_part = replace(part, answer=_wrong_answer(part.answer, known_answer))
+    for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
+        wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
         typed_answer = wrong_part.answer.as_typed()
-        shown_answer = _drop_illegible(short_answer(problem, wrong_part)) if len(typed_answer) <= LONGEST else ""
-        yield Mark(known_answer.title, shown_answer or TOO_LONG, _points(part, earns(problem, part, typed_answer)))
+        shown_answer = (
+            _drop_illegible_answer(short_answer(problem, wrong_part)) if len(typed_answer) <= MAX_CHARACTERS else ""
+        )
+        yield MarkingLine(
+            known_answer.title,
+            shown_answer or TOO_LONG,
+            _format_points(part, earned_share(problem, part, typed_answer)),
+        )
 
 
-def _wrong_answer(right: Answer, known: KnownWrongAnswer) -> Answer:
+def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
     """Return a known wrong answer as an answer of the same type as the correct one."""
-    match right, known.answer:
+    match correct, known_answer.answer:
         case ConditionSet(), tuple(components):
-            return replace(right, components=components)
+            return replace(correct, components=components)
         case Expression(), matrix:
-            return replace(right, reference=matrix[0])
+            return replace(correct, reference=matrix[0])
         case ((Matrix() | Direction() | Number()), matrix):
-            return replace(right, reference=matrix)
-    raise TypeError(f"no mistake leads to answers of type {right.type}")
+            return replace(correct, reference=matrix)
+    raise TypeError(f"no mistake leads to answers of type {correct.type}")
 
 
 def _state_rule(problem: Problem, part: Part) -> str:
     """Return the rule for partial credit in a few sentences, as in docs/partial-credit.md."""
-    answer, credit = part.answer, part.credit or OWN
-    if credit.by == "whole" or not credit.worth:
-        return NOTHING
+    answer, credit = part.answer, part.credit or DEFAULT_CREDIT
+    if credit.rule == "whole" or not credit.factor:
+        return NO_CREDIT
     match answer:
         case ConditionSet():
             return (
                 "Each condition that is missing, and each that is not singular, halves the points (all false values of "
-                f"a joint count as one). A condition that lacks some values: {_worth(part, FORGOTTEN)}. Nothing if "
-                "more conditions are wrong than right."
+                "a joint count as one). A condition that lacks some values: "
+                f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. Nothing if more conditions are "
+                "wrong than right."
             )
         case Selection():
             wrong_count = len(answer.options) - len(answer.correct)
-            penalty = f"; each wrong letter takes off {_worth(part, Fraction(1, wrong_count))}" if wrong_count else ""
-            return f"Each right letter: {_worth(part, Fraction(1, len(answer.correct)))}{penalty}."
+            penalty = (
+                f"; each wrong letter takes off {_format_partial_points(part, Fraction(1, wrong_count))}"
+                if wrong_count
+                else ""
+            )
+            return f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}{penalty}."
         case Matching():
-            letter_points = _worth(part, Fraction(1, len(answer.items)))
+            letter_points = _format_partial_points(part, Fraction(1, len(answer.items)))
             return f"Each right letter: {letter_points}. A letter used twice counts as none."
         case Expression() | Matrix() | Number():
-            return " ".join(_rules_for_entries(problem, part)) or NOTHING
-    return NOTHING
+            return " ".join(_list_rules_for_entries(problem, part)) or NO_CREDIT
+    return NO_CREDIT
 
 
-def _worth(part: Part, share: Fraction) -> str:
-    return _points(part, share * (part.credit or OWN).worth)
+def _format_partial_points(part: Part, share: Fraction) -> str:
+    return _format_points(part, share * (part.credit or DEFAULT_CREDIT).factor)
 
 
-def _rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
+def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     """Yield the rules for a formula, a matrix or numbers; none for a single constant, which is correct or wrong."""
-    entries, credit = part.answer.as_matrix(), part.credit or OWN
+    entries, credit = part.answer.as_matrix(), part.credit or DEFAULT_CREDIT
     counted = [entry for entry in entries if entry != 0] or list(entries)
     is_varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
     varies, is_single = any(is_varying), part.answer.is_one_line
     if is_single and not varies:
         return
-    if credit.by == "columns" and entries.cols > 1:
+    if credit.rule == "columns" and entries.cols > 1:
         count = sum(any(entries.col(k)) for k in range(entries.cols))
-        yield f"Each right column: {_worth(part, Fraction(1, count))}."
+        yield f"Each right column: {_format_partial_points(part, Fraction(1, count))}."
     elif not is_single:
         nonzero = "nonzero " if 0 in entries else ""
-        yield f"Each of the {len(counted)} {nonzero}entries: {_worth(part, Fraction(1, len(counted)))}."
+        yield f"Each of the {len(counted)} {nonzero}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
         if nonzero:
             yield "A zero answered with something else takes off as much."
     if varies and not all(is_varying):
         yield "Nothing if no right entry depends on the configuration."
-    sign_words, share = "the sign is" if is_single else "signs are", _worth(part, 1 - AMISS)
+    sign_words, share = (
+        "the sign is" if is_single else "signs are",
+        _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST),
+    )
     if varies:
-        yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {_worth(part, 1 - 2 * AMISS)}."
+        share_of_both = _format_partial_points(part, 1 - 2 * SIGN_OR_FACTOR_COST)
+        yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {share_of_both}."
     else:
         yield f"If only {sign_words} wrong: {share}."
-    if credit.is_by_mistakes and (varies or part.answer.units_due):
-        yield f"If one other mistake explains all that is wrong: {_worth(part, HALF)}."
-    if is_product(part) and credit.by in ("", "factors"):
+    if credit.is_by_mistakes and (varies or part.answer.expected_units):
+        yield f"If one other mistake explains all that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
+    if is_product(part) and credit.rule in ("", "factors"):
         yield "Each factor with joints that is missing, wrong or extra halves the points, two at most."
         yield "Nothing if more factors are wrong than right."

@@ -12,13 +12,13 @@ from qdot.exercises.formula.layout import Layout
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula
-from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
+from qdot.exercises.writing.markup import SCREEN_WIDTH, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 
 DIGITS = 10
 """Significant digits of correct values in exports."""
 
-SetFormula = Callable[[Layout, bool], str]
+FormulaPrinter = Callable[[Layout, bool], str]
 """A function that prints a formula for a platform; the flag says whether it is a block.
 
 If there is no such function, MathJax typesets the LaTeX.
@@ -34,91 +34,93 @@ class Picture:
     alt: str
 
 
-def arm_picture(problem: Problem, name: str = "arm") -> Picture:
+def draw_arm(problem: Problem, name: str = "arm") -> Picture:
     """Return the drawing of a problem's arm."""
     return Picture(name, figure_svg(problem.chain, name), alt_text(problem.chain))
 
 
-def part_picture(problem: Problem, part: Part, name: str) -> Picture | None:
+def draw_prompt_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's prompt; None if it has none."""
     svg = part_svg(problem.chain, part, name)
     return Picture(name, svg, part_alt(problem.chain, part)) if svg else None
 
 
-def solution_picture(problem: Problem, part: Part, name: str) -> Picture | None:
+def draw_solution_figure(problem: Problem, part: Part, name: str) -> Picture | None:
     """Return the figure of a part's worked solution; None if it has none."""
     svg = solution_figure(problem, part, name)
     return Picture(name, svg, "The arm in a regular and in its singular configurations") if svg else None
 
 
-def text_html(text: str, set_formula: SetFormula | None = None) -> str:
+def write_html(text: str, print_formula: FormulaPrinter | None = None) -> str:
     """Return Markdown as HTML for a platform."""
-    if set_formula is None:
+    if print_formula is None:
         return to_html_for_mathjax(text).strip()
 
     def formula(latex: str, block: bool) -> str:
-        return set_formula(fit_formula(parse_latex(latex), SCREEN) if block else parse_latex(latex), block)
+        return print_formula(fit_formula(parse_latex(latex), SCREEN_WIDTH) if block else parse_latex(latex), block)
 
     return to_html(text, formula).strip()
 
 
-def line_html(text: str, set_formula: SetFormula | None = None) -> str:
+def write_line_html(text: str, print_formula: FormulaPrinter | None = None) -> str:
     """Return one line of Markdown as HTML without a paragraph around it."""
-    paragraph_html = text_html(text, set_formula)
+    paragraph_html = write_html(text, print_formula)
     inner_html = paragraph_html.removeprefix("<p>").removesuffix("</p>")
     return inner_html if "<p>" not in inner_html else paragraph_html
 
 
-def body_html(
-    body: Sequence[str | Picture], source: Callable[[Picture], str], set_formula: SetFormula | None = None
+def write_html_with_figures(
+    body: Sequence[str | Picture], find_address: Callable[[Picture], str], print_formula: FormulaPrinter | None = None
 ) -> str:
-    """Return a text with its figures as HTML; `source` returns the address of a picture's file."""
+    """Return a text with its figures as HTML; `find_address` returns the address of a picture's file."""
     pieces = [
-        {"picture": piece, "source": source(piece), "html": ""}
+        {"picture": piece, "source": find_address(piece), "html": ""}
         if isinstance(piece, Picture)
-        else {"picture": None, "source": "", "html": text_html(piece, set_formula)}
+        else {"picture": None, "source": "", "html": write_html(piece, print_formula)}
         for piece in body
     ]
     return render("exports/body.html.j2", pieces=pieces).strip()
 
 
-def pictures(body: Sequence[str | Picture]) -> list[Picture]:
+def find_pictures(body: Sequence[str | Picture]) -> list[Picture]:
     """Return the figures of a text."""
     return [piece for piece in body if isinstance(piece, Picture)]
 
 
-def file_name(picture: Picture) -> str:
+def name_picture_file(picture: Picture) -> str:
     """Return a file name that depends only on the figure, so that questions share the files of equal figures."""
     return f"{picture.name}-{hashlib.sha256(picture.svg.encode()).hexdigest()[:12]}.svg"
 
 
-def svg_file(picture: Picture) -> bytes:
+def make_svg_file(picture: Picture) -> bytes:
     """Return the content of a figure's file."""
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
 
 
-def decimal(value: float, digits: int = DIGITS) -> str:
+def format_decimal(value: float, digits: int = DIGITS) -> str:
     """Return a number in decimal notation without an exponent, as platforms require.
 
-    >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
+    >>> format_decimal(-0.00000012345), format_decimal(3.0), format_decimal(0.1 + 0.2)
     ('-0.00000012345', '3', '0.3')
     """
     number_text = f"{Decimal(f'{value:.{digits}g}'):f}"
     return number_text.rstrip("0").rstrip(".") if "." in number_text else number_text
 
 
-def allowance(tolerance: float) -> str:
+def format_tolerance(tolerance: float) -> str:
     """Return a tolerance as text, rounded up to four significant digits.
 
-    >>> allowance(0.00123456), allowance(0)
+    >>> format_tolerance(0.00123456), format_tolerance(0)
     ('0.001235', '0')
     """
     if tolerance == 0:
         return "0"
     step = 10.0 ** (math.floor(math.log10(tolerance)) - 3)
-    return decimal(math.ceil(tolerance / step - 1e-9) * step)
+    return format_decimal(math.ceil(tolerance / step - 1e-9) * step)
 
 
-def limits(value: float, tolerance: float) -> tuple[str, str]:
+def format_limits(value: float, tolerance: float) -> tuple[str, str]:
     """Return the smallest and the largest value that are accepted, as text."""
-    return decimal(value - float(allowance(tolerance))), decimal(value + float(allowance(tolerance)))
+    return format_decimal(value - float(format_tolerance(tolerance))), format_decimal(
+        value + float(format_tolerance(tolerance))
+    )

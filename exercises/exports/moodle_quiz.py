@@ -14,28 +14,28 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.exercises.exports.export_format import Order, archive
+from qdot.exercises.exports.export_format import ExportRequest, make_zip
 from qdot.exercises.writing.render import render
 
-RELEASE, VERSION = "4.0", 2022041900
+MOODLE_RELEASE, MOODLE_VERSION = "4.0", 2022041900
 """The oldest Moodle that can restore the backup. Later versions store questions and random slots in the same way."""
-QUIZ, CONTEXT = 1, 2
+QUIZ_ID, CONTEXT_ID = 1, 2
 """Ids of the quiz, and of the context to which its bank belongs."""
-HIGHEST, LAST = 1, 4
+HIGHEST_ATTEMPT, LAST_ATTEMPT = 1, 4
 """Moodle's codes for the attempt that counts."""
-CLOSED = 0x00010
-AFTER = 0x01100 | CLOSED
-ALWAYS = 0x10000 | AFTER
+SHOWN_WHEN_CLOSED = 0x00010
+SHOWN_AFTER_ATTEMPT = 0x01100 | SHOWN_WHEN_CLOSED
+SHOWN_ALWAYS = 0x10000 | SHOWN_AFTER_ATTEMPT
 """Moodle's bits for when something is shown: once the quiz is closed; also right after the attempt; also during it."""
-TYPES = {"cloze": "multianswer", "matching": "match"}
+INTERNAL_TYPES = {"cloze": "multianswer", "matching": "match"}
 """Moodle's internal names of question types, if they differ from those in XML."""
-OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
-EMPTY = {
+BACKUP_FILES, QUIZ_FILES = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
+EMPTY_BACKUP_FILES = {
     "roles": "roles_definition", "users": "users", "groups": "groups", "scales": "scales_definition",
     "outcomes": "outcomes_definition", "completion": "course_completion", "badges": "badges",
     "grade_history": "grade_history",
 }  # fmt: skip
-EMPTY_OF_QUIZ = {
+EMPTY_QUIZ_FILES = {
     "roles": "roles", "filters": "filters", "comments": "comments", "calendar": "events",
     "completion": "completions", "competencies": "course_module_competencies", "xapistate": "states",
     "grade_history": "grade_history",
@@ -46,47 +46,47 @@ Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Answer:
+class MoodleAnswer:
     """An answer that Moodle recognises: its text or number, percentage of the marks, feedback (HTML), and tolerance."""
 
     text: str
-    fraction: str
+    percentage: str
     feedback: str
     tolerance: str = ""
 
 
 @dataclass(frozen=True)
-class Box:
+class InputBox:
     """An input box for a number: its answers, its weight, and both in Moodle's notation for embedded answers."""
 
-    answers: tuple[Answer, ...]
+    answers: tuple[MoodleAnswer, ...]
     weight: int
     notation: str
 
 
 @dataclass(frozen=True)
-class Question:
-    """A question in HTML, with boxes in Moodle's notation (`body`) or with numbered boxes (`numbered`).
+class MoodleQuestion:
+    """A question in HTML, with boxes in Moodle's notation (`body`) or with numbered boxes (`body_with_numbered_boxes`).
 
     Files are pairs of a name and the content in base 64. `pairs` are stems and options; a wrong option has an empty
-    stem. `several` means that several options may be chosen.
+    stem. `allows_several` means that several options may be chosen.
     """
 
     name: str
     type: str
     body: str
-    numbered: str
+    body_with_numbered_boxes: str
     files: tuple[tuple[str, str], ...]
     solution: str
     solution_files: tuple[tuple[str, str], ...]
     points: float
-    idnumber: str
+    id_number: str
     tags: tuple[str, ...]
     hints: tuple[str, ...]
-    answers: tuple[Answer, ...]
-    several: bool
+    answers: tuple[MoodleAnswer, ...]
+    allows_several: bool
     pairs: tuple[tuple[str, str], ...]
-    boxes: tuple[Box, ...]
+    boxes: tuple[InputBox, ...]
 
 
 @dataclass(frozen=True)
@@ -94,70 +94,72 @@ class Category:
     """The variants of a question, and the path to their category: names, the outermost first."""
 
     names: tuple[str, ...]
-    questions: tuple[Question, ...]
+    questions: tuple[MoodleQuestion, ...]
 
 
-def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
+def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> bytes:
     """Return the backup of a quiz that picks one question from each category, in this order.
 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
     assignment = order.assignment
-    folders = _folders(assignment.key, categories)
+    folders = _number_categories(assignment.key, categories)
     question_folders = [folder for folder in folders if folder["questions"]]
-    files = [file for folder in question_folders for entry in folder["questions"] for file in _files(entry)]
+    files = [file for folder in question_folders for entry in folder["questions"] for file in _list_files(entry)]
     context = {
         "title": categories[0].names[0],
         "key": assignment.key,
-        "release": RELEASE,
-        "version": VERSION,
-        "quiz": QUIZ,
-        "context": CONTEXT,
+        "release": MOODLE_RELEASE,
+        "version": MOODLE_VERSION,
+        "quiz": QUIZ_ID,
+        "context": CONTEXT_ID,
         "folders": folders,
         "files": files,
         "slots": [
-            {"draws": _draws(folder), "points": folder["questions"][0]["question"].points}
+            {"draws": _write_category_filter(folder), "points": folder["questions"][0]["question"].points}
             for folder in question_folders
         ],
         "points": sum(category.questions[0].points for category in categories),
-        "types": TYPES,
-        "after": AFTER,
-        "always": ALWAYS,
-        "values": AFTER if order.tells("values") else CLOSED,
-        "solutions": AFTER if order.tells("solutions") else CLOSED,
-        **_attempts(assignment),
+        "types": INTERNAL_TYPES,
+        "after": SHOWN_AFTER_ATTEMPT,
+        "always": SHOWN_ALWAYS,
+        "values": SHOWN_AFTER_ATTEMPT if order.includes_feedback("values") else SHOWN_WHEN_CLOSED,
+        "solutions": SHOWN_AFTER_ATTEMPT if order.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
+        **_describe_attempts(assignment),
     }
-    activity = f"activities/quiz_{QUIZ}"
+    activity = f"activities/quiz_{QUIZ_ID}"
     contents: dict[str, str | bytes] = {f"files/{file['hash'][:2]}/{file['hash']}": file["content"] for file in files}
-    contents |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in OF_BACKUP}
-    contents |= {f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in OF_QUIZ}
-    contents |= {f"{name}.xml": _empty(root) for name, root in EMPTY.items()}
-    contents |= {f"{activity}/{name}.xml": _empty(root) for name, root in EMPTY_OF_QUIZ.items()}
-    return archive(contents)
+    contents |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in BACKUP_FILES}
+    contents |= {
+        f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in QUIZ_FILES
+    }
+    contents |= {f"{name}.xml": _render_empty_file(root) for name, root in EMPTY_BACKUP_FILES.items()}
+    contents |= {f"{activity}/{name}.xml": _render_empty_file(root) for name, root in EMPTY_QUIZ_FILES.items()}
+    return make_zip(contents)
 
 
-def _empty(root: str) -> str:
+def _render_empty_file(root: str) -> str:
     return render("exports/moodle-quiz/empty.xml.j2", root=root)
 
 
-def _draws(folder: Json) -> str:
+def _write_category_filter(folder: Json) -> str:
     """Return the category from which a slot picks, in the notation of Moodle 4.0, which later versions also accept."""
     return json.dumps({"questioncategoryid": str(folder["id"]), "includingsubcategories": "0", "tags": []})
 
 
-def _attempts(assignment: Assignment) -> Json:
+def _describe_attempts(assignment: Assignment) -> Json:
     """Return the settings for attempts: their number (0 is unlimited), which one counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
     is_best_of = policy.best_of is not None
     return {
         "attempts": policy.best_of or 0,
-        "counts": HIGHEST if is_best_of else LAST,
-        "apart": policy.apart if is_best_of else 0,
+        "counts": HIGHEST_ATTEMPT if is_best_of else LAST_ATTEMPT,
+        "apart": policy.min_interval if is_best_of else 0,
         "closes": 0 if due_date is None else int(with_zone(due_date).timestamp()),
     }
 
 
-def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
+def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
     """Return the categories of the bank, each after its parent; categories and questions are numbered together."""
     ids = count(1)
     folders: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
@@ -168,13 +170,13 @@ def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
                 folders[names] = {
                     "id": next(ids), "name": names[-1], "parent": folders[names[:-1]]["id"], "questions": [],
                 }  # fmt: skip
-        folders[category.names]["questions"] = [_entry(question, ids) for question in category.questions]
+        folders[category.names]["questions"] = [_number_question(question, ids) for question in category.questions]
     for names, folder in folders.items():
         folder["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
     return list(folders.values())
 
 
-def _entry(question: Question, ids: Iterator[int]) -> Json:
+def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
     """Return a question with ids for itself, its answers and its boxes, which Moodle treats as questions."""
     total_weight = sum(box.weight for box in question.boxes)
     boxes = [
@@ -197,11 +199,11 @@ def _entry(question: Question, ids: Iterator[int]) -> Json:
     }
 
 
-def _number_answers(answers: Sequence[Answer], ids: Iterator[int]) -> list[Json]:
-    return [{"id": next(ids), "share": float(answer.fraction) / 100, "answer": answer} for answer in answers]
+def _number_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list[Json]:
+    return [{"id": next(ids), "share": float(answer.percentage) / 100, "answer": answer} for answer in answers]
 
 
-def _files(entry: Json) -> Iterator[Json]:
+def _list_files(entry: Json) -> Iterator[Json]:
     question = entry["question"]
     for area, files in (("questiontext", question.files), ("generalfeedback", question.solution_files)):
         for name, encoded in files:

@@ -15,38 +15,43 @@ import sympy as sp
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
-from qdot.exercises.arm.derivation_graph import Working, numbers
-from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
+from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.mistakes.catalogue import (
-    ONE_NUMBER,
-    Wrong,
-    likely_mistakes,
-    make_mistake,
-    mistaken_answers,
-    wrong_answers,
+    MISTAKES_FOR_ONE_NUMBER,
+    PredictedAnswer,
+    apply_mistake,
+    generate_mistaken_answers,
+    list_likely_mistakes,
+    predict_wrong_answers,
 )
-from qdot.exercises.mistakes.configurations import Values, sample_configurations
+from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.geometry import sample_unequal_lengths
-from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, least_conditioning, sample_pose
-from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
+from qdot.exercises.questions.inversion import (
+    THREE_DIGIT_TOLERANCE,
+    compute_conditioning,
+    min_conditioning,
+    sample_joint_values,
+)
+from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 
-DRAWS = 12
+CONFIGURATION_COUNT = 12
 """Number of configurations to sample. The one that distinguishes the most mistakes is used."""
-TINY = 0.02
+TINY_SHARE = 0.02
 """An entry is hard to give to three digits if it is below this fraction of the largest one."""
-LEAST = 0.001
+ABSOLUTE_TOLERANCE = 0.001
 """Absolute tolerance of any entry, as a fraction of the largest one; it matters for zeros."""
-APART = 0.03
+MIN_DIFFERENCE = 0.03
 """A mistake is distinguishable if it changes an entry by more than this fraction of the largest one."""
-MOST_JOINTS = 4
+MAX_JOINTS_FOR_ALL_MISTAKES = 4
 """Maximum number of joints for which all mistakes in results derived from J are computed: more take many seconds."""
-SAME = 1e-8
+MAX_DISAGREEMENT = 1e-8
 """Maximum difference of the two computations, as a fraction of the largest entry."""
 
 
@@ -66,14 +71,14 @@ class GivenValues:
 class NumericPart:
     """A part whose answer is numbers (rows x columns), with the given values and the answers that mistakes lead to.
 
-    For a direction, `unit` is the index (from 0) of the entry that is scaled to 1; None for other answers.
+    For a direction, `unit_entry` is the index (from 0) of the entry that is scaled to 1; None for other answers.
     """
 
     part: Part
     values: np.ndarray
     given_values: GivenValues | None
-    wrong: tuple[tuple[str, str, np.ndarray], ...]
-    unit: int | None = None
+    wrong_answers: tuple[tuple[str, str, np.ndarray], ...]
+    unit_entry: int | None = None
 
 
 def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
@@ -82,125 +87,133 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     Raises QdotError if the two computations of the numbers do not agree.
     """
     answer = part.answer
-    if answer.is_in_numbers and not answer.counts_up_to_a_factor:
-        return _from_numbers(problem, part)
-    if answer.is_in_numbers:
+    if answer.is_numeric and not answer.counts_up_to_a_factor:
+        return _take_numbers(problem, part)
+    if answer.is_numeric:
         return _scale_direction(
-            _from_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True)
+            _take_numbers(problem, replace(part, answer=_make_number(part, answer.as_matrix())), is_direction=True)
         )
     if not answer.entries() or not is_derived(part):
         return None
-    numeric_part = _from_formulas(problem, part)
+    numeric_part = _evaluate_formulas(problem, part)
     return _scale_direction(numeric_part) if answer.counts_up_to_a_factor and numeric_part is not None else numeric_part
 
 
-def _as_number(part: Part, values: sp.Matrix) -> Number:
-    floor = LEAST * float(max(map(abs, values)))
-    return Number(values, part.details.units or ("",) * len(values), THREE_DIGITS, floor)
+def _make_number(part: Part, values: sp.Matrix) -> Number:
+    floor = ABSOLUTE_TOLERANCE * float(max(map(abs, values)))
+    return Number(values, part.details.units or ("",) * len(values), THREE_DIGIT_TOLERANCE, floor)
 
 
-def _from_numbers(problem: Problem, part: Part, direction: bool = False) -> NumericPart:
-    answer = part.of(Number)
+def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> NumericPart:
+    answer = part.answer_as(Number)
     reference = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
         (mistake.title, mistake.sentence(mistaken.words), np.array(mistaken.answer.reference.tolist(), dtype=float))
-        for mistake, mistaken in mistaken_answers(problem.chain, part)
+        for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]
     if is_derived(part):
-        domain = _domain(problem, part)
+        domain = _make_domain(problem, part)
         values = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
-        working = numbers(problem.chain, values)
-        _check_agreement(problem, part, reference, result(working, part)[..., 0], direction)
+        working = numeric_working(problem.chain, values)
+        _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
         wrong += [
             _describe_wrong(mistake_result, mistake_result.answer[..., 0])
-            for mistake_result in _mistakes(working, part)
+            for mistake_result in _list_wrong_answers(working, part)
         ]
     return NumericPart(part, reference, None, tuple(wrong))
 
 
-def _describe_wrong(wrong: Wrong, values: np.ndarray) -> tuple[str, str, np.ndarray]:
-    return wrong.mistake.title, wrong.sentence, values
+def _describe_wrong(wrong_answer: PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
+    return wrong_answer.mistake.title, wrong_answer.sentence, values
 
 
-def _check_agreement(problem: Problem, part: Part, reference: np.ndarray, derived: np.ndarray, direction: bool) -> None:
+def _check_agreement(
+    problem: Problem, part: Part, reference: np.ndarray, derived_values: np.ndarray, is_direction: bool
+) -> None:
     """Raise QdotError unless both computations agree; directions are compared up to a factor."""
-    if reference.shape == derived.shape and direction:
-        reference, derived = (vector / vector.ravel()[np.abs(reference).argmax()] for vector in (reference, derived))
-    if reference.shape != derived.shape or not np.abs(reference - derived).max() <= SAME * max(
-        np.abs(reference).max(), 1e-9
-    ):
+    if reference.shape == derived_values.shape and is_direction:
+        reference, derived_values = (
+            vector / vector.ravel()[np.abs(reference).argmax()] for vector in (reference, derived_values)
+        )
+    if reference.shape != derived_values.shape or not np.abs(
+        reference - derived_values
+    ).max() <= MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9):
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
-def _mistakes(w: Working, part: Part) -> list[Wrong]:
+def _list_wrong_answers(w: Working, part: Part) -> list[PredictedAnswer]:
     """Return the answers that mistakes lead to. If the derivation is long, only those in ONE_NUMBER are considered."""
     if not is_derived(part):
         return []
-    if w.n > MOST_JOINTS and is_made_of_jacobian(part):
+    if w.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         return [
             wrong
-            for mistake in likely_mistakes(part)
-            if mistake.name in ONE_NUMBER
-            for wrong in make_mistake(mistake, w, part)
+            for mistake in list_likely_mistakes(part)
+            if mistake.name in MISTAKES_FOR_ONE_NUMBER
+            for wrong in apply_mistake(mistake, w, part)
         ]
-    return list(wrong_answers(w, part))
+    return list(predict_wrong_answers(w, part))
 
 
 # --- formulas ---
 
 
-def _from_formulas(problem: Problem, part: Part) -> NumericPart | None:
+def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     """Return a part with its formulas evaluated at the best of several sampled configurations."""
     chain, stream = problem.chain, Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     reference = part.answer.as_matrix()
-    configurations = list(_configurations(chain, part, stream))
-    values = _values_by_symbol(chain, part, configurations)
-    as_number = replace(part, answer=_as_number(part, sp.ones(*reference.shape)))
-    working = numbers(chain, values)
-    derived = result(working, as_number)
+    configurations = list(_sample_configurations(chain, part, stream))
+    values = _collect_values(chain, part, configurations)
+    as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
+    working = numeric_working(chain, values)
+    derived = compute_answer(working, as_number)
     mistakes = [
-        wrong_answer for wrong_answer in _mistakes(working, as_number) if wrong_answer.answer.shape == derived.shape
+        wrong_answer
+        for wrong_answer in _list_wrong_answers(working, as_number)
+        if wrong_answer.answer.shape == derived.shape
     ]
-    best = _best_configuration(derived, mistakes)
+    best = _choose_configuration(derived, mistakes)
     if best is None:
         return None
     exact = _evaluate_reference(reference, _add_given_joints(part, configurations[best]))
-    as_number = replace(part, answer=_as_number(part, exact))
+    as_number = replace(part, answer=_make_number(part, exact))
     float_values = np.array(exact.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived[..., best], part.answer.counts_up_to_a_factor)
     wrong = tuple(_describe_wrong(wrong_answer, wrong_answer.answer[..., best]) for wrong_answer in mistakes)
-    return NumericPart(as_number, float_values, _given_values(chain, part, configurations[best], reference), wrong)
+    return NumericPart(
+        as_number, float_values, _describe_given_values(chain, part, configurations[best], reference), wrong
+    )
 
 
 Configuration = dict[sp.Symbol, sp.Expr]
 
 
-def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
+def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
     """Yield values of all symbols, with joint values at which J is well-conditioned, if possible."""
     needs_full_rank = min(len(chain.task), chain.n) and not part.details.given_joints
-    for _ in range(DRAWS):
+    for _ in range(CONFIGURATION_COUNT):
         for _ in range(30):
             lengths = {
-                symbol: _draw_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
+                symbol: _sample_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
-            joints = sample_pose(chain, stream)
-            if not needs_full_rank or conditioning(chain, lengths, joints) > least_conditioning(chain) / 2:
+            joints = sample_joint_values(chain, stream)
+            if not needs_full_rank or compute_conditioning(chain, lengths, joints) > min_conditioning(chain) / 2:
                 break
-        rates = {rate: sp.Rational(_draw_nonzero(stream, 9), 10) for rate in chain.rates}
-        velocity = {sp.Symbol(row): sp.Rational(_draw_nonzero(stream, 8), 20) for row in chain.task}
-        loads = {sp.Symbol(name): sp.Integer(_draw_nonzero(stream, 20)) for name in part.symbols}
+        rates = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}
+        velocity = {sp.Symbol(row): sp.Rational(_sample_nonzero(stream, 8), 20) for row in chain.task}
+        loads = {sp.Symbol(name): sp.Integer(_sample_nonzero(stream, 20)) for name in part.symbols}
         yield {**lengths, **joints, **rates, **velocity, **loads}
 
 
-def _draw_angle(stream: Stream) -> sp.Expr:
-    return sp.pi * sp.Rational(_draw_nonzero(stream, 16), 18)
+def _sample_angle(stream: Stream) -> sp.Expr:
+    return sp.pi * sp.Rational(_sample_nonzero(stream, 16), 18)
 
 
-def _draw_nonzero(stream: Stream, most: int) -> int:
+def _sample_nonzero(stream: Stream, maximum: int) -> int:
     """Return a random nonzero integer from -most to most."""
-    return stream.choice([k for k in range(-most, most + 1) if k])
+    return stream.choice([k for k in range(-maximum, maximum + 1) if k])
 
 
 def _add_given_joints(part: Part, configuration: Configuration) -> Configuration:
@@ -208,7 +221,7 @@ def _add_given_joints(part: Part, configuration: Configuration) -> Configuration
     return {**configuration, **{q: value.xreplace(configuration) for q, value in part.details.given_joints.items()}}
 
 
-def _values_by_symbol(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> Values:
+def _collect_values(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> SymbolValues:
     """Return the values (N,) of each symbol at all N configurations."""
     exact = [_add_given_joints(part, configuration) for configuration in configurations]
     columns = {symbol.name: np.array([float(configuration[symbol]) for configuration in exact]) for symbol in exact[0]}
@@ -217,24 +230,26 @@ def _values_by_symbol(chain: Chain, part: Part, configurations: Sequence[Configu
 
 
 def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matrix:
-    return reference.applyfunc(lambda entry: ten_digits(numeric(entry.xreplace(values))))
+    return reference.applyfunc(lambda entry: round_to_ten_digits(evaluate_in_context(entry.xreplace(values))))
 
 
-def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | None:
+def _choose_configuration(correct: np.ndarray, wrong_results: Sequence[PredictedAnswer]) -> int | None:
     """Return the index of the best configuration, or None if none is usable.
 
     The best one has the fewest tiny entries. Among equals, it distinguishes the most mistakes.
     """
-    max_entry = np.abs(right).max(axis=(0, 1))
-    max_values = np.nan_to_num(np.abs(right)).max(axis=-1)
-    is_nonzero = max_values > SAME * max_values.max()
-    tiny_count = ((np.abs(right) < TINY * max_entry) & is_nonzero[..., None]).sum(axis=(0, 1))
-    distinguished_count = np.zeros(right.shape[-1], dtype=int)
-    for mistake_result in mistakes:
-        difference = np.abs(mistake_result.answer - right)
-        distinguished_count += np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > APART * max_entry
-    is_usable = np.isfinite(right).all(axis=(0, 1)) & (max_entry > SAME)
-    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(right.shape[-1]) if is_usable[k]]
+    max_entry = np.abs(correct).max(axis=(0, 1))
+    max_values = np.nan_to_num(np.abs(correct)).max(axis=-1)
+    is_nonzero = max_values > MAX_DISAGREEMENT * max_values.max()
+    tiny_count = ((np.abs(correct) < TINY_SHARE * max_entry) & is_nonzero[..., None]).sum(axis=(0, 1))
+    distinguished_count = np.zeros(correct.shape[-1], dtype=int)
+    for mistake_result in wrong_results:
+        difference = np.abs(mistake_result.answer - correct)
+        distinguished_count += (
+            np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > MIN_DIFFERENCE * max_entry
+        )
+    is_usable = np.isfinite(correct).all(axis=(0, 1)) & (max_entry > MAX_DISAGREEMENT)
+    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(correct.shape[-1]) if is_usable[k]]
     return min(rankings)[2] if rankings else None
 
 
@@ -243,16 +258,20 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     unit = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit]
     with np.errstate(all="ignore"):
-        wrong = tuple((title, sentence, answer / answer.ravel()[unit]) for title, sentence, answer in direction.wrong)
+        wrong = tuple(
+            (title, sentence, answer / answer.ravel()[unit]) for title, sentence, answer in direction.wrong_answers
+        )
     reference = sp.Matrix(values.tolist())
-    part = replace(direction.part, answer=Number(reference, ("",) * len(reference), THREE_DIGITS, LEAST))
+    part = replace(
+        direction.part, answer=Number(reference, ("",) * len(reference), THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
+    )
     return NumericPart(part, values, direction.given_values, wrong, unit)
 
 
 # --- words ---
 
 
-def _given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
+def _describe_given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
     """Return the given values: joint values that the prompt doesn't give, and all others that the answer depends on."""
     wording, used_symbols = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
@@ -267,7 +286,9 @@ def _given_values(chain: Chain, part: Part, configuration: Configuration, refere
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()
     ]
-    other_values += [(tex(symbol), _value(symbol, configuration[symbol])) for symbol in chain.parameters]
+    other_values += [
+        (tex(symbol), _format_length_or_angle(symbol, configuration[symbol])) for symbol in chain.parameters
+    ]
     return GivenValues(
         joints,
         tuple(other_values),
@@ -275,11 +296,11 @@ def _given_values(chain: Chain, part: Part, configuration: Configuration, refere
     )
 
 
-def _value(symbol: sp.Symbol, value: sp.Expr) -> str:
+def _format_length_or_angle(symbol: sp.Symbol, value: sp.Expr) -> str:
     return tex_angle(value) if symbol.name.startswith(("alpha", "beta")) else tex_length(value)
 
 
-def _domain(problem: Problem, part: Part) -> Domain:
+def _make_domain(problem: Problem, part: Part) -> Domain:
     """Return the domain of a problem's symbols, including those of the part."""
     roles: Mapping[str, Any] = domain_of(problem.chain).roles
     return Domain({**roles, **dict.fromkeys(part.symbols, "signed")})

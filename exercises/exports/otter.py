@@ -14,45 +14,47 @@ import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment
-from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.nbgrader import grade_id
-from qdot.exercises.exports.repositories import assignment_files
-from qdot.exercises.exports.wheel import wheel
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
+from qdot.exercises.exports.handouts import collect_handouts
+from qdot.exercises.exports.nbgrader import make_grade_id
+from qdot.exercises.exports.repositories import read_assignment_files
+from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
-from qdot.exercises.problem.problem import variable
+from qdot.exercises.problem.problem import answer_variable
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.writing.render import plain, render
+from qdot.exercises.writing.render import escape_markdown, render
 
-FOLDER = "qdot"
+ASSIGNMENT_FOLDER = "qdot"
 """The folder in the autograder that holds the assignment."""
-PLUGIN = "qdot.grader.integrations.otter_plugin.Marks"
+PLUGIN_PATH = "qdot.grader.integrations.otter_plugin.Marks"
 """The plugin that Otter calls before and after it runs a notebook."""
-Part = tuple[str, str, float, str]
+OtterPart = tuple[str, str, float, str]
 
 
-def export_otter(order: Order) -> Generator[File, None, None]:
+def export_otter(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
-    notebooks = handouts(order)
-    assignment, (name, content) = notebooks.assignment, wheel()
-    private_files = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
+    notebooks = collect_handouts(order)
+    assignment, (name, content) = notebooks.assignment, make_wheel()
+    private_files = [*read_assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
     context = {
-        "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN,
-        "files": [name, *(f"{FOLDER}/{path}" for path, _ in private_files)],
+        "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN_PATH,
+        "files": [name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)],
     }  # fmt: skip
-    yield File("README.md", render("exports/otter/readme.md.j2", **context))
-    yield File(f"{assignment.key}.ipynb", _source(assignment, render("exports/otter/config.yaml.j2", **context)))
-    yield File(name, content)
+    yield ExportedFile("README.md", render("exports/otter/readme.md.j2", **context))
+    yield ExportedFile(
+        f"{assignment.key}.ipynb", _make_source_notebook(assignment, render("exports/otter/config.yaml.j2", **context))
+    )
+    yield ExportedFile(name, content)
     for path, data in private_files:
-        yield File(f"{FOLDER}/{path}", data, private=True)
-    for student, text in notebooks.all():
-        yield File(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))
+        yield ExportedFile(f"{ASSIGNMENT_FOLDER}/{path}", data, is_private=True)
+    for student, text in notebooks.iterate_notebooks():
+        yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))
 
 
-def parts_of(assignment: Assignment) -> list[Part]:
+def list_parts(assignment: Assignment) -> list[OtterPart]:
     """Return the parts of an assignment as (name, Otter's name, points, title)."""
     return [
-        (f"{slot.name}.{kind}", grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
+        (f"{slot.name}.{kind}", make_grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
         for slot in assignment.slots
         for kind, points in zip(slot.questions, slot.max_points, strict=True)
     ]
@@ -61,10 +63,13 @@ def parts_of(assignment: Assignment) -> list[Part]:
 # --- the source for `otter assign` ---
 
 
-def _source(assignment: Assignment, config: str) -> str:
-    cells = [new_raw_cell(config.strip(), id="config"), new_markdown_cell(f"# {plain(assignment.title)}", id="title")]
-    for part, name, points, title in parts_of(assignment):
-        answer = f"{variable(*part.split('.', 1))} = ..."
+def _make_source_notebook(assignment: Assignment, config: str) -> str:
+    cells = [
+        new_raw_cell(config.strip(), id="config"),
+        new_markdown_cell(f"# {escape_markdown(assignment.title)}", id="title"),
+    ]
+    for part, name, points, title in list_parts(assignment):
+        answer = f"{answer_variable(*part.split('.', 1))} = ..."
         test = render("exports/otter/test.py.j2", part=part, function=name.replace("-", "_")).strip()
         cells += [
             new_raw_cell(f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}", id=f"{name}-begin"),
@@ -88,11 +93,11 @@ def _source(assignment: Assignment, config: str) -> str:
 def _add_tests(assignment: Assignment, text: str) -> str:
     """Return a student's notebook with tests in its metadata and tagged answer cells, as Otter needs it."""
     notebook = json.loads(text)
-    parts = parts_of(assignment)
+    parts = list_parts(assignment)
     notebook["metadata"]["otter"] = {
         "OK_FORMAT": True,
         "assignment_name": assignment.key,
-        "tests": {name: _presence_test(part, name, points) for part, name, points, _ in parts},
+        "tests": {name: _make_presence_test(part, name, points) for part, name, points, _ in parts},
     }
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
@@ -101,10 +106,10 @@ def _add_tests(assignment: Assignment, text: str) -> str:
     return notebook_text(finished)  # type: ignore[arg-type]
 
 
-def _presence_test(part: str, name: str, points: float) -> dict[str, Any]:
+def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:
     """Return a test that only checks whether an answer is given, for students' own `grader.check`."""
     case = {
-        "code": f">>> 'blank' in str({variable(*part.split('.', 1))})\nFalse",
+        "code": f">>> 'blank' in str({answer_variable(*part.split('.', 1))})\nFalse",
         "hidden": False,
         "locked": False,
         "success_message": "An answer is given; it is marked when you have handed in.",

@@ -8,8 +8,8 @@ from collections.abc import Generator, Mapping, Sequence
 
 from qdot.exercises.answers import Answer, Choice, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import File, Order, robots
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes import ASKED
@@ -19,138 +19,150 @@ BANK_FILE = "bank.json"
 """The file with the seeds of the certified variants, by slot."""
 TOPIC = "Velocity kinematics"
 COURSE_INSTANCE = "courseInstances/qdot"
-TRIES = 3
+DEFAULT_ATTEMPTS = 3
 """Number of attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
-def export_prairielearn(order: Order) -> Generator[File, None, None]:
+def export_prairielearn(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
     assignment = order.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
     parts_by_slot: dict[str, tuple[Part, ...]] = {}
-    for variant in bank(order):
+    for variant in iterate_bank(order):
         parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
     tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
     course = {"name": assignment.key, "title": assignment.title, "topics": [topic], "tags": [tag]}
-    instance = {"uuid": _uuid(assignment, "course instance"), "longName": assignment.title}
-    yield File("infoCourse.json", _json(course))
+    instance = {"uuid": _make_uuid(assignment, "course instance"), "longName": assignment.title}
+    yield ExportedFile("infoCourse.json", _write_json(course))
     for slot in assignment.slots:
-        yield from _question_files(assignment, slot, parts_by_slot[slot.name])
-    yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(instance))
-    for kind, assessment in _assessments(assignment).items():
-        yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(assessment))
-    yield from _server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
+        yield from _make_question_files(assignment, slot, parts_by_slot[slot.name])
+    yield ExportedFile(f"{COURSE_INSTANCE}/infoCourseInstance.json", _write_json(instance))
+    for kind, assessment in _make_assessments(assignment).items():
+        yield ExportedFile(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
+    yield from _make_server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
 
 
-def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...]) -> Generator[File, None, None]:
-    key, qid = assignment.key.lower(), question_id(assignment, slot)
+def _make_question_files(
+    assignment: Assignment, slot: Slot, parts: tuple[Part, ...]
+) -> Generator[ExportedFile, None, None]:
+    key, qid = assignment.key.lower(), make_question_id(assignment, slot)
     folder, title = f"questions/{qid}", f"{assignment.title}: {slot.name} ({slot.family.name})"
-    info = {"uuid": question_uuid(assignment, slot), "title": title, "topic": TOPIC, "tags": ["qdot"], "type": "v3"}
-    yield File(f"{folder}/info.json", _json(info))
+    info = {
+        "uuid": make_question_uuid(assignment, slot),
+        "title": title,
+        "topic": TOPIC,
+        "tags": ["qdot"],
+        "type": "v3",
+    }
+    yield ExportedFile(f"{folder}/info.json", _write_json(info))
     elements = [
         {
             "name": part.name,
             "title": ASKED[part.kind].title,
             "points": points_text(part.points),
-            "element": element_of(part.answer),
+            "element": choose_element(part.answer),
             "weight": max(1, round(part.points)),
         }
         for part in parts
     ]
-    yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
+    yield ExportedFile(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
     context = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
-    yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **context))
+    yield ExportedFile(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **context))
 
 
 # --- the elements in which answers are given ---
 
 
-EXACTLY = 1e-6
+EXACT_TOLERANCE = 1e-6
 """Numbers with a smaller relative tolerance are counts."""
 
 
-def element_of(answer: Answer) -> str:
+def choose_element(answer: Answer) -> str:
     """Return the element of question.html for an answer; all variants of a slot have the same element."""
     if isinstance(answer, Number):
-        return "wholes" if answer.tolerance < EXACTLY else "numbers"
+        return "wholes" if answer.tolerance < EXACT_TOLERANCE else "numbers"
     kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))
     return next((element for kind, element in kinds if isinstance(answer, kind)), "text")
 
 
-def input_names(part: Part) -> list[str]:
+def list_input_names(part: Part) -> list[str]:
     """Return the names of a part's inputs: the part's name, or one per number or matched item if there are several.
 
     The names for matched items follow the rule of PrairieLearn's element pl-matching.
     """
-    if part.answer.matched:
-        return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched))]
-    count = len(part.answer.units_due)
+    if part.answer.matched_items:
+        return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched_items))]
+    count = len(part.answer.expected_units)
     return [f"{part.name}-{number}" for number in range(1, count + 1)] if count > 1 else [part.name]
 
 
 # --- files beside the questions ---
 
 
-def _server_files(order: Order, folder: str, seeds: dict[str, list[str]]) -> Generator[File, None, None]:
+def _make_server_files(
+    order: ExportRequest, folder: str, seeds: dict[str, list[str]]
+) -> Generator[ExportedFile, None, None]:
     assignment = order.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
-    yield File(f"{folder}/assignment.toml", text, private=True)
-    for name in sorted(robots(order)):
-        yield File(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), private=True)
-    yield File(f"{folder}/roster.csv", "student\nprairielearn\n", private=True)
-    yield File(f"{folder}/{SECRET_FILE}", _derive_text(assignment, "seed") + "\n", private=True)
-    yield File(f"{folder}/{BANK_FILE}", _json({"digest": assignment.edition, "seeds": seeds}), private=True)
-    yield File(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
+    yield ExportedFile(f"{folder}/assignment.toml", text, is_private=True)
+    for name in sorted(list_robot_files(order)):
+        yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
+    yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
+    yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
+    yield ExportedFile(
+        f"{folder}/{BANK_FILE}", _write_json({"digest": assignment.edition, "seeds": seeds}), is_private=True
+    )
+    yield ExportedFile(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 
 
-def _derive_text(assignment: Assignment, use: str) -> str:
+def _derive_hash(assignment: Assignment, purpose: str) -> str:
     """Return a hash that depends on the secret and the use, but does not reveal the secret."""
-    return hashlib.sha256(f"qdot/prairielearn/{use}/{assignment.secret}".encode()).hexdigest()
+    return hashlib.sha256(f"qdot/prairielearn/{purpose}/{assignment.secret}".encode()).hexdigest()
 
 
-def question_id(assignment: Assignment, slot: Slot) -> str:
+def make_question_id(assignment: Assignment, slot: Slot) -> str:
     """Return the name of the question's folder, which assessments refer to."""
     return f"{assignment.key.lower()}-{slot.name}"
 
 
-def question_uuid(assignment: Assignment, slot: Slot) -> str:
+def make_question_uuid(assignment: Assignment, slot: Slot) -> str:
     """Return the question's UUID, which is the same at every export, even if the slot's questions change."""
-    return _uuid(assignment, slot.name)
+    return _make_uuid(assignment, slot.name)
 
 
-def _uuid(assignment: Assignment, name: str) -> str:
-    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_text(assignment, 'uuid')}:{assignment.key}:{name}"))
+def _make_uuid(assignment: Assignment, name: str) -> str:
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_hash(assignment, 'uuid')}:{assignment.key}:{name}"))
 
 
-def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
+def _make_assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
     """Return a homework with new variants for practice, and an exam with one variant. The best attempt counts."""
-    tries = assignment.attempts.best_of or TRIES
-    points_by_question = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
+    tries = assignment.attempts.best_of or DEFAULT_ATTEMPTS
+    points_by_question = {make_question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
     homework = [
         {"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in points_by_question.items()
     ]
     exam = [{"id": qid, "autoPoints": [points] * tries} for qid, points in points_by_question.items()]
     return {
-        "homework": _assessment(assignment, "Homework", homework),
-        "exam": _assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},
+        "homework": _make_assessment(assignment, "Homework", homework),
+        "exam": _make_assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},
     }
 
 
-def _assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[str, object]]) -> dict[str, object]:
+def _make_assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[str, object]]) -> dict[str, object]:
     return {
-        "uuid": _uuid(assignment, kind),
+        "uuid": _make_uuid(assignment, kind),
         "type": kind,
         "title": assignment.title,
         "set": kind,
-        "number": number_of(assignment),
+        "number": find_assignment_number(assignment),
         "zones": [{"questions": questions}],
     }
 
 
-def number_of(assignment: Assignment) -> str:
+def find_assignment_number(assignment: Assignment) -> str:
     """Return the number of the homework or exam from its title or key: `6` of "Homework 6", else `1`.
 
     PrairieLearn writes it right after the abbreviation of a set, as in HW6.
@@ -159,5 +171,5 @@ def number_of(assignment: Assignment) -> str:
     return number[0] if number else "1"
 
 
-def _json(content: object) -> str:
+def _write_json(content: object) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

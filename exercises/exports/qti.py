@@ -7,33 +7,33 @@ solutions, a student sees the solution of an item after full marks or after the 
 import re
 from collections.abc import Generator
 
-from qdot.exercises.exports.export_format import File, Order, archive
-from qdot.exercises.exports.items import Item, Numeric, items_without_hidden_solutions
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_without_hidden_solutions
 from qdot.exercises.exports.markup import (
     Picture,
-    allowance,
-    body_html,
-    decimal,
-    file_name,
-    line_html,
-    pictures,
-    svg_file,
+    find_pictures,
+    format_decimal,
+    format_tolerance,
+    make_svg_file,
+    name_picture_file,
+    write_html_with_figures,
+    write_line_html,
 )
 from qdot.exercises.formula.printers.mathml import plain_mathml
 from qdot.exercises.writing.render import render
 
-MOST_FIELDS = 4
+MAX_EXPLAINED_FIELDS = 4
 """Maximum number of fields of an item that explains wrong numbers; with more fields, the item would be too long."""
 
-TRIES = 3
+DEFAULT_ATTEMPTS = 3
 """Number of attempts at an item, unless the assignment limits them."""
-NEARLY = 1e-6
+ROUNDING_SHARE = 1e-6
 """The share of full marks that may be missing, because shares are rounded."""
 
 _STYLE = re.compile(r' style="[^"]*"')
 
 
-def export_qti(order: Order) -> Generator[File, None, None]:
+def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package with the test, its items and their figures."""
     assignment = order.assignment
     files: dict[str, str | bytes] = {}
@@ -41,10 +41,12 @@ def export_qti(order: Order) -> Generator[File, None, None]:
     resources = []
     variants_by_slot: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
-    tries, points_by_question = assignment.attempts.best_of or TRIES, dict[str, float]()
-    for item in items_without_hidden_solutions(order):
-        files[f"items/{item.key}.xml"] = _item(item, tries)
-        item_images = {file_name(p): svg_file(p) for p in (*pictures(item.body), *pictures(item.solution))}
+    tries, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
+    for item in make_items_without_hidden_solutions(order):
+        files[f"items/{item.key}.xml"] = _render_item(item, tries)
+        item_images = {
+            name_picture_file(p): make_svg_file(p) for p in (*find_pictures(item.body), *find_pictures(item.solution))
+        }
         images |= {f"images/{name}": content for name, content in item_images.items()}
         resources.append({"ident": item.key, "images": sorted(item_images)})
         slot_name, number, kind = item.key.split("-", 2)
@@ -56,31 +58,33 @@ def export_qti(order: Order) -> Generator[File, None, None]:
         for slot_name, variants in variants_by_slot.items()
     ]
     ident = f"qdot-{assignment.key}"
-    points = decimal(sum(points_by_question.values()))
+    points = format_decimal(sum(points_by_question.values()))
     test_context = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
     test = render("exports/qti-test.xml.j2", **test_context)
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
-    yield File(f"{assignment.key}.zip", archive(package), private=True)
+    yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 
-def _source(picture: Picture) -> str:
-    return f"../images/{file_name(picture)}"
+def _find_image_path(picture: Picture) -> str:
+    return f"../images/{name_picture_file(picture)}"
 
 
-def _html(body: tuple[str | Picture, ...]) -> str:
+def _write_html(body: tuple[str | Picture, ...]) -> str:
     """Return a text in QTI's subset of XHTML: block elements without styles."""
-    return _STYLE.sub("", body_html(body, _source, plain_mathml))
+    return _STYLE.sub("", write_html_with_figures(body, _find_image_path, plain_mathml))
 
 
-def _line(text: str) -> str:
-    return _STYLE.sub("", line_html(text, plain_mathml))
+def _write_line_html(text: str) -> str:
+    return _STYLE.sub("", write_line_html(text, plain_mathml))
 
 
-def _item(item: Item, tries: int) -> str:
+def _render_item(item: QuizItem, tries: int) -> str:
     return render(
-        "exports/qti-item.xml.j2", item=item, form=item.form, tries=tries, points=decimal(item.points),
-        full=decimal(item.points * (1 - NEARLY)), share=decimal(item.points / item.form.count_of_right),
-        body=_html(item.body), solution=_html(item.solution), line=_line, decimal=decimal, allowance=allowance,
-        names_mistakes=isinstance(item.form, Numeric) and len(item.form.fields) <= MOST_FIELDS,
+        "exports/qti-item.xml.j2", item=item, form=item.form, tries=tries, points=format_decimal(item.points),
+        full=format_decimal(item.points * (1 - ROUNDING_SHARE)),
+        share=format_decimal(item.points / item.form.correct_count),
+        body=_write_html(item.body), solution=_write_html(item.solution), line=_write_line_html,
+        decimal=format_decimal, allowance=format_tolerance,
+        names_mistakes=isinstance(item.form, NumberForm) and len(item.form.fields) <= MAX_EXPLAINED_FIELDS,
     )  # fmt: skip

@@ -1,32 +1,34 @@
 """The export formats by name, for `qdot export DIR --to NAME` and the table in docs/outlets.md."""
 
 from qdot.exercises.exports.canvas import export_canvas
-from qdot.exercises.exports.export_format import ExportFormat, robots
+from qdot.exercises.exports.export_format import ExportFormat, list_robot_files
 from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
 from qdot.exercises.exports.nbgrader import export_nbgrader
 from qdot.exercises.exports.otter import export_otter
-from qdot.exercises.exports.paper import check_sheet, export_html, export_latex, export_pdf, missing_for_pdf
+from qdot.exercises.exports.paper import check_sheet, explain_missing_pdf_library, export_html, export_latex, export_pdf
 from qdot.exercises.exports.prairielearn import export_prairielearn
 from qdot.exercises.exports.qti import export_qti
 from qdot.exercises.exports.repositories import export_github, export_gitlab
-from qdot.exercises.exports.scorm import check_size, export_scorm, missing_scripts
+from qdot.exercises.exports.scorm import check_size, explain_missing_scripts, export_scorm
 from qdot.exercises.exports.stack import export_stack
 
 EXPORT_FORMATS = {
     export_format.name: export_format
     for export_format in (
         ExportFormat("github", "Repositories: one that grades, one for each student", "GitHub Actions",
-            "GitHub's workflow schema; bash and git, in fresh clones", "student", export_github, check=robots),
+            "GitHub's workflow schema; bash and git, in fresh clones", "student", export_github,
+            check=list_robot_files),
         ExportFormat("gradescope", "An autograder's zip, and notebooks", "Gradescope",
             "a harness with Gradescope's folders, which runs its two scripts", "student", export_gradescope,
-            check=robots),
+            check=list_robot_files),
         ExportFormat("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
-            "nbgrader itself, from generate_assignment to feedback", "student", export_nbgrader, check=robots),
+            "nbgrader itself, from generate_assignment to feedback", "student", export_nbgrader,
+            check=list_robot_files),
         ExportFormat("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
-            "otter assign and otter run", "student", export_otter, check=robots),
+            "otter assign and otter run", "student", export_otter, check=list_robot_files),
         ExportFormat("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
-            "GitLab's CI schema; bash and git, in fresh clones", "student", export_gitlab, check=robots),
+            "GitLab's CI schema; bash and git, in fresh clones", "student", export_gitlab, check=list_robot_files),
         ExportFormat("moodle", "A quiz that is ready, and a question bank as Moodle XML", "Moodle 4",
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant",
@@ -35,17 +37,18 @@ EXPORT_FORMATS = {
             "citolab-qti-convert; its XML Schema, by hand", "variant", export_qti),
         ExportFormat("scorm", "Packages that report scores, with the answers in them", "what reads SCORM 1.2 or 2004",
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", export_scorm, check=check_size,
-            missing=missing_scripts),
+            explain_missing=explain_missing_scripts),
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure",
             "student", export_html, check=check_sheet),
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any reader of PDF",
-            "Poppler", "student", export_pdf, check=check_sheet, missing=missing_for_pdf),
+            "Poppler", "student", export_pdf, check=check_sheet, explain_missing=explain_missing_pdf_library),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX",
             "student", export_latex, check=check_sheet),
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
-            "Mustache; its JSON Schemas, by hand", "variant", export_prairielearn, drawn_there=True, check=robots),
+            "Mustache; its JSON Schemas, by hand", "variant", export_prairielearn, regenerates_problems=True,
+            check=list_robot_files),
     )
 }  # fmt: skip
 """All export formats by name."""

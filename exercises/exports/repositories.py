@@ -8,14 +8,14 @@ import re
 import sys
 from collections.abc import Generator
 
-from qdot.exercises.assignment.redrawn import REDRAWN
+from qdot.exercises.assignment.redrawn import REDRAWN_FILE
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import File, Order, robots
-from qdot.exercises.exports.handouts import handouts
-from qdot.exercises.exports.wheel import versions, wheel
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
+from qdot.exercises.exports.handouts import collect_handouts
+from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
-PLATFORMS = {"github": ".github/workflows", "gitlab": ""}
+WORKFLOW_FOLDERS = {"github": ".github/workflows", "gitlab": ""}
 """The folder in which each platform looks for its workflows."""
 
 ACTIONS = {
@@ -25,33 +25,35 @@ ACTIONS = {
     "upload_artifact": "actions/upload-artifact@b7c566a772e6b6bfb58ed0dc250532a479d7789f  # v6.0.0",
 }
 """The actions of our workflows, pinned by commit: tags can be moved, and these jobs can read the answer key."""
-LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
+GITHUB_LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 """A GitHub login."""
 
 
-def export_github(order: Order) -> Generator[File, None, None]:
+def export_github(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the files of repositories that GitHub Actions grades."""
-    yield from _repositories(order, "github", "grade.yml", "check.yml")
+    yield from _export_repositories(order, "github", "grade.yml", "check.yml")
 
 
-def export_gitlab(order: Order) -> Generator[File, None, None]:
+def export_gitlab(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the files of projects that GitLab CI grades."""
-    yield from _repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
+    yield from _export_repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
 
 
-def assignment_files(order: Order) -> list[tuple[str, bytes]]:
+def read_assignment_files(order: ExportRequest) -> list[tuple[str, bytes]]:
     """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
-    names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
-    names += robots(order)
+    names += [name for name in (REDRAWN_FILE, "overrides.csv") if (folder / name).exists()]
+    names += list_robot_files(order)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 
-def _repositories(order: Order, platform: str, grade: str, check: str) -> Generator[File, None, None]:
-    notebooks = handouts(order)
+def _export_repositories(
+    order: ExportRequest, platform: str, grading_workflow: str, checking_workflow: str
+) -> Generator[ExportedFile, None, None]:
+    notebooks = collect_handouts(order)
     assignment = notebooks.assignment
-    name, content = wheel()
+    name, content = make_wheel()
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     context: dict[str, object] = {
         "title": assignment.title,
@@ -61,40 +63,42 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
         "python": python,
     }
     context["actions"] = ACTIONS
-    constraints = versions()
-    workflow_folder = f"{PLATFORMS[platform]}/" if PLATFORMS[platform] else ""
-    yield File("README.md", render("exports/repositories.md.j2", **context))
+    constraints = list_versions()
+    workflow_folder = f"{WORKFLOW_FOLDERS[platform]}/" if WORKFLOW_FOLDERS[platform] else ""
+    yield ExportedFile("README.md", render("exports/repositories.md.j2", **context))
     if platform == "github":
-        yield File("setup-class.sh", render("exports/setup-class.sh.j2", **context))
-    for path, data in assignment_files(order):
-        yield File(f"grading/{path}", data)
+        yield ExportedFile("setup-class.sh", render("exports/setup-class.sh.j2", **context))
+    for path, data in read_assignment_files(order):
+        yield ExportedFile(f"grading/{path}", data)
     for path, template in (
-        (f"{workflow_folder}{grade}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
+        (f"{workflow_folder}{grading_workflow}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
         (".gitignore", "gitignore.j2"),
     ):  # fmt: skip
-        yield File(f"grading/{path}", render(f"exports/{template}", **context))
-    yield File("grading/repositories.csv", _listing(order, platform))
-    yield File(f"grading/{name}", content)
-    yield File("grading/versions.txt", constraints)
-    for student, notebook in notebooks.all():
+        yield ExportedFile(f"grading/{path}", render(f"exports/{template}", **context))
+    yield ExportedFile("grading/repositories.csv", _list_repositories(order, platform))
+    yield ExportedFile(f"grading/{name}", content)
+    yield ExportedFile("grading/versions.txt", constraints)
+    for student, notebook in notebooks.iterate_notebooks():
         folder = f"students/{student.id}"
-        yield File(f"{folder}/{assignment.key}.ipynb", notebook)
-        yield File(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
-        yield File(f"{folder}/{workflow_folder}{check}", render(f"exports/{platform}-check.yml.j2", **context))
-        yield File(f"{folder}/.qdot/{name}", content)
-        yield File(f"{folder}/.qdot/versions.txt", constraints)
+        yield ExportedFile(f"{folder}/{assignment.key}.ipynb", notebook)
+        yield ExportedFile(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
+        yield ExportedFile(
+            f"{folder}/{workflow_folder}{checking_workflow}", render(f"exports/{platform}-check.yml.j2", **context)
+        )
+        yield ExportedFile(f"{folder}/.qdot/{name}", content)
+        yield ExportedFile(f"{folder}/.qdot/versions.txt", constraints)
 
 
-def _listing(order: Order, platform: str) -> str:
+def _list_repositories(order: ExportRequest, platform: str) -> str:
     """Return a table of repositories and students. A repository is KEY-STUDENT, unless the roster names another one.
 
     The third column is the login, from the roster's column with the platform's name. Raises QdotError if it is invalid.
     """
     lines = [f"repository,student,{platform}"]
     for student in order.assignment.roster:
-        other_cells = {name.strip().casefold(): text.strip() for name, text in student.others}
+        other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_columns}
         login = other_cells.get(platform, "").removeprefix("@")
-        if platform == "github" and login and not LOGIN.fullmatch(login):
+        if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
             raise QdotError(
                 f"roster.csv: github = {login!r} of {student.id} is no login; write it as in github.com/LOGIN"
             )

@@ -6,63 +6,71 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 
-from qdot.exercises.assignment.draws import FailedSlot, certify_by, generate_student_problems, record_redraws
+from qdot.exercises.assignment.draws import FailedSlot, certify_with, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
 from qdot.exercises.common.parallel import keep_state, ordered_map
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, scale_working_room, share_that_fits
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.marking import Marking, mark_part
-from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.boxes import (
+    AnswerBox,
+    PaperOptions,
+    arrange_options,
+    compute_share_that_fits,
+    make_box,
+    scale_working_space,
+)
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
+from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.writing.on_paper import on_paper, without_options
+from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.short_answer import short_answer
 
-FIGURE = 50
+FIGURE_HEIGHT = 50
 """Maximum height of a figure in mm."""
-STATEMENT, PART = 78, 92
+STATEMENT_HEIGHT, MAX_PART_HEIGHT = 78, 92
 """Height of a statement, and maximum height of a part with its share of the statement, in mm."""
-BESIDE = 0.58
+WIDTH_BESIDE_FIGURE = 0.58
 """The share of the page's width that a prompt gets if its figure is beside it."""
-PROBLEMS = ("handout", "exam")
+PROBLEM_SHEETS = ("handout", "exam")
 """Sheets that show the problems, not only the answers."""
-VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+VERSION_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 @dataclass(frozen=True)
 class SheetPart:
     """A part: Markdown and figures. `solution` and `answer` are empty unless the sheet shows them.
 
-    The `figure` is beside the prompt, unless it is `wide`. A `scored` part has space for its points.
+    The `figure` is beside the prompt, or above it if `has_wide_figure`. If `has_score_space`, the part has space for
+    its points.
     """
 
     label: str
     title: str
     points: str
-    worth: float
+    max_points: float
     prompt: str
     hints: tuple[str, ...]
     figure: Picture | None
     options: PaperOptions | None
-    box: Box | None
+    box: AnswerBox | None
     solution: str
     solution_figure: Picture | None
     answer: str
-    scored: bool = False
-    wide: bool = False
-    marking: Marking | None = None
+    has_score_space: bool = False
+    has_wide_figure: bool = False
+    marking: MarkingInstructions | None = None
 
     @property
-    def room(self) -> int:
+    def height(self) -> int:
         """Approximate height in mm of a part that is scored on the sheet."""
-        options = 8 * math.ceil(len(self.options.offered) / self.options.columns) if self.options else 0
-        box = self.box.room if self.box else 0
-        if self.figure is None or self.wide or self.box is None or not self.box.is_narrow:
-            return 25 + max(options, FIGURE if self.figure else 0) + box
-        return 15 + max(FIGURE, 15 + options + box)
+        options = 8 * math.ceil(len(self.options.options) / self.options.columns) if self.options else 0
+        box = self.box.total_height if self.box else 0
+        if self.figure is None or self.has_wide_figure or self.box is None or not self.box.is_narrow:
+            return 25 + max(options, FIGURE_HEIGHT if self.figure else 0) + box
+        return 15 + max(FIGURE_HEIGHT, 15 + options + box)
 
 
 @dataclass(frozen=True)
@@ -80,14 +88,14 @@ class SheetProblem:
     @property
     def points(self) -> str:
         """The points of all parts together, a number."""
-        return f"{sum(part.worth for part in self.parts):g}"
+        return f"{sum(part.max_points for part in self.parts):g}"
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The sheet of a student or of a version; a version has no `student`. `file` is the stem of its file name."""
+    """The sheet of a student or of a version; a version has no `student`. `file_stem` is the stem of its file name."""
 
-    file: str
+    file_stem: str
     name: str
     student: str
     problems: tuple[SheetProblem, ...]
@@ -100,7 +108,7 @@ class Sheet:
     @property
     def points(self) -> str:
         """The points of all problems together, a number."""
-        return f"{sum(part.worth for part in self.parts):g}"
+        return f"{sum(part.max_points for part in self.parts):g}"
 
     @property
     def has_hints(self) -> bool:
@@ -112,7 +120,7 @@ class Sheet:
 class _SheetRequest:
     """A request for the sheet of a student or version. If `problems` is None, generate those of the student."""
 
-    file: str
+    file_stem: str
     name: str
     student: str
     problems: tuple[Problem, ...] | None = None
@@ -122,7 +130,7 @@ class _SheetRequest:
 class _SheetResult:
     """A sheet, and the regenerated problems that are not recorded yet.
 
-    The sheet is None if no problem for a slot passed its certificate; `given_up` has the failures.
+    The sheet is None if no problem for a slot passed its certificate; `failed_slots` has the failures.
     """
 
     sheet: Sheet | None
@@ -130,27 +138,29 @@ class _SheetResult:
     given_up: tuple[FailedSlot, ...] = ()
 
 
-def sheets(order: Order) -> Generator[Sheet, None, None]:
+def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
     """Yield a sheet for each student on the roster, or for each of `order.versions`, made in parallel."""
     requests = (
-        _versions(order) if order.versions else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
+        _request_versions(order)
+        if order.version_count
+        else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     )
     assignment = order.assignment
     with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
         for request, result in zip(requests, results, strict=True):
-            order.each()
+            order.on_step()
             for failure in result.given_up:
-                order.left_out(failure)
+                order.on_left_out(failure)
             if result.redrawn:  # recorded before anybody gets the sheet
                 assignment = record_redraws(assignment, request.student, result.redrawn)
             if result.sheet is not None:
                 yield result.sheet
 
 
-def _versions(order: Order) -> list[_SheetRequest]:
+def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
     """Return versions A, B, … made from the bank's variants, which are repeated if a slot has too few."""
     versions: dict[str, list[Problem]] = {}
-    for variant in bank(replace(order, variants=order.versions, each=lambda: None)):
+    for variant in iterate_bank(replace(order, variant_count=order.version_count, on_step=lambda: None)):
         versions.setdefault(variant.slot.name, []).append(variant.problem)
     return [
         _SheetRequest(
@@ -159,43 +169,45 @@ def _versions(order: Order) -> list[_SheetRequest]:
             "",
             tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values()),
         )
-        for number, letter in enumerate(VERSIONS[: order.versions])
+        for number, letter in enumerate(VERSION_LETTERS[: order.version_count])
     ]
 
 
-def _make_sheet(order: Order, request: _SheetRequest) -> _SheetResult:
+def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
-        return _SheetResult(_sheet_of_problems(order, request, request.problems))
-    draws = generate_student_problems(order.assignment, request.student, certify_by(order.failures))
-    if draws.given_up:
-        return _SheetResult(None, given_up=draws.given_up)
+        return _SheetResult(_make_sheet_of_problems(order, request, request.problems))
+    draws = generate_student_problems(order.assignment, request.student, certify_with(order.find_failures))
+    if draws.failed_slots:
+        return _SheetResult(None, given_up=draws.failed_slots)
     problems = [certified.problem for certified in draws.certified.values()]
-    return _SheetResult(_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment))
+    return _SheetResult(_make_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment))
 
 
-def _sheet_of_problems(order: Order, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
-    sheet_problems = tuple(_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
-    return Sheet(request.file, request.name, request.student, _shrink_boxes(sheet_problems))
+def _make_sheet_of_problems(order: ExportRequest, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
+    sheet_problems = tuple(_make_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(request.file_stem, request.name, request.student, _shrink_boxes(sheet_problems))
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
     """Return problems with less working space if they would take more than about two pages for five parts."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
-    fixed_height = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
-    share = share_that_fits(boxes, fixed_height, PART * len(parts))
+    fixed_height = (
+        STATEMENT_HEIGHT * len(problems) + sum(part.height for part in parts) - sum(box.working_space for box in boxes)
+    )
+    share = compute_share_that_fits(boxes, fixed_height, MAX_PART_HEIGHT * len(parts))
 
-    def smaller(part: SheetPart) -> SheetPart:
-        return part if part.box is None else replace(part, box=scale_working_room(part.box, share))
+    def shrink_box(part: SheetPart) -> SheetPart:
+        return part if part.box is None else replace(part, box=scale_working_space(part.box, share))
 
-    return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
+    return tuple(replace(problem, parts=tuple(map(shrink_box, problem.parts))) for problem in problems)
 
 
-def _sheet_problem(order: Order, number: int, problem: Problem) -> SheetProblem:
-    intro, table, facts = _split_statement(on_paper(statement(problem, ""), problem))
-    is_printed = order.sheet in PROBLEMS
+def _make_sheet_problem(order: ExportRequest, number: int, problem: Problem) -> SheetProblem:
+    intro, table, facts = _split_statement(remove_typing_remarks(statement(problem, ""), problem))
+    is_printed = order.sheet in PROBLEM_SHEETS
     needs_solutions = (
-        order.solutions or order.sheet == "exam"
+        order.has_solutions or order.sheet == "exam"
     )  # the working space in an exam depends on the solution's length
     solutions_by_part = worked_solutions(problem) if needs_solutions else {}
     return SheetProblem(
@@ -204,9 +216,9 @@ def _sheet_problem(order: Order, number: int, problem: Problem) -> SheetProblem:
         intro,
         table,
         facts,
-        arm_picture(problem, f"p{number}") if is_printed else None,
+        draw_arm(problem, f"p{number}") if is_printed else None,
         tuple(
-            _sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
+            _make_sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
             for index, part in enumerate(problem.parts, 1)
         ),
     )
@@ -220,28 +232,32 @@ def _split_statement(text: str) -> tuple[str, str, str]:
     return text[: table.start()], table[0], text[table.end() :]
 
 
-def _sheet_part(order: Order, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
-    solutions, is_printed = order.solutions, order.sheet in PROBLEMS
-    text = on_paper(prompt(problem, part), problem)
+def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
+    solutions, is_printed = order.has_solutions, order.sheet in PROBLEM_SHEETS
+    text = remove_typing_remarks(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"
-    figure = part_picture(problem, part, name) if is_printed else None
+    figure = draw_prompt_figure(problem, part, name) if is_printed else None
     wide = part.has_drawn_options
-    options = options_of(problem, part, BESIDE if figure and not wide else 1.0) if is_printed else None
+    options = (
+        arrange_options(problem, part, WIDTH_BESIDE_FIGURE if figure and not wide else 1.0) if is_printed else None
+    )
     shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
     return SheetPart(
         label=label,
         title=ASKED[part.kind].heading(problem.chain),
         points=points_text(part.points),
-        worth=part.points,
-        prompt=text if options is None else without_options(text),
-        hints=tuple(on_paper(hint, problem) for hint in shown_hints),
+        max_points=part.points,
+        prompt=text if options is None else remove_options(text),
+        hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints),
         figure=figure,
         options=options,
-        box=box_of(problem, part, solution) if order.sheet == "exam" and not solutions else None,
-        solution=on_paper(solution, problem) if solutions else "",
-        solution_figure=solution_picture(problem, part, f"{name}-solution") if solutions else None,
+        box=make_box(problem, part, solution) if order.sheet == "exam" and not solutions else None,
+        solution=remove_typing_remarks(solution, problem) if solutions else "",
+        solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
         answer=short_answer(problem, part) if order.sheet == "key" else "",
-        scored=order.sheet == "exam" and not solutions,
-        wide=wide,
-        marking=mark_part(problem, part, order.earns) if order.sheet == "marking" and order.earns else None,
+        has_score_space=order.sheet == "exam" and not solutions,
+        has_wide_figure=wide,
+        marking=explain_marking(problem, part, order.earned_share)
+        if order.sheet == "marking" and order.earned_share
+        else None,
     )

@@ -14,10 +14,10 @@ from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import process_bank
-from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
-from qdot.exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
-from qdot.exercises.exports.stack_parts import Case, StackPart, stack_part_of, without_rounding
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
+from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
+from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, make_moodle_name
+from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes import ASKED
@@ -25,17 +25,17 @@ from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render
 
-VERSION = "2023060500"
+STACK_VERSION = "2023060500"
 """The version of STACK that the questions need."""
 PENALTY = 0.1
-NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
+UNPARSED_ANSWER = QuestionTest("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
 
 
 @dataclass(frozen=True)
 class StackQuestion:
     """A part of a variant as the template needs it: in STACK's terms, with texts as HTML."""
 
-    asked: StackPart
+    stack_part: StackPart
     name: str
     id: str
     category: str
@@ -45,44 +45,44 @@ class StackQuestion:
     prompt: str
     hints: tuple[str, ...]
     solution: str
-    picture: Picture
-    part_picture: Picture | None
-    solution_picture: Picture | None
-    tests: tuple[Case, ...]
+    arm_figure: Picture
+    prompt_figure: Picture | None
+    solution_figure: Picture | None
+    tests: tuple[QuestionTest, ...]
 
 
-def export_stack(order: Order) -> Generator[File, None, None]:
+def export_stack(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the file; report once per slot what STACK can't ask or grades differently."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, (variant_questions, new_notes) in process_bank(order, _questions):
+    for variant, (variant_questions, new_notes) in process_bank(order, _make_questions):
         notes |= new_notes
         for question in variant_questions:
             questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
     for note in notes:
-        order.note(note)
+        order.report(note)
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
     text = render(
-        "exports/stack.xml.j2", categories=questions, version=VERSION, penalty=PENALTY,
+        "exports/stack.xml.j2", categories=questions, version=STACK_VERSION, penalty=PENALTY,
         encode=lambda svg: base64.b64encode(svg.encode()).decode(),
     )  # fmt: skip
-    yield File(f"{order.assignment.key}-stack.xml", text, private=True)
+    yield ExportedFile(f"{order.assignment.key}-stack.xml", text, is_private=True)
 
 
-def _questions(order: Order, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], dict[str, None]]:
+def _make_questions(order: ExportRequest, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], dict[str, None]]:
     """Return the questions that STACK can ask of a problem, without the variant's name, and notes on the slot."""
     notes: dict[str, None] = {}
-    return [_question(order, slot, problem, part) for part in _stack_parts(slot, problem, notes)], notes
+    return [_make_question(order, slot, problem, part) for part in _make_stack_parts(slot, problem, notes)], notes
 
 
-def _stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
+def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
     for part in problem.parts:
-        stack_part = stack_part_of(problem, without_rounding(part))
+        stack_part = convert_part(problem, remove_rounding(part))
         if isinstance(stack_part, str):
             notes[f"{slot.name}: STACK does not ask {part.name!r}: {stack_part}"] = None
             continue
-        if part.rounding is not None and without_rounding(part) is not part:
+        if part.rounding is not None and remove_rounding(part) is not part:
             words = part.rounding.words
             notes[f"{slot.name}: STACK takes no rounded decimals in {part.name!r}; qdot would, {words}"] = None
         if is_product(part):
@@ -90,50 +90,52 @@ def _stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterat
         yield stack_part
 
 
-def _question(order: Order, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
+def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
     assignment, part = order.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
     return StackQuestion(
-        asked=stack_part,
+        stack_part=stack_part,
         name=part.name,
         id=part.name,
-        category=category_path([moodle_name(name) for name in (assignment.title, slot.name, f"{number}. {title}")]),
-        note=_note(problem),
+        category=make_category_path(
+            [make_moodle_name(name) for name in (assignment.title, slot.name, f"{number}. {title}")]
+        ),
+        note=_describe_arm(problem),
         title=title,
-        statement=_html(statement(problem, "")),
-        prompt=_html(_prompt(problem, part)),
-        hints=tuple(_html(hint) for hint in hints(problem, part)) if assignment.hints else (),
-        solution=_html(worked_solution(problem, part)),
-        picture=arm_picture(problem),
-        part_picture=part_picture(problem, part, part.name),
-        solution_picture=solution_picture(problem, part, f"{part.name}-solution"),
-        tests=(*stack_part.cases, *([NOT_READ] if stack_part.is_typed else [])),
+        statement=_write_html(statement(problem, "")),
+        prompt=_write_html(_write_prompt(problem, part)),
+        hints=tuple(_write_html(hint) for hint in hints(problem, part)) if assignment.hints else (),
+        solution=_write_html(worked_solution(problem, part)),
+        arm_figure=draw_arm(problem),
+        prompt_figure=draw_prompt_figure(problem, part, part.name),
+        solution_figure=draw_solution_figure(problem, part, f"{part.name}-solution"),
+        tests=(*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else [])),
     )
 
 
-def _add_variant_name(order: Order, variant: Variant, question: StackQuestion) -> StackQuestion:
+def _add_variant_name(order: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:
     """Return a question with the variant's key in its name, id and note."""
     return replace(
         question,
-        name=moodle_name(f"{variant.key}, {question.name}: {order.assignment.title}"),
-        id=f"{order.assignment.key}-{variant.key}-{question.id}"[-LONGEST_ID:],
+        name=make_moodle_name(f"{variant.key}, {question.name}: {order.assignment.title}"),
+        id=f"{order.assignment.key}-{variant.key}-{question.id}"[-MAX_ID_LENGTH:],
         note=f"{variant.key}: {question.note}",
     )
 
 
-def _html(text: str) -> str:
+def _write_html(text: str) -> str:
     """Return HTML with escaped brackets, so that STACK doesn't find blocks or variables of CASText in it."""
     return to_html_for_mathjax(text).replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
 
 
-def _prompt(problem: Problem, part: Part) -> str:
+def _write_prompt(problem: Problem, part: Part) -> str:
     """Return the prompt, without instructions on typing the answer in Python if STACK's input differs."""
     text = prompt(problem, part)
-    return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
+    return text.split("**Answer:**")[0] if (part.answer.offered_options or part.answer.is_set) else text
 
 
-def _note(problem: Problem) -> str:
+def _describe_arm(problem: Problem) -> str:
     """Return a line that identifies the arm: its title and given values."""
     values = ", ".join(f"{name} = {info.value}" for name, info in problem.symbols().items() if info.value is not None)
     return f"{problem.chain.title or 'arm'}{'; ' if values else ''}{values}"

@@ -12,14 +12,14 @@ of an answer. STACK's AlgEquiv would prove equality entry by entry, which takes 
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.problem.problem import Problem
 
-MOST_JOINTS = 6
+MAX_JOINTS_IN_NAME = 6
 """Maximum number of joints in a short name for a sum of neighbouring angles, such as c123."""
 
-COUNT = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
-READ = "qdot_read(x) := subst(append(short, given), x);"
+COUNT_FUNCTION = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
+READ_FUNCTION = "qdot_read(x) := subst(append(short, given), x);"
 
-FORMULAS = (
-    COUNT, READ,
+FORMULA_FUNCTIONS = (
+    COUNT_FUNCTION, READ_FUNCTION,
     ("qdot_number(x, p) := block([y: errcatch(float(subst(p, x)))], "
     "if y # [] and numberp(y[1]) then y[1] else false);"),
     ("qdot_values(x) := block([entries: if matrixp(x) then apply(append, args(x)) else [x]], "
@@ -47,15 +47,15 @@ FORMULAS = (
 `agree` says which entries are correct; `moving` are the indices of entries that depend on the configuration.
 """
 
-NUMBERS = (COUNT, READ, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
+NUMBER_FUNCTIONS = (COUNT_FUNCTION, READ_FUNCTION, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
 
-_FITS = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs(c) - rhs(t))) < 1.0e-9)"
-_MET = "makelist(is(qdot_count(makelist(qdot_fits(c, t), {0}, {1})) > 0), {2}, {3})"
+_VALUE_COMPARISON = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs(c) - rhs(t))) < 1.0e-9)"
+_MATCHED_VALUES = "makelist(is(qdot_count(makelist(qdot_fits(c, t), {0}, {1})) > 0), {2}, {3})"
 
-SETS = (
-    COUNT, READ,
-    f"qdot_fits(c, t) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_FITS});",
-    f"qdot_covered(claims, truth) := qdot_count({_MET.format('c', 'claims', 't', 'truth')});",
+SET_FUNCTIONS = (
+    COUNT_FUNCTION, READ_FUNCTION,
+    f"qdot_fits(c, t) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_VALUE_COMPARISON});",
+    f"qdot_covered(claims, truth) := qdot_count({_MATCHED_VALUES.format('c', 'claims', 't', 'truth')});",
     ("qdot_beyond(claims, truth) := block([met: lambda([c], is(qdot_covered(truth, [c]) > 0)), found, others], "
     "found: map(lhs, sublist(claims, met)), others: map(lhs, sublist(claims, lambda([c], not met(c)))), "
     "length(sublist(others, lambda([q], member(q, found)))) "
@@ -66,22 +66,22 @@ SETS = (
 )  # fmt: skip
 
 
-def names(problem: Problem) -> tuple[str, str]:
+def write_substitutions(problem: Problem) -> tuple[str, str]:
     """Return the lines that define the substitutions for a student's names: given lengths, sines and cosines."""
     given_values = (
         f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
     )
-    short = (f"{name} = {meaning}" for name, meaning in short_names(problem).items())
+    short = (f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
     return f"given: [{', '.join(given_values)}];", f"short: [{', '.join(short)}];"
 
 
-def short_names(problem: Problem) -> dict[str, str]:
+def list_short_names(problem: Problem) -> dict[str, str]:
     """Return short names for sines and cosines of angles and of sums of neighbouring angles, with their meanings."""
     symbols = problem.symbols()
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     meanings = {}
     for first in angles:
-        for last in range(first, min(first + MOST_JOINTS, 10)):
+        for last in range(first, min(first + MAX_JOINTS_IN_NAME, 10)):
             run = range(first, last + 1)
             if not all(i in angles for i in run):
                 break

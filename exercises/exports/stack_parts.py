@@ -15,166 +15,189 @@ import sympy as sp
 from qdot.exercises.answers import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports.known_wrong import KnownWrongAnswer, domain_of, known_wrong, same_entries, tolerances_of
-from qdot.exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
-from qdot.exercises.formula.algebra import ONE, times
-from qdot.exercises.formula.identity import READABLE
-from qdot.exercises.formula.parser import read
+from qdot.exercises.exports.known_wrong import (
+    KnownWrongAnswer,
+    compare_entry_by_entry,
+    find_known_wrong_answers,
+    list_tolerances,
+    make_domain,
+)
+from qdot.exercises.exports.stack_maxima import (
+    FORMULA_FUNCTIONS,
+    NUMBER_FUNCTIONS,
+    SET_FUNCTIONS,
+    list_short_names,
+    write_substitutions,
+)
+from qdot.exercises.formula.algebra import ONE, multiply_nodes
+from qdot.exercises.formula.identity import READABLE_POINTS
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.scale import constant_factor
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.scale import find_constant_factor
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.problem.credit import (
-    AMISS,
-    HALF,
-    OWN,
+    DEFAULT_CREDIT,
+    MISTAKE_FACTOR,
+    SIGN_OR_FACTOR_COST,
     count_false_conditions,
-    share_but_for_a_factor,
     share_of_columns,
     share_of_entries,
     share_of_set,
+    share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import divisor
+from qdot.exercises.questions.results import find_determinant_in_denominator
 from qdot.exercises.quizzes.options import list_blames
 
-MOST = 6
+MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each adds a node and a question test."""
-RIGHT, OTHER = "prt1-right", "prt1-other"
+CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """Answer notes for a correct answer, and for an answer that no known mistake explains."""
-POINTS, TRIED = 3, 20
+POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
-CLEAR, HUGE = 1e-2, 1e4
+MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds HUGE, and the entry that determines a factor exceeds CLEAR."""
 
 
 @dataclass(frozen=True)
-class Node:
-    """A node of a response tree. If `left` and `right` are equal, it gives a note, a score, and feedback (`says`)."""
+class ResponseNode:
+    """A node of a response tree, which compares `left` with `right`.
+
+    If they are equal, the answer gets the note, the score and the feedback of this node.
+    """
 
     test: str
     left: str
     right: str
-    note: str
+    answer_note: str
     score: str
-    says: str = ""
+    feedback: str = ""
     options: str = ""
 
 
 @dataclass(frozen=True)
-class Case:
+class QuestionTest:
     """A question test: an answer, with its expected note and score (None if STACK should not mark the answer)."""
 
     title: str
     value: str
     score: float | None
-    note: str
+    answer_note: str
 
 
 @dataclass(frozen=True)
 class StackPart:
-    """A part in STACK's terms; `otherwise` is the feedback (CASText) if no node matches the answer."""
+    """A part in STACK's terms; `fallback_feedback` is the feedback (CASText) if no node matches the answer."""
 
     part: Part
-    kind: str
-    words: str
+    input_type: str
+    expected_answer: str
     variables: tuple[str, ...]
-    marking: tuple[str, ...]
-    nodes: tuple[Node, ...]
-    cases: tuple[Case, ...]
-    otherwise: str = ""
-    score: str = "0"
-    box: int = 15
-    checked: bool = True
+    marking_lines: tuple[str, ...]
+    nodes: tuple[ResponseNode, ...]
+    question_tests: tuple[QuestionTest, ...]
+    fallback_feedback: str = ""
+    score_variable: str = "0"
+    box_width: int = 15
+    reports_wrong_type: bool = True
     """Whether STACK reports an answer of an unexpected type to the student."""
-    typing: str = ""
+    typing_help: str = ""
     """Instructions on how to type formulas."""
 
     @property
-    def is_typed(self) -> bool:
+    def has_single_box(self) -> bool:
         """Whether the answer is typed into a single box, which can hold text that STACK can't parse."""
-        return self.kind in ("algebraic", "numerical")
+        return self.input_type in ("algebraic", "numerical")
 
 
-def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
+def convert_part(problem: Problem, part: Part) -> StackPart | str:
     """Return a part in STACK's form, or the reason why STACK can't ask it."""
     match part.answer:
         case Number():
-            return _numbers(problem, part)
+            return _convert_numbers(problem, part)
         case ConditionSet():
-            return _values(problem, part)
-        case Direction(is_in_numbers=True):
+            return _convert_set(problem, part)
+        case Direction(is_numeric=True):
             return "directions in numbers are not asked"
         case Direction():
-            return _direction(problem, part)
+            return _convert_direction(problem, part)
         case Choice():
-            return _choice(part)
+            return _convert_choice(part)
         case Selection() | Matching():
             return "letters of several options are not asked; the outlets with quizzes ask them"
-        case answer if answer.is_formulas:
-            return _formulas(problem, part)
+        case answer if answer.is_symbolic:
+            return _convert_formulas(problem, part)
         case answer:
             raise TypeError(f"STACK has no way of asking for an answer of type {answer.type}")
 
 
-def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
+def compute_share(
+    problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_known: bool = False
+) -> float:
     """Return the share of the points for formulas, as `qdot grade` would, but without credit for factors of a product.
 
     An answer that a single known mistake explains (`is_known`) earns at least half.
     """
-    if all(equal):
+    if all(entries_equal):
         return 1.0
-    credit = part.credit or OWN
-    if credit.by == "whole":
+    credit = part.credit or DEFAULT_CREDIT
+    if credit.rule == "whole":
         return 0.0
     reference = part.answer.as_matrix()
-    share = _share_of_known(problem, part, answer) if is_known else Fraction(0)
+    share = _compute_minimum_share(problem, part, answer) if is_known else Fraction(0)
     if part.shape is not None:
-        correct_indices = {k for k, is_equal in enumerate(equal) if is_equal}
-        if credit.by == "columns" and reference.cols > 1:
-            entry_share = share_of_columns([correct_indices.issuperset(column) for column in _columns(reference)])
+        correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
+        if credit.rule == "columns" and reference.cols > 1:
+            entry_share = share_of_columns(
+                [correct_indices.issuperset(column) for column in _list_nonzero_columns(reference)]
+            )
         else:
-            _, zeros = _entries_that_count(reference)
-            entry_share = share_of_entries(equal, [k in zeros for k in range(len(equal))])
-        varying = _varying_entries(problem, reference)
+            _, zeros = _split_zeros(reference)
+            entry_share = share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
+        varying = _find_varying_entries(problem, reference)
         if not varying or correct_indices.intersection(varying):
             share = max(share, entry_share)
-    if _pivot(problem, reference) is not None:
-        share = max(share, _share_but_for_a_factor(problem, answer, reference, equal))
-    return float(share * credit.worth)
+    if _find_pivot(problem, reference) is not None:
+        share = max(share, _compute_share_up_to_a_factor(problem, answer, reference, entries_equal))
+    return float(share * credit.factor)
 
 
-def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
+def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
-    has_varying_entries = _varying_entries(problem, reference) and _varying_entries(problem, answer)
-    if not (part.credit or OWN).is_by_mistakes or not has_varying_entries:
+    has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
+    if not (part.credit or DEFAULT_CREDIT).is_by_mistakes or not has_varying_entries:
         return Fraction(0)
-    det = divisor(problem.chain, part, domain_of(problem).roles)
+    det = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     none_equal = [False] * len(reference)
-    return HALF if det is None else max(HALF, _share_but_for_a_factor(problem, answer, reference, none_equal, det))
-
-
-def _share_but_for_a_factor(
-    problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool], common: Tree = ONE
-) -> Fraction:
-    """Return the share of an answer whose wrong entries differ only by signs, a constant and a `common` factor."""
-    domain, moving = domain_of(problem), set(_varying_entries(problem, reference))
-    wrong = [k for k, is_equal in enumerate(equal) if not is_equal]
-    answer_entries, reference_entries = (
-        [read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
+    return (
+        MISTAKE_FACTOR
+        if det is None
+        else max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, none_equal, det))
     )
-    reference_entries = [times(entry, common) for entry in reference_entries]
-    factor = constant_factor(
+
+
+def _compute_share_up_to_a_factor(
+    problem: Problem, answer: sp.Matrix, reference: sp.Matrix, entries_equal: Sequence[bool], common_factor: Tree = ONE
+) -> Fraction:
+    """Return the share of an answer whose wrong entries differ only by signs, a constant factor and `common_factor`."""
+    domain, moving = make_domain(problem), set(_find_varying_entries(problem, reference))
+    wrong = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
+    answer_entries, reference_entries = (
+        [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
+    )
+    reference_entries = [multiply_nodes(entry, common_factor) for entry in reference_entries]
+    factor = find_constant_factor(
         answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
-    if factor is None or (factor.is_other and moving.isdisjoint(wrong)):
+    if factor is None or (factor.changes_size and moving.isdisjoint(wrong)):
         return Fraction(0)
-    return share_but_for_a_factor(factor.is_negative, factor.is_other or common != ONE)
+    return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
-def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
+def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
     """Return the indices (from 0, as everywhere here) of entries that depend on the configuration or its velocity."""
     return [
         k
@@ -183,20 +206,20 @@ def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
     ]
 
 
-def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
+def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
     """Return the position (from 1) of an entry by which to find a constant factor; None for a single constant."""
     nonzero = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return None if not nonzero or (len(nonzero) == 1 and not _varying_entries(problem, reference)) else nonzero[0]
+    return None if not nonzero or (len(nonzero) == 1 and not _find_varying_entries(problem, reference)) else nonzero[0]
 
 
-def _entries_that_count(reference: sp.Matrix) -> tuple[list[int], list[int]]:
+def _split_zeros(reference: sp.Matrix) -> tuple[list[int], list[int]]:
     """Return the indices of the entries that earn points, and of the zeros. Zeros earn points only if all are zero."""
     nonzero = [k for k, entry in enumerate(reference) if entry != 0]
     zeros = [k for k in range(len(reference)) if k not in nonzero]
     return (nonzero, zeros) if nonzero else (zeros, [])
 
 
-def _columns(reference: sp.Matrix) -> list[list[int]]:
+def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
     """Return the indices of the entries of each nonzero column."""
     columns = (list(range(j, len(reference), reference.cols)) for j in range(reference.cols))
     return [column for column in columns if any(reference[k] != 0 for k in column)]
@@ -205,71 +228,86 @@ def _columns(reference: sp.Matrix) -> list[list[int]]:
 # --- formulas ---
 
 
-def _formulas(problem: Problem, part: Part) -> StackPart | str:
+def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     is_single, reference = part.shape is None, part.answer.as_matrix()
-    points = _points(problem, reference, _pivot(problem, reference) or 1)
+    points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    variables = [*names(problem), points, *FORMULAS, f"ta1: {_maxima_of(reference, is_single)};", "other1: 0*ta1 + 7;"]
+    variables = [
+        *write_substitutions(problem),
+        points,
+        *FORMULA_FUNCTIONS,
+        f"ta1: {_write_maxima(reference, is_single)};",
+        "other1: 0*ta1 + 7;",
+    ]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, otherwise = "0", ""
-    if (part.credit or OWN).by != "whole":
-        lines, otherwise = _partial_credit_lines(problem, part, reference)
+    if (part.credit or DEFAULT_CREDIT).rule != "whole":
+        lines, otherwise = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
-    nodes, cases = [Node("AlgEquiv", "same", "1", RIGHT, "1")], [Case("the reference", "ta1", 1.0, RIGHT)]
-    for index, wrong in enumerate(known_wrong(problem, part, MOST), 1):
+    nodes, cases = (
+        [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
+        [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)],
+    )
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_maxima_of(wrong.answer, is_single)};")
+        variables.append(f"{name}: {_write_maxima(wrong.answer, is_single)};")
         marking.append(f"like{index}: qdot_same(said, {name});")
-        nodes.append(Node("AlgEquiv", f"like{index}", "1", note, score, wrong.says))
+        nodes.append(ResponseNode("AlgEquiv", f"like{index}", "1", note, score, wrong.feedback))
         assert isinstance(wrong.answer, sp.MatrixBase)
-        if min_share := _share_of_known(problem, part, wrong.answer):
-            marking.append(_minimum_share_line(part, min_share, f"like{index} = 1"))
-        cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal, is_known=True), note))
-    unusual_form = _unusual_form(problem, reference)
+        if min_share := _compute_minimum_share(problem, part, wrong.answer):
+            marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
+        cases.append(
+            QuestionTest(
+                wrong.title, name, compute_share(problem, part, wrong.answer, wrong.entries_equal, is_known=True), note
+            )
+        )
+    unusual_form = _write_unusual_form(problem, reference)
     if unusual_form is not None:
-        variables.append(f"form1: {_maxima_of(unusual_form, is_single)};")
-        cases.append(Case("another form of the reference", "form1", 1.0, RIGHT))
+        variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
+        cases.append(QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE))
     unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = share_of(problem, part, unrelated_answer, same_entries(problem, unrelated_answer, reference))
-    cases.append(Case("nobody's mistake", "other1", share, OTHER))
+    share = compute_share(problem, part, unrelated_answer, compare_entry_by_entry(problem, unrelated_answer, reference))
+    cases.append(QuestionTest("nobody's mistake", "other1", share, UNEXPLAINED_NOTE))
     words = "a formula" if is_single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
     box_width = min(60, max(8, longest)) if is_single or reference.cols == 1 else min(24, max(6, longest))
     kind = "algebraic" if is_single else "matrix"
     return StackPart(
         part, kind, words, tuple(variables), tuple(marking), tuple(nodes), tuple(cases), otherwise, score, box_width,
-        typing=typing_help(problem),
+        typing_help=explain_typing(problem),
     )  # fmt: skip
 
 
-def typing_help(problem: Problem) -> str:
+def explain_typing(problem: Problem) -> str:
     """Return instructions on how to type formulas, with names of this arm."""
     joint = problem.chain.q[0]
     rule = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
-    meanings = short_names(problem)
+    meanings = list_short_names(problem)
     examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
     explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
     return f"{rule} {explanations}." if explanations else rule
 
 
-def _maxima_of(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
+def _write_maxima(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
     assert isinstance(matrix, sp.MatrixBase)
     return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
 
 
-def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
+def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
     The first two points have the same lengths, so a factor with the same value at both is a constant.
     """
-    domain = domain_of(problem)
-    program = compile_program([read(text_of(entry), domain.roles) for entry in reference])
-    for attempt in range(TRIED):
-        samples = domain.sample(set(domain.roles), READABLE, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}"))
-        points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINTS)]
+    domain = make_domain(problem)
+    program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
+    for attempt in range(MAX_TRIES):
+        samples = domain.sample(
+            set(domain.roles), READABLE_POINTS, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
+        )
+        points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINT_COUNT)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
         if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
             point_texts = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
@@ -281,45 +319,49 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
     """Return whether all entries are moderate numbers at all points, and the pivot is clearly not zero."""
     values_by_name = {name: np.array([point[name] for point in points]) for name in points[0]}
     values = evaluate(program, values_by_name, len(points))[0]
-    if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < HUGE).all()):
+    if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < MAX_ENTRY).all()):
         return False
-    return pivot is None or bool((np.abs(values[pivot]) > CLEAR).all())
+    return pivot is None or bool((np.abs(values[pivot]) > MIN_PIVOT).all())
 
 
-def _minimum_share_line(part: Part, least: Fraction, condition: str) -> str:
-    """Return the line for a known mistake: it raises the share to at least `least` if `condition` holds."""
-    return f"share: if {condition} then max(share, {least * (part.credit or OWN).worth}) else share;"
+def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
+    """Return the line for a known mistake: it raises the share to at least `minimum_share` if `condition` holds."""
+    return (
+        f"share: if {condition} then max(share, {minimum_share * (part.credit or DEFAULT_CREDIT).factor}) else share;"
+    )
 
 
-def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
+def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of partly correct formulas, and the feedback on them."""
-    lines, feedback = (["share: 0;"], "") if part.shape is None else _entries(problem, part, reference)
-    if _pivot(problem, reference) is None:
+    lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
+    if _find_pivot(problem, reference) is None:
         return lines, feedback
-    worth = (part.credit or OWN).worth
-    moving = [k + 1 for k in _varying_entries(problem, reference)]
+    worth = (part.credit or DEFAULT_CREDIT).factor
+    moving = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
-        f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {AMISS}*amiss));",
+        f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "It is right but for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
-def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
+def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a matrix, and the feedback on it."""
-    credit = part.credit or OWN
-    counted_entries, zeros = _entries_that_count(reference)
+    credit = part.credit or DEFAULT_CREDIT
+    counted_entries, zeros = _split_zeros(reference)
 
-    def agreeing(entries: Sequence[int]) -> str:
+    def count_agreeing(entries: Sequence[int]) -> str:
         return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
-    worth_factor = "" if credit.worth == 1 else f"*{credit.worth}"
-    varying = _varying_entries(problem, reference)
-    constant_answer_lines = [f"share: if share > 0 and {agreeing(varying)} = 0 then 0 else share;"] if varying else []
-    if credit.by == "columns" and reference.cols > 1:
-        groups = _columns(reference)
-        column_tests = ", ".join(f"is({agreeing(group)} = {len(group)})" for group in groups)
+    worth_factor = "" if credit.factor == 1 else f"*{credit.factor}"
+    varying = _find_varying_entries(problem, reference)
+    constant_answer_lines = (
+        [f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;"] if varying else []
+    )
+    if credit.rule == "columns" and reference.cols > 1:
+        groups = _list_nonzero_columns(reference)
+        column_tests = ", ".join(f"is({count_agreeing(group)} = {len(group)})" for group in groups)
         lines = [
             f"right: qdot_count([{column_tests}]);",
             f"share: min(right, {len(groups) - 1})/{len(groups)}{worth_factor};",
@@ -327,8 +369,8 @@ def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[s
         ]
         return lines, f"<p>{{@right@}} of {len(groups)} columns are right.</p>"
     lines = [
-        f"right: {agreeing(counted_entries)};",
-        f"spoiled: {f'{len(zeros)} - {agreeing(zeros)}' if zeros else 0};",
+        f"right: {count_agreeing(counted_entries)};",
+        f"spoiled: {f'{len(zeros)} - {count_agreeing(zeros)}' if zeros else 0};",
         f"share: max(0, min(right - spoiled, {len(counted_entries) - 1}))/{len(counted_entries)}{worth_factor};",
         *constant_answer_lines,
     ]
@@ -337,21 +379,21 @@ def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[s
     return lines, f"<p>{{@right@}} of {entry_words} are right{zero_words}.</p>"
 
 
-def _unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
+def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
     """Return the reference in an unusual form, checked to be equal; None if there is none."""
     first_angle = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
     if first_angle is None:
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
     expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
-    return expanded if all(same_entries(problem, expanded, reference)) else None
+    return expanded if all(compare_entry_by_entry(problem, expanded, reference)) else None
 
 
-def _direction(problem: Problem, part: Part) -> StackPart | str:
+def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
     """Return a part that asks for a direction: any nonzero multiple of the reference is correct."""
-    reference = part.of(Direction).reference
+    reference = part.answer_as(Direction).reference
     pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
-    points = _points(problem, reference, pivot)
+    points = _sample_points(problem, reference, pivot)
     if points is None:
         return "no configurations were found at which formulas could be compared"
     marking = (
@@ -359,12 +401,13 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
         f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;",
     )
     cases = (
-        Case("the reference", "ta1", 1.0, RIGHT),
-        Case("another form of the reference", "form1", 1.0, RIGHT),
-        Case("nobody's mistake", "other1", 0.0, OTHER),
+        QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE),
+        QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE),
+        QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE),
     )
     variables = (
-        *names(problem), points, *FORMULAS, f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;",
+        *write_substitutions(problem), points, *FORMULA_FUNCTIONS, f"ta1: {maxima_matrix(reference)};",
+        "form1: -3*ta1;", "other1: 0*ta1;",
     )  # fmt: skip
     words = "a vector; any multiple of it but zero is as good"
     return StackPart(
@@ -373,101 +416,107 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
         words,
         variables,
         marking,
-        (Node("AlgEquiv", "same", "1", RIGHT, "1"),),
+        (ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1"),),
         cases,
-        typing=typing_help(problem),
+        typing_help=explain_typing(problem),
     )
 
 
 # --- numbers ---
 
 
-def _numbers(problem: Problem, part: Part) -> StackPart:
-    answer = part.of(Number)
+def _convert_numbers(problem: Problem, part: Part) -> StackPart:
+    answer = part.answer_as(Number)
     is_single, n = len(answer.reference) == 1, len(answer.reference)
-    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in tolerances_of(part)]
-    known_answers = known_wrong(problem, part, MOST)
+    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in list_tolerances(part)]
+    known_answers = find_known_wrong_answers(problem, part, MAX_MISTAKES)
     exact_reference = sp.Matrix([sp.Rational(f"{float(value_text):.12g}") for value_text in answer.reference])
     value_text = "said" if is_single else "said[i, 1]"
 
-    def near(matrix: str) -> str:
+    def count_near(matrix: str) -> str:
         compared = f"float({matrix})" if is_single else f"float({matrix}[i, 1])"
         return f"qdot_count(makelist(qdot_near({value_text}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
-    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];", f"right: {near('ta1')};"]
-    lines += _share_of_numbers(part, zeros)
-    variables = [*names(problem), *NUMBERS, f"ta1: {_floats(exact_reference, is_single)};"]
+    lines = [
+        "said: qdot_read(ans1);",
+        f"room: [{', '.join(map(maxima_text, tolerances))}];",
+        f"right: {count_near('ta1')};",
+    ]
+    lines += _write_number_share_lines(part, zeros)
+    variables = [*write_substitutions(problem), *NUMBER_FUNCTIONS, f"ta1: {_write_floats(exact_reference, is_single)};"]
     correct_node = (
-        Node("NumAbsolute", "said", "ta1", RIGHT, "1", options=maxima_text(tolerances[0]))
+        ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
         if is_single
-        else Node("AlgEquiv", "right", str(n), RIGHT, "1")
+        else ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     )
-    nodes, cases = [correct_node], [Case("the reference", "ta1", 1.0, RIGHT)]
+    nodes, cases = [correct_node], [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
     for index, wrong in enumerate(known_answers, 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_floats(wrong.answer, is_single)};")
-        lines.append(f"like{index}: {near(name)};")
-        if not is_single and (part.credit or OWN).is_by_mistakes:
-            lines.append(_minimum_share_line(part, HALF, f"like{index} = {n}"))
-        nodes.append(Node("AlgEquiv", f"like{index}", str(n), note, "share", wrong.says))
-        cases.append(Case(wrong.title, name, _share_of_wrong_numbers(part, wrong, zeros), note))
+        variables.append(f"{name}: {_write_floats(wrong.answer, is_single)};")
+        lines.append(f"like{index}: {count_near(name)};")
+        if not is_single and (part.credit or DEFAULT_CREDIT).is_by_mistakes:
+            lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{index} = {n}"))
+        nodes.append(ResponseNode("AlgEquiv", f"like{index}", str(n), note, "share", wrong.feedback))
+        cases.append(QuestionTest(wrong.title, name, _compute_share_of_numbers(part, wrong, zeros), note))
     values_outside = exact_reference + sp.Matrix([50 * r for r in tolerances])
     values_inside = exact_reference + sp.Matrix([r / 2 for r in tolerances])
-    variables.append(f"form1: {_floats(values_inside, is_single)};")
-    cases.append(Case("off by half of what is allowed", "form1", 1.0, RIGHT))
+    variables.append(f"form1: {_write_floats(values_inside, is_single)};")
+    cases.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
     if not any(_is_near(values_outside, wrong, tolerances) for wrong in known_answers):
-        variables.append(f"other1: {_floats(values_outside, is_single)};")
-        cases.append(Case("nobody's mistake", "other1", 0.0, OTHER))
+        variables.append(f"other1: {_write_floats(values_outside, is_single)};")
+        cases.append(QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
     words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
     otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
     return StackPart(
         part, "numerical" if is_single else "matrix", words, tuple(variables), tuple(lines), tuple(nodes),
-        tuple(cases), otherwise, "share", box=12, checked=False,
+        tuple(cases), otherwise, "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
 
 
-def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
+def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     """Return the lines that compute the share of numbers that are not all correct."""
-    n = len(zeros)
-    if n == 1 or (part.credit or OWN).by == "whole":
+    n = len(is_zero)
+    if n == 1 or (part.credit or DEFAULT_CREDIT).rule == "whole":
         return ["share: 0;"]
-    counted = [i for i, zero in enumerate(zeros, 1) if not zero] or list(range(1, n + 1))
+    counted = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zeros_at = [i for i in range(1, n + 1) if i not in counted]
 
-    def near(which: Sequence[int]) -> str:
-        return f"qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {which}))"
+    def count_near(positions: Sequence[int]) -> str:
+        return f"qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {positions}))"
 
-    share = f"max(0, min({near(counted)} - ({len(zeros_at)} - {near(zeros_at)}), {len(counted) - 1}))/{len(counted)}"
+    correct_count = f"{count_near(counted)} - ({len(zeros_at)} - {count_near(zeros_at)})"
+    share = f"max(0, min({correct_count}, {len(counted) - 1}))/{len(counted)}"
     lines = [f"share: {share};"]
-    if all(part.answer.units_due) and not all(zeros):
+    if all(part.answer.expected_units) and not all(is_zero):
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
         lines.append(
-            f"share: if qdot_count(makelist({same_size}, i, 1, {n})) = {n} then max(share, {1 - AMISS}) else share;"
+            f"share: if qdot_count(makelist({same_size}, i, 1, {n})) = {n} "
+            f"then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;"
         )
-    worth = (part.credit or OWN).worth
+    worth = (part.credit or DEFAULT_CREDIT).factor
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
 
-def _share_of_wrong_numbers(part: Part, wrong: KnownWrongAnswer, zeros: Sequence[bool]) -> float:
+def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share for the numbers that a known mistake leads to."""
-    credit = part.credit or OWN
-    if len(zeros) == 1 or credit.by == "whole":
+    credit = part.credit or DEFAULT_CREDIT
+    if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
-    share = max(share_of_entries(wrong.equal, zeros), HALF * credit.is_by_mistakes)
-    assert isinstance(wrong.answer, sp.MatrixBase)
-    pairs = zip(wrong.answer, part.answer.as_matrix(), tolerances_of(part), strict=True)
+    share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
+    assert isinstance(known_answer.answer, sp.MatrixBase)
+    pairs = zip(known_answer.answer, part.answer.as_matrix(), list_tolerances(part), strict=True)
     if (
-        all(part.answer.units_due)
-        and not all(zeros)
+        all(part.answer.expected_units)
+        and not all(is_zero)
         and all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in pairs)
     ):
-        share = max(share, 1 - AMISS)
-    return float(share * credit.worth)
+        share = max(share, 1 - SIGN_OR_FACTOR_COST)
+    return float(share * credit.factor)
 
 
-def _floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
+def _write_floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
     assert isinstance(matrix, sp.MatrixBase)
     values = [f"{float(value):.12g}" for value in matrix]
     values = [
@@ -476,80 +525,87 @@ def _floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
     return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
-def _is_near(values: sp.Matrix, wrong: KnownWrongAnswer, room: Sequence[sp.Expr]) -> bool:
-    assert isinstance(wrong.answer, sp.MatrixBase)
-    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, wrong.answer, room, strict=True))
+def _is_near(values: sp.Matrix, known_answer: KnownWrongAnswer, tolerances: Sequence[sp.Expr]) -> bool:
+    assert isinstance(known_answer.answer, sp.MatrixBase)
+    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, known_answer.answer, tolerances, strict=True))
 
 
 # --- options and sets ---
 
 
-def _choice(part: Part) -> StackPart:
-    answer = part.of(Choice)
+def _convert_choice(part: Part) -> StackPart:
+    answer = part.answer_as(Choice)
     options = [
         f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
         for i in range(1, len(answer.options) + 1)
     ]
     correct = str(answer.correct + 1)
-    nodes, cases = [Node("AlgEquiv", "ans1", correct, RIGHT, "1")], [Case("the reference", correct, 1.0, RIGHT)]
+    nodes, cases = (
+        [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")],
+        [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)],
+    )
     for i in range(len(answer.options)):
         if i != answer.correct:
             blames = list_blames(part, i)
             says = " ".join(dict.fromkeys(blame.sentence for blame in blames))
             note = f"prt1-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
-            nodes.append(Node("AlgEquiv", "ans1", str(i + 1), note, "0", says))
-            cases.append(Case(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
+            nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", says))
+            cases.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
     return StackPart(
         part, "radio", "the letter of the right option", (f"ta1: [{', '.join(options)}];",), (),
-        tuple(nodes), tuple(cases), checked=False,
+        tuple(nodes), tuple(cases), reports_wrong_type=False,
     )  # fmt: skip
 
 
-def _values(problem: Problem, part: Part) -> StackPart | str:
+def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     """Return a part that asks for a set of equations: a joint variable on the left, its value on the right."""
-    answer = part.of(ConditionSet)
-    if not all(_is_of_values(component) for component in answer.components):
+    answer = part.answer_as(ConditionSet)
+    if not all(_has_numeric_values_of_one_joint(component) for component in answer.components):
         return "its singular configurations are no values of single joints, which STACK could judge fairly"
     angle_joints = [q.name for q in problem.chain.q if _is_angle(q)]
 
-    def equations(components: tuple[Component, ...], turns: int = 0) -> str:
+    def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         shown = [
-            f"{joint} = {maxima_text(value + 2 * sp.pi * (turns if _is_angle(joint) else 0))}"
+            f"{joint} = {maxima_text(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
             for component in components
             for joint, values in component.solutions or ()
             for value in values
         ]
         return "{" + ", ".join(dict.fromkeys(shown)) + "}"
 
-    coverage = [f"[qdot_covered(said, args({equations((c,))})), {_count(c)}]" for c in answer.components]
+    coverage = [
+        f"[qdot_covered(said, args({write_equations((c,))})), {_count_joint_values(c)}]" for c in answer.components
+    ]
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
         "right: qdot_covered(said, args(ta1));",
         "beyond: qdot_beyond(said, args(ta1));",
         f"share: qdot_set_share([{', '.join(coverage)}], beyond);",
     ]
-    worth = (part.credit or OWN).worth if (part.credit or OWN).by != "whole" else 0
+    worth = (part.credit or DEFAULT_CREDIT).factor if (part.credit or DEFAULT_CREDIT).rule != "whole" else 0
     lines += [] if worth == 1 else [f"share: share*{worth};"]
     value_count = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
-    nodes = [Node("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", RIGHT, "1")]
+    nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
     variables = [
-        *names(problem),
+        *write_substitutions(problem),
         f"turning: [{', '.join(angle_joints)}];",
-        *SETS,
-        f"ta1: {equations(answer.components)};",
+        *SET_FUNCTIONS,
+        f"ta1: {write_equations(answer.components)};",
     ]
-    cases = [Case("the reference", "ta1", 1.0, RIGHT)]
-    reference_claims = _claims(answer.components)
-    for index, wrong in enumerate(known_wrong(problem, part, 2 * MOST), 1):
+    cases = [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
+    reference_claims = _list_joint_values(answer.components)
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(wrong.answer, tuple)
-        if len(nodes) > MOST or not all(_is_of_values(component) for component in wrong.answer):
+        if len(nodes) > MAX_MISTAKES or not all(
+            _has_numeric_values_of_one_joint(component) for component in wrong.answer
+        ):
             continue
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {equations(wrong.answer)};")
+        variables.append(f"{name}: {write_equations(wrong.answer)};")
         arguments = f"(said, args({name}))"
         lines.append(f"like{index}: [qdot_covered{arguments} - length({name}), qdot_beyond{arguments}];")
-        wrong_claims = _claims(wrong.answer)
-        condition_claims = [_claims((component,)) for component in answer.components]
+        wrong_claims = _list_joint_values(wrong.answer)
+        condition_claims = [_list_joint_values((component,)) for component in answer.components]
         false_count = count_false_conditions(
             [q for q, _ in wrong_claims - reference_claims], [q for q, _ in wrong_claims & reference_claims]
         )
@@ -557,20 +613,20 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
             share_of_set([(len(wrong_claims & expected), len(expected)) for expected in condition_claims], false_count)
             * worth
         )
-        nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))
-        cases.append(Case(wrong.title, name, share, note))
-    variables += [f"form1: {equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
+        nodes.append(ResponseNode("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.feedback))
+        cases.append(QuestionTest(wrong.title, name, share, note))
+    variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     cases += [
-        Case("another form of the reference", "form1", 1.0, RIGHT),
-        Case("nobody's mistake", "other1", 0.0, OTHER),
+        QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE),
+        QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE),
     ]
     otherwise = (
         "<p>{@right@} of the configurations are there; {@beyond@} of your conditions are not singular or not as they "
         "are asked for.</p>"
     )
     return StackPart(
-        part, "algebraic", _set_words(problem), tuple(variables), tuple(lines), tuple(nodes), tuple(cases),
-        otherwise, "share", box=50,
+        part, "algebraic", _explain_set_typing(problem), tuple(variables), tuple(lines), tuple(nodes), tuple(cases),
+        otherwise, "share", box_width=50,
     )  # fmt: skip
 
 
@@ -578,7 +634,7 @@ def _is_angle(joint: sp.Symbol) -> bool:
     return joint.name.startswith("theta")
 
 
-def _set_words(problem: Problem) -> str:
+def _explain_set_typing(problem: Problem) -> str:
     """Return instructions on how to type a set, with an example for each kind of joint of the arm."""
     revolute = [q.name for q in problem.chain.q if _is_angle(q)]
     prismatic = [q.name for q in problem.chain.q if not _is_angle(q)]
@@ -594,12 +650,12 @@ def _set_words(problem: Problem) -> str:
     )
 
 
-def _count(component: Component) -> int:
+def _count_joint_values(component: Component) -> int:
     """Return the number of joint values in a component."""
-    return len(_claims((component,)))
+    return len(_list_joint_values((component,)))
 
 
-def _is_of_values(component: Component) -> bool:
+def _has_numeric_values_of_one_joint(component: Component) -> bool:
     """Return whether a component consists of numeric values of a single joint."""
     return (
         component.solutions is not None
@@ -608,7 +664,7 @@ def _is_of_values(component: Component) -> bool:
     )
 
 
-def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
+def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
     """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
     claims = set()
     for component in components:
@@ -620,6 +676,6 @@ def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
     return claims
 
 
-def without_rounding(part: Part) -> Part:
+def remove_rounding(part: Part) -> Part:
     """Return a part without tolerance for rounding if its answer is exact, as STACK judges it."""
     return replace(part, rounding=None) if part.answer.is_exact else part

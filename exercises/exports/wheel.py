@@ -13,20 +13,20 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
 from qdot.exercises.common.extras import DISTRIBUTION
-from qdot.exercises.exports.export_format import archive
+from qdot.exercises.exports.export_format import make_zip
 from qdot.exercises.writing.render import template_folder
 
-PACKAGE = Path(__file__).parents[2]
+PACKAGE_FOLDER = Path(__file__).parents[2]
 """The package; in a checkout, `exercises` and `grader` are links in it."""
 
 
 @cache
-def wheel() -> tuple[str, bytes]:
+def make_wheel() -> tuple[str, bytes]:
     """Return the wheel's file name and content."""
     installed = distribution(DISTRIBUTION)
     name = f"{DISTRIBUTION.replace('-', '_')}-{installed.version}"
     info_folder = f"{name}.dist-info"
-    files = _modules() | {
+    files = _read_package_files() | {
         f"{info_folder}/METADATA": (installed.read_text("METADATA") or "").encode(),
         f"{info_folder}/WHEEL": b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
         f"{info_folder}/entry_points.txt": (installed.read_text("entry_points.txt") or "").encode(),
@@ -36,14 +36,14 @@ def wheel() -> tuple[str, bytes]:
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
         record += f"{path},sha256={digest},{len(data)}\n"
     files[f"{info_folder}/RECORD"] = f"{record}{info_folder}/RECORD,,\n".encode()
-    return f"{name}-py3-none-any.whl", archive(files)
+    return f"{name}-py3-none-any.whl", make_zip(files)
 
 
-def _modules() -> dict[str, bytes]:
+def _read_package_files() -> dict[str, bytes]:
     """Return the files of the package; the templates are inside `exercises`, as in a wheel."""
-    folders = [(f"qdot/{name}", (PACKAGE / name).resolve()) for name in ("exercises", "grader")]
+    folders = [(f"qdot/{name}", (PACKAGE_FOLDER / name).resolve()) for name in ("exercises", "grader")]
     names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
-    names |= {path: f"qdot/{path.name}" for path in PACKAGE.glob("*") if path.is_file()}
+    names |= {path: f"qdot/{path.name}" for path in PACKAGE_FOLDER.glob("*") if path.is_file()}
     templates = template_folder()
     for path in templates.rglob("*"):
         names[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
@@ -51,19 +51,19 @@ def _modules() -> dict[str, bytes]:
     return {name: files[name].read_bytes() for name in sorted(files) if "__pycache__" not in files[name].parts}
 
 
-def versions() -> str:
+def list_versions() -> str:
     """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
     pinned_versions: dict[str, str] = {}
     unvisited = [distribution(DISTRIBUTION)]
     while unvisited:
-        for dependency in _needed_by(unvisited.pop()):
+        for dependency in _find_dependencies(unvisited.pop()):
             if dependency.name.lower() not in pinned_versions:
                 pinned_versions[dependency.name.lower()] = f"{dependency.name}=={dependency.version}"
                 unvisited.append(dependency)
     return "".join(f"{pinned_versions[name]}\n" for name in sorted(pinned_versions))
 
 
-def _needed_by(package: Distribution) -> list[Distribution]:
+def _find_dependencies(package: Distribution) -> list[Distribution]:
     """Return the installed dependencies of a package, without those of its extras."""
     dependencies = []
     for line in package.requires or ():

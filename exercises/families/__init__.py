@@ -12,10 +12,10 @@ Beside the families:
 """
 
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.random_n import RANDOM
+from qdot.exercises.families.random_n import RANDOM_FAMILIES
 from qdot.exercises.families.textbook import read_families
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (*read_families(), *RANDOM)}
+FAMILIES: dict[str, Family] = {family.name: family for family in (*read_families(), *RANDOM_FAMILIES)}
 """Every family by name."""
 
 __all__ = ["FAMILIES", "Family"]

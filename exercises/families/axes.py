@@ -14,18 +14,18 @@ from qdot.exercises.common.stream import Stream
 
 Centimetres = Sequence[int]
 
-ANY_ANGLE = (30, 45, 60, 90, -30, -45, -60, -90)
-RIGHT_ANGLE = (0, 90, 180, -90)
+ANGLES = (30, 45, 60, 90, -30, -45, -60, -90)
+RIGHT_ANGLES = (0, 90, 180, -90)
 """Offsets of a revolute joint, in degrees."""
 
-HAND: Centimetres = (5, 10, 15, 20)
-HEIGHT: Centimetres = tuple(range(20, 95, 5))
-SLIDE: Centimetres = (10, 15, 20, 25, 30, 40, 45, 50, 60, 70, 75, 80, 90)
-BOTH_WAYS: Centimetres = (*SLIDE, *(-length for length in SLIDE))
-PLACES = tuple(k for k in range(-9, 10) if k)
+HAND_LENGTHS: Centimetres = (5, 10, 15, 20)
+BASE_HEIGHTS: Centimetres = tuple(range(20, 95, 5))
+PRISMATIC_LENGTHS: Centimetres = (10, 15, 20, 25, 30, 40, 45, 50, 60, 70, 75, 80, 90)
+SIGNED_LENGTHS: Centimetres = (*PRISMATIC_LENGTHS, *(-length for length in PRISMATIC_LENGTHS))
+BASE_DECIMETRES = tuple(k for k in range(-9, 10) if k)
 """Coordinates of a displaced base, in decimetres."""
 
-APART = 5
+MIN_SEPARATION = 5
 """Minimum difference of two numeric lengths, in centimetres: equal lengths add unwanted singular configurations."""
 
 
@@ -39,26 +39,26 @@ def degrees(angle: int) -> sp.Expr:
     return sp.pi * sp.Rational(angle, 180)
 
 
-def sign(rng: Stream) -> int:
+def random_sign(rng: Stream) -> int:
     """Return 1 or -1 at random."""
     return rng.choice((1, -1))
 
 
-def are_apart(centimetres: Sequence[int]) -> bool:
+def are_distinct(centimetres: Sequence[int]) -> bool:
     """Return whether no two lengths are nearly equal."""
-    return all(abs(a - b) >= APART for a, b in combinations(centimetres, 2))
+    return all(abs(a - b) >= MIN_SEPARATION for a, b in combinations(centimetres, 2))
 
 
 # --- lengths, joint offsets, directions of the axes ---
 
 
-def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], stay_open: Sequence[str]) -> Chain:
-    """Return the arm with a number for each length, except for one random length of `stay_open`."""
-    symbolic_length = rng.choice(stay_open) if stay_open else None
+def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], keep_symbolic: Sequence[str]) -> Chain:
+    """Return the arm with a number for each length, except for one random length of `keep_symbolic`."""
+    symbolic_length = rng.choice(keep_symbolic) if keep_symbolic else None
     names = [name for name in ranges if name != symbolic_length]
-    while not are_apart(lengths := [rng.choice(ranges[name]) for name in names]):
+    while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):
         pass
-    return with_lengths_in_cm(chain, dict(zip(names, lengths, strict=True)))
+    return substitute_lengths_in_cm(chain, dict(zip(names, lengths, strict=True)))
 
 
 def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres]) -> Chain:
@@ -67,15 +67,15 @@ def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centime
     The ranges then determine the ratios of the lengths, on which singular angles may depend.
     """
     index = rng.choice(range(min(map(len, ranges.values()))))
-    return with_lengths_in_cm(chain, {name: lengths[index] for name, lengths in ranges.items()})
+    return substitute_lengths_in_cm(chain, {name: lengths[index] for name, lengths in ranges.items()})
 
 
-def with_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
+def substitute_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
     """Return the chain with lengths given in centimetres by name."""
-    return with_values(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
+    return substitute_values(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
 
 
-def with_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
+def substitute_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return the chain with values substituted for some of its symbols."""
     joints = tuple(
         replace(joint, **{key: getattr(joint, key).xreplace(values) for key in ("theta", "d", "a", "alpha")})
@@ -95,17 +95,17 @@ def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) 
     return replace(chain, joints=tuple(joints))
 
 
-def shift_zero(joint: Joint, by: int) -> Joint:
+def shift_zero(joint: Joint, offset: int) -> Joint:
     """Return the joint with its offset increased by some degrees or centimetres."""
     if joint.kind == "R":
-        return replace(joint, theta=joint.theta + degrees(by))
-    return replace(joint, d=joint.d + metres(by))
+        return replace(joint, theta=joint.theta + degrees(offset))
+    return replace(joint, d=joint.d + metres(offset))
 
 
 def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> Chain:
     """Return the arm with random groups of twists reversed: 90 and -90 degrees are exchanged, and 0 and 180."""
     joints = list(chain.joints)
-    for number in (number for group in groups if rng.below(2) for number in group):
+    for number in (number for group in groups if rng.integer_below(2) for number in group):
         alpha = joints[number - 1].alpha
         joints[number - 1] = replace(joints[number - 1], alpha=sp.pi - alpha if alpha in (0, sp.pi) else -alpha)
     return replace(chain, joints=tuple(joints))
@@ -116,8 +116,8 @@ def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> 
 
 def place_in_plane(chain: Chain, rng: Stream) -> Chain:
     """Displace the base in the world's xy plane, along both axes, and rotate it there."""
-    position = (sp.Rational(rng.choice(PLACES), 10), sp.Rational(rng.choice(PLACES), 10), sp.S.Zero)
-    return replace(chain, base=Base(position, degrees(rng.choice(ANY_ANGLE))))
+    position = (sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.Rational(rng.choice(BASE_DECIMETRES), 10), sp.S.Zero)
+    return replace(chain, base=Base(position, degrees(rng.choice(ANGLES))))
 
 
 def displace_base(chain: Chain, rng: Stream) -> Chain:
@@ -127,17 +127,17 @@ def displace_base(chain: Chain, rng: Stream) -> Chain:
 
 def raise_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin."""
-    return replace(chain, base=Base((sp.S.Zero, sp.S.Zero, metres(rng.choice(HEIGHT)))))
+    return replace(chain, base=Base((sp.S.Zero, sp.S.Zero, metres(rng.choice(BASE_HEIGHTS)))))
 
 
 def raise_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, and rotate it."""
-    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(ANY_ANGLE))))
+    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(ANGLES))))
 
 
 def raise_and_tilt_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base at a height above the world's origin, tilted by a right angle or not."""
-    tilt = degrees(rng.choice(RIGHT_ANGLE))
+    tilt = degrees(rng.choice(RIGHT_ANGLES))
     return replace(chain, base=replace(raise_base(chain, rng).base, tilt=tilt))
 
 
@@ -149,24 +149,26 @@ def hang_base(chain: Chain, rng: Stream) -> Chain:
 def mount_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base on the floor, under the ceiling or on a wall, rotated by right angles."""
     tilt = rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(RIGHT_ANGLE)), tilt=tilt))
+    return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(RIGHT_ANGLES)), tilt=tilt))
 
 
 # --- tool point ---
 
 
-def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
+def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) -> Chain:
     """Place the tool point P at O_n, or displace P from O_n by a length that moves from the table to P.
 
-    In half of all samples, P is O_n, or displaced from it by `bend` along y_n. In the others, a length of the table
-    becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that no student's arm is
-    harder than another's.
+    In half of all samples, P is O_n, or displaced from it by `lateral_offset` along y_n. In the others, a length of the
+    table becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that no student's
+    arm is harder than another's.
     """
     n = chain.n
-    if rng.below(2):
-        return replace(chain, tool=Point(n, (sp.S.Zero, bend, sp.S.Zero)) if bend != 0 else None)
+    if rng.integer_below(2):
+        return replace(chain, tool=Point(n, (sp.S.Zero, lateral_offset, sp.S.Zero)) if lateral_offset != 0 else None)
     joints, point = (
-        _place_on_slide(rng, chain.joints) if chain.joints[-1].kind == "P" else _place_on_link(rng, chain.joints, bend)
+        _place_on_prismatic_joint(rng, chain.joints)
+        if chain.joints[-1].kind == "P"
+        else _place_on_link(rng, chain.joints, lateral_offset)
     )
     return replace(chain, joints=joints, tool=point)
 
@@ -176,13 +178,13 @@ def place_point_beside(chain: Chain, rng: Stream, ranges: Centimetres) -> Chain:
 
     Beside a link of symbolic length, singular angles would be arctan(h/a_n).
     """
-    bend = sign(rng) * metres(rng.choice(ranges))
+    bend = random_sign(rng) * metres(rng.choice(ranges))
     return place_point(chain, rng, bend if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
 def place_point_beyond(chain: Chain, rng: Stream) -> Chain:
     """Put the tool point beyond the last of three prismatic joints and beside it, along x or y."""
-    lateral_offset = sign(rng) * metres(rng.choice(HAND))
+    lateral_offset = random_sign(rng) * metres(rng.choice(HAND_LENGTHS))
     x, y = rng.choice(((lateral_offset, sp.S.Zero), (sp.S.Zero, lateral_offset)))
     return replace(chain, tool=Point(3, (x, y, sp.Symbol("L3"))))
 
@@ -193,20 +195,20 @@ def choose_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 
 
-def _place_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
+def _place_on_link(rng: Stream, joints: tuple[Joint, ...], lateral_offset: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
     """Move a_n from the table to P, along x_n or y_n with either sign; if a_n is zero, move d_n, along z_n."""
     n, last_joint = len(joints), joints[-1]
     if last_joint.a == 0:
         return (*joints[:-1], replace(last_joint, d=sp.S.Zero)), Point(
             n, (sp.S.Zero, sp.S.Zero, _rename_length(last_joint.d, n))
         )
-    x, y = _rename_length(last_joint.a, n), bend
-    for _ in range(rng.below(4)):
+    x, y = _rename_length(last_joint.a, n), lateral_offset
+    for _ in range(rng.integer_below(4)):
         x, y = -y, x
     return (*joints[:-1], replace(last_joint, a=sp.S.Zero)), Point(n, (x, y, sp.S.Zero))
 
 
-def _place_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
+def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
     """Move a part of the last prismatic joint's offset to P, or the length a_(n-1) if the joint's angle is 0.
 
     That length is along x_n. If both are zero, P stays at O_n, because each entry of J would otherwise have one more
@@ -214,12 +216,12 @@ def _place_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint
     """
     n, (previous_joint, last_joint) = len(joints), joints[-2:]
     joint_offset = last_joint.d - sp.Symbol(f"d{n}")
-    if previous_joint.a != 0 and last_joint.theta == 0 and (joint_offset == 0 or rng.below(2)):
+    if previous_joint.a != 0 and last_joint.theta == 0 and (joint_offset == 0 or rng.integer_below(2)):
         point_beside = Point(n, (_rename_length(previous_joint.a, n), sp.S.Zero, sp.S.Zero))
         return (*joints[:-2], replace(previous_joint, a=sp.S.Zero), last_joint), point_beside
     if joint_offset == 0:
         return joints, Point(n)
-    distance_beyond = metres(rng.choice(HAND))
+    distance_beyond = metres(rng.choice(HAND_LENGTHS))
     return (*joints[:-1], replace(last_joint, d=last_joint.d - distance_beyond)), Point(
         n, (sp.S.Zero, sp.S.Zero, distance_beyond)
     )
@@ -235,7 +237,7 @@ def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
 
 def stand_upright(chain: Chain, rng: Stream) -> Chain:
     """Move an arm from the world's xy plane to its xz plane, with the rows of its task, in half of all samples."""
-    if rng.below(2):
+    if rng.integer_below(2):
         return chain
     x, y, _ = chain.base.position
     upright_rows = {"vx": "vx", "vy": "vz", "wz": "wy"}

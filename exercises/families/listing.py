@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-LISTING = Path(__file__).with_name("listing.json")
+LISTING_FILE = Path(__file__).with_name("listing.json")
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class FamilyListing:
 @cache
 def listing() -> dict[str, FamilyListing]:
     """Return the stored listings by the family's name."""
-    content = json.loads(LISTING.read_text(encoding="utf-8"))
+    content = json.loads(LISTING_FILE.read_text(encoding="utf-8"))
     return {
         name: FamilyListing(
             entry["kinds"], (min(entry["steps"]), max(entry["steps"])), tuple(entry["questions"]),

@@ -7,31 +7,39 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.library import FOLDER
-from qdot.exercises.arm.robot_file import Draws, Robot, read_robot_file
+from qdot.exercises.arm.library import ROBOT_FOLDER
+from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import are_apart, metres, with_values
+from qdot.exercises.families.axes import are_distinct, metres, substitute_values
 from qdot.exercises.families.base import Family
 
-TRIES = 50
+MAX_TRIES = 50
 """Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
-    """Return the family of a robot file, named after the file; parse it unless `robot` is given. Raises QdotError."""
+    """Return the family of a robot file, named after the file. Raises QdotError.
+
+    The file is parsed, unless its content is given as `robot`.
+    """
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": partial(_sample_lengths, draws=robot.draws)} if robot.draws else {}
-    robot_argument = path.stem if path.parent == FOLDER else shlex.quote(str(path))
+    axes = {"lengths": partial(_sample_lengths, draws=robot.length_ranges)} if robot.length_ranges else {}
+    robot_argument = path.stem if path.parent == ROBOT_FOLDER else shlex.quote(str(path))
     return Family(
-        name, robot.chain.title, robot.source or path.name, replace(robot.chain, name=name), axes, robot=robot_argument
+        name,
+        robot.chain.title,
+        robot.source or path.name,
+        replace(robot.chain, name=name),
+        axes,
+        robot_argument=robot_argument,
     )
 
 
-def _sample_lengths(chain: Chain, rng: Stream, draws: Draws) -> Chain:
+def _sample_lengths(chain: Chain, rng: Stream, draws: LengthRanges) -> Chain:
     """Return the arm with lengths sampled from the ranges of [draw]."""
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         lengths = [rng.integer(low, high) for _, low, high in draws]
-        if are_apart(lengths):
+        if are_distinct(lengths):
             break
-    return with_values(chain, {draw[0]: metres(length) for draw, length in zip(draws, lengths, strict=True)})
+    return substitute_values(chain, {draw[0]: metres(length) for draw, length in zip(draws, lengths, strict=True)})

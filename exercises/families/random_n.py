@@ -20,38 +20,38 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.difficulty import HARDEST, describe_band, step
+from qdot.exercises.arm.difficulty import HARDEST_BAND, describe_band, difficulty_band
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import (
-    ANY_ANGLE,
-    BOTH_WAYS,
-    RIGHT_ANGLE,
-    are_apart,
+    ANGLES,
+    RIGHT_ANGLES,
+    SIGNED_LENGTHS,
+    are_distinct,
     displace_base,
     metres,
     mount_base,
     place_point,
+    random_sign,
     shift_zero,
-    sign,
-    with_values,
+    substitute_values,
 )
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 
 Band = tuple[int, int]
-Accepts = Callable[[Chain], bool]
+ChainTest = Callable[[Chain], bool]
 Values = dict[sp.Symbol, sp.Rational]
 
-TRIES, ROUNDS, NUMBERS = 400, 4, 60
+MAX_ARMS, MAX_ARMS_PER_STRUCTURE, MAX_LENGTH_SETS = 400, 4, 60
 """Maximum numbers of samples: arms in total, arms of one structure, and sets of lengths for one arm."""
-INVERSE = (sp.atan, sp.acos, sp.asin)
+INVERSE_FUNCTIONS = (sp.atan, sp.acos, sp.asin)
 """Inverse functions, which the joint values of easy singular configurations don't contain."""
-POSES, CLEARLY = 400, 0.02
+CONFIGURATION_COUNT, MIN_SIGN_SHARE = 400, 0.02
 """Number of sampled configurations, and a fraction of a condition's largest absolute value at these configurations.
 
 If a condition exceeds this value with both signs, it has a zero and therefore can hold."""
@@ -61,19 +61,19 @@ LENGTHS = tuple(range(10, 100, 5))
 """Numeric lengths, in centimetres."""
 
 
-def _sample(
-    n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
+def _sample_structure(
+    n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: ChainTest | None = None
 ) -> Chain:
     """Return a random arm of n joints whose difficulty is in the band and that `accepts` accepts. Raises QdotError."""
-    low, high = band or (0, HARDEST)
+    low, high = band or (0, HARDEST_BAND)
     classes = [
         near_band for same_class in group_clean_structures(n) if (near_band := _select_near_band(same_class, low, high))
     ]
     rejected: set[Structure] = set()
     in_band = False
-    for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
-        chain = None if structure in rejected else _sample_arm(structure, rng.part(str(index)), axes)
-        if chain is None or not low <= step(chain) <= high:
+    for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
+        chain = None if structure in rejected else _sample_arm(structure, rng.substream(str(index)), axes)
+        if chain is None or not low <= difficulty_band(chain) <= high:
             continue
         in_band = True
         if accepts is None or accepts(chain):
@@ -93,29 +93,29 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
     return [structure for one_per_class in rounds for structure in one_per_class if structure is not None]
 
 
-def _select_near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
+def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
     """Return the structures whose arms may be in the band.
 
     Joint offsets and a displaced base make an arm harder; equal lengths make it easier.
     """
-    return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
+    return tuple(structure for structure in structures if low - 2 <= structure.step <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
     """Return a random arm of a structure, or None if no sampled lengths let every condition hold."""
-    sense_stream = rng.part("senses")
-    senses = tuple(sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
+    sense_stream = rng.substream("senses")
+    senses = tuple(random_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
-        values = _sample_lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
+        values = _sample_lengths(chain, rng.substream("lengths"), clean_roots="tool" not in axes)
         if values is None:
             return None
-        chain = with_values(chain, values)
+        chain = substitute_values(chain, values)
     if "zeros" in axes:
-        chain = _shift_zeros(chain, rng.part("zeros"))
+        chain = _shift_zeros(chain, rng.substream("zeros"))
     if "base" in axes:
-        chain = _mount_arm(chain, rng.part("base"))
-    return place_point(chain, rng.part("tool")) if "tool" in axes else chain
+        chain = _mount_arm(chain, rng.substream("base"))
+    return place_point(chain, rng.substream("tool")) if "tool" in axes else chain
 
 
 def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
@@ -129,20 +129,20 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     roots = [root for component in components for _, values in component.solutions or () for root in values]
     irrelevant_lengths = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
-    for _ in range(NUMBERS):
+    for _ in range(MAX_LENGTH_SETS):
         sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
         values = {symbol: metres(length) for symbol, length in sampled.items()}
-        has_clean_roots = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
-        if are_apart([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
+        has_clean_roots = not clean_roots or not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
+        if are_distinct([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
             return values
     return None
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     """Return the arm with random joint offsets; prismatic joints keep theirs if others would add too many terms."""
-    choices = [BOTH_WAYS if joint.kind == "P" else RIGHT_ANGLE for joint in chain.joints]
+    choices = [SIGNED_LENGTHS if joint.kind == "P" else RIGHT_ANGLES for joint in chain.joints]
     if chain.joints[0].kind == "R":
-        choices[0] = ANY_ANGLE
+        choices[0] = ANGLES
     shifted_joints = tuple(
         shift_zero(joint, rng.choice(offset)) for joint, offset in zip(chain.joints, choices, strict=True)
     )
@@ -171,29 +171,37 @@ def _mount_arm(chain: Chain, rng: Stream) -> Chain:
 
 
 @lru_cache(maxsize=64)
-def _sample_poses(kinds: str) -> np.ndarray:
+def _sample_configurations(kinds: str) -> np.ndarray:
     stream, half_ranges = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
-    return np.array([[stream.uniform(-half_ranges[kind], half_ranges[kind]) for kind in kinds] for _ in range(POSES)])
+    return np.array(
+        [[stream.uniform(-half_ranges[kind], half_ranges[kind]) for kind in kinds] for _ in range(CONFIGURATION_COUNT)]
+    )
 
 
 @lru_cache(maxsize=1024)
 def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
-    return compile_program([read(str(condition)) for condition in conditions])
+    return compile_program([parse_formula(str(condition)) for condition in conditions])
 
 
 def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
     """Return whether each condition clearly takes both signs at the sampled configurations, and so has a zero."""
     if not conditions:
         return True
-    configurations = _sample_poses("".join(joint.kind for joint in chain.joints))
+    configurations = _sample_configurations("".join(joint.kind for joint in chain.joints))
     symbol_values = {q.name: column for q, column in zip(chain.q, configurations.T, strict=True)}
-    symbol_values |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    evaluated = evaluate(_compile_conditions(conditions), symbol_values, POSES)[0].real
-    threshold = CLEARLY * np.abs(evaluated).max(axis=1)
+    symbol_values |= {symbol.name: np.full(CONFIGURATION_COUNT, float(value)) for symbol, value in values.items()}
+    evaluated = evaluate(_compile_conditions(conditions), symbol_values, CONFIGURATION_COUNT)[0].real
+    threshold = MIN_SIGN_SHARE * np.abs(evaluated).max(axis=1)
     return bool(np.all((evaluated.min(axis=1) < -threshold) & (evaluated.max(axis=1) > threshold)))
 
 
-RANDOM = tuple(
-    Family(f"random-{n}", f"Random arm of {word} joints", "equations 6.1 to 6.12", None, structures=partial(_sample, n))
+RANDOM_FAMILIES = tuple(
+    Family(
+        f"random-{n}",
+        f"Random arm of {word} joints",
+        "equations 6.1 to 6.12",
+        None,
+        sample_structure=partial(_sample_structure, n),
+    )
     for n, word in ((2, "two"), (3, "three"), (4, "four"))
 )

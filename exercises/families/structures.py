@@ -25,9 +25,9 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
 
 TABLE = Path(__file__).with_name("structures.txt")
-MOST_TERMS, MOST_TERMS_OF_A_CONDITION = 15, 4
+MAX_TERMS, MAX_TERMS_PER_CONDITION = 15, 4
 """Maximum number of terms in the entries of J, and in a condition of the singular set, of a clean structure."""
-RIGHT = sp.pi / 2
+RIGHT_ANGLE = sp.pi / 2
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,11 @@ def build_arm(
     """
     joints = []
     for i, (row, sense) in enumerate(zip(rows, senses or (1,) * len(rows), strict=True), 1):
-        a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT if row.twist else sp.S.Zero
+        a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT_ANGLE if row.twist else sp.S.Zero
         if row.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{i}"), sp.Symbol(f"d{i}") if row.d else sp.S.Zero, a, twist))
         else:
-            joints.append(Joint("P", RIGHT if row.d else sp.S.Zero, sp.Symbol(f"d{i}"), a, twist))
+            joints.append(Joint("P", RIGHT_ANGLE if row.d else sp.S.Zero, sp.Symbol(f"d{i}"), a, twist))
     kinds = "".join(row.kind for row in rows)
     return Chain(name, tuple(joints), task, title=f"{kinds} arm")
 
@@ -78,13 +78,13 @@ def build_arm(
 def is_clean(chain: Chain) -> bool:
     """Return whether an arm can be solved by hand: J and the conditions of its singular set have few terms."""
     entries = [sp.expand(entry) for entry in derive(chain).jacobian]
-    if sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) > MOST_TERMS:
+    if sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) > MAX_TERMS:
         return False
     components = singular_set(chain)
     if components is None:
         return False
     conditions = [condition for component in components for condition in component.conditions]
-    return all(len(sp.Add.make_args(sp.expand(condition))) <= MOST_TERMS_OF_A_CONDITION for condition in conditions)
+    return all(len(sp.Add.make_args(sp.expand(condition))) <= MAX_TERMS_PER_CONDITION for condition in conditions)
 
 
 @lru_cache(maxsize=1)

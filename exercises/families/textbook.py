@@ -10,18 +10,18 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.families import axes
-from qdot.exercises.families.base import Axis, Family
+from qdot.exercises.families.base import Family, Variation
 
-FILE = Path(__file__).with_name("families.toml")
+FAMILIES_FILE = Path(__file__).with_name("families.toml")
 
 RANGES: Mapping[str, Sequence[int]] = {
-    "any angle": axes.ANY_ANGLE,
-    "right angle": axes.RIGHT_ANGLE,
-    "hand": axes.HAND,
-    "height": axes.HEIGHT,
-    "slide": axes.SLIDE,
-    "slide both ways": axes.BOTH_WAYS,
-    "short slide both ways": tuple(length for length in axes.BOTH_WAYS if abs(length) <= 50),
+    "any angle": axes.ANGLES,
+    "right angle": axes.RIGHT_ANGLES,
+    "hand": axes.HAND_LENGTHS,
+    "height": axes.BASE_HEIGHTS,
+    "slide": axes.PRISMATIC_LENGTHS,
+    "slide both ways": axes.SIGNED_LENGTHS,
+    "short slide both ways": tuple(length for length in axes.SIGNED_LENGTHS if abs(length) <= 50),
     "offset": (5, 10, 15, 20, 25),
     "shoulder": (10, 15, 20, 25),
     "wide shoulder": (10, 15, 20, 25, 30, 40),
@@ -31,7 +31,7 @@ RANGES: Mapping[str, Sequence[int]] = {
 }
 """The ranges of values that families.toml refers to by name: lengths in centimetres, angles in degrees."""
 
-BASES: Mapping[str, Axis] = {
+BASE_VARIATIONS: Mapping[str, Variation] = {
     "displaced": axes.displace_base,
     "displaced and rotated": axes.place_in_plane,
     "raised": axes.raise_base,
@@ -40,39 +40,44 @@ BASES: Mapping[str, Axis] = {
     "raised or hung": axes.hang_base,
     "on floor, ceiling or wall": axes.mount_base,
 }
-POINTS: Mapping[str, Axis] = {"in table or frame": axes.place_point, "beyond the slide": axes.place_point_beyond}
+POINT_VARIATIONS: Mapping[str, Variation] = {
+    "in table or frame": axes.place_point,
+    "beyond the slide": axes.place_point_beyond,
+}
 
 
 def read_families() -> list[Family]:
     """Return the families defined in families.toml, in the order of the file."""
-    content = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    content = tomllib.loads(FAMILIES_FILE.read_text(encoding="utf-8"))
     return [_read_family(name, entry) for name, entry in content.items()]
 
 
 def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
     tool = Point(entry["point"]) if "point" in entry else None
     chain = Chain(name, read_table(entry["table"]), tuple(entry["task"].split()), tool=tool, title=entry["arm"])
-    return Family(name, entry["title"], entry["source"], chain, _read_axes(entry["vary"]))
+    return Family(name, entry["title"], entry["source"], chain, _read_variations(entry["vary"]))
 
 
-def _read_axes(vary: Mapping[str, Any]) -> dict[str, Axis]:
-    lengths = {symbol: _find_range(values) for symbol, values in vary.get("lengths", {}).items()}
-    variations: dict[str, Axis] = {
-        "zeros": partial(axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in vary["zeros"].items()}),
-        "senses": partial(axes.reverse_axes, groups=vary["senses"]),
-        "base": BASES[vary["base"]],
+def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
+    lengths = {symbol: _find_range(values) for symbol, values in settings.get("lengths", {}).items()}
+    variations: dict[str, Variation] = {
+        "zeros": partial(
+            axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in settings["zeros"].items()}
+        ),
+        "senses": partial(axes.reverse_axes, groups=settings["senses"]),
+        "base": BASE_VARIATIONS[settings["base"]],
     }
-    if "together" in vary:
+    if "together" in settings:
         variations["lengths"] = partial(axes.set_lengths_together, ranges=lengths)
     elif lengths:
-        variations["lengths"] = partial(axes.set_lengths, ranges=lengths, stay_open=vary.get("open", ()))
-    if "frames" in vary:
-        variations["tool"] = partial(axes.choose_frame, frames=vary["frames"])
-    elif "beside" in vary:
-        variations["tool"] = partial(axes.place_point_beside, ranges=vary["beside"])
+        variations["lengths"] = partial(axes.set_lengths, ranges=lengths, keep_symbolic=settings.get("open", ()))
+    if "frames" in settings:
+        variations["tool"] = partial(axes.choose_frame, frames=settings["frames"])
+    elif "beside" in settings:
+        variations["tool"] = partial(axes.place_point_beside, ranges=settings["beside"])
     else:
-        variations["tool"] = POINTS[vary["point"]]
-    if "upright" in vary:
+        variations["tool"] = POINT_VARIATIONS[settings["point"]]
+    if "upright" in settings:
         variations["task"] = axes.stand_upright
     return variations
 

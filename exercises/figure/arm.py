@@ -13,19 +13,36 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.labels import Request
-from qdot.exercises.figure.plane import camera, is_flat
-from qdot.exercises.figure.pose import Skeleton, entries_of_pose
-from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
-from qdot.exercises.figure.view import Drawing, View, box, cylinder, direction_at, perpendicular_vectors, tip
+from qdot.exercises.figure.labels import LabelRequest
+from qdot.exercises.figure.plane import choose_view, is_drawn_flat
+from qdot.exercises.figure.pose import Skeleton, compute_table_entries
+from qdot.exercises.figure.shapes import (
+    Circle,
+    Glyph,
+    Polyline,
+    Shape,
+    TextRun,
+    Vector2D,
+    joint_lettering,
+    length_lettering,
+)
+from qdot.exercises.figure.view import (
+    Drawing,
+    View,
+    draw_cylinder,
+    draw_line_with_arrowhead,
+    draw_sleeve,
+    perpendicular_vectors,
+    unit_vector_at,
+)
 
-JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
+JOINT_RADIUS, JOINT_HALF_LENGTH, SLEEVE_HALF_LENGTH = 9.0, 11.0, 19.0
 """Radius of a revolute joint, half its length in space, and half the length of a prismatic joint, in pixels."""
-APART, AWAY = 27.0, 82.0
+GLYPH_DISTANCE, GLYPH_DISTANCE_WITHOUT_LINKS = 27.0, 82.0
 """Minimum distance of two glyphs, and their distance in an arm without links, in pixels."""
-FEW = 3
+WRIST_JOINTS = 3
 """Number of joints of a wrist: the axes of this many frames can be distinguished at one point."""
-ARC = {True: 31.0, False: 34.0}
+ARC_RADIUS = {True: 31.0, False: 34.0}
 """Radius in pixels of the arc of a joint angle, in a flat drawing (True) and in space."""
 
 
@@ -33,61 +50,61 @@ ARC = {True: 31.0, False: 34.0}
 class Scene:
     """An arm, its skeleton in the pose to draw, the view, and the positions of the joints' glyphs (n x 3).
 
-    `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `without_x` lists those drawn without their x
-    axis, because too many axes start at one point. A `sparse` drawing has only the arm, its origins, its z axes, and
-    its first and last frame. A planar arm is drawn flat. At home, all joint variables are zero.
+    `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `frames_without_x` lists those drawn without
+    their x axis, because too many axes start at one point. If `is_sparse`, the drawing has only the arm, its
+    origins, its z axes, and its first and last frame. A planar arm is drawn flat. At home, all joint variables are 0.
     """
 
     chain: Chain
     bones: Skeleton
     view: View
-    places: tuple[np.ndarray, ...]
+    glyph_positions: tuple[np.ndarray, ...]
     offsets: tuple[sp.Expr, ...]
-    without_x: frozenset[int]
+    frames_without_x: frozenset[int]
     is_planar: bool
     frames: np.ndarray
-    sparse: bool = False
+    is_sparse: bool = False
     is_home: bool = False
 
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
         return np.asarray(self.bones.frames[i - 1, :3, 2])
 
-    def is_flat(self, i: int) -> bool:
+    def is_axis_end_on(self, i: int) -> bool:
         """Return whether the axis of joint i points at the reader or away, so that the joint is seen end-on."""
         return self.view.is_end_on(self.axis(i))
 
-    def is_beside(self, i: int) -> bool:
+    def is_glyph_beside_link(self, i: int) -> bool:
         """Return whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
-        start, glyph_position = self.bones.origins[i - 1], self.places[i - 1]
+        start, glyph_position = self.bones.origins[i - 1], self.glyph_positions[i - 1]
         distance_along_axis, link = float((glyph_position - start) @ self.axis(i)), self.bones.corners[i - 1] - start
         share = distance_along_axis / float(link @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
         return abs(distance_along_axis) > 1e-9 and not 0.0 <= share <= 1.0
 
 
-def make_scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
+def make_scene(chain: Chain, bones: Skeleton, view: View, is_sparse: bool = False) -> Scene:
     """Return the scene with a position for each glyph at which it does not cover another one."""
     taken_positions: list[np.ndarray] = []
     order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
     places: dict[int, np.ndarray] = {}
     for i in order:
-        places[i] = _free_place(bones, view, i, taken_positions)
+        places[i] = _find_free_position(bones, view, i, taken_positions)
         taken_positions.append(places[i])
     ordered_places = tuple(places[i] for i in range(chain.n))
-    flat, frames = is_flat(chain), convention_frames(chain, bones)
-    frames_without_x = frozenset[int]() if flat or _has_room(chain) else _crowded_frames(frames[:, :3, 3])
-    if sparse:
+    flat, frames = is_drawn_flat(chain), convention_frames(chain, bones)
+    frames_without_x = frozenset[int]() if flat or _shows_all_x_axes(chain) else _crowded_frames(frames[:, :3, 3])
+    if is_sparse:
         frames_without_x = frozenset(range(1, chain.n))
-    home = entries_of_pose(chain, {q.name: 0.0 for q in chain.q})
+    home = compute_table_entries(chain, {q.name: 0.0 for q in chain.q})
     is_home = bool(np.allclose(bones.entries, home, atol=1e-9))
-    return Scene(chain, bones, view, ordered_places, chain.offsets, frames_without_x, flat, frames, sparse, is_home)
+    return Scene(chain, bones, view, ordered_places, chain.offsets, frames_without_x, flat, frames, is_sparse, is_home)
 
 
 def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
     base_origin = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
-    return convention.frames_in_numbers(bones.frames, bones.corners, base_origin)
+    return convention.numeric_frames(bones.frames, bones.corners, base_origin)
 
 
 def _is_movable(bones: Skeleton, i: int) -> bool:
@@ -95,9 +112,9 @@ def _is_movable(bones: Skeleton, i: int) -> bool:
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
 
 
-def _has_room(chain: Chain) -> bool:
+def _shows_all_x_axes(chain: Chain) -> bool:
     """Return whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
-    return convention_of(chain).is_proximal and chain.n <= FEW
+    return convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS
 
 
 def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
@@ -107,26 +124,35 @@ def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
     return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
 
 
-def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
+def _find_free_position(bones: Skeleton, view: View, i: int, taken_positions: list[np.ndarray]) -> np.ndarray:
     """Return a position on the axis of joint i + 1 where its glyph covers no other one, if there is such a position."""
     origin, link = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
     candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
-        steps: tuple[float, ...] = (-APART, APART) if i == 0 else (APART, -APART)
-        if not _is_movable(bones, i) and is_point(bones):
-            steps = (-AWAY, AWAY) if i == 0 else (AWAY, AWAY / 2, -AWAY, -AWAY / 2)
+        steps: tuple[float, ...] = (-GLYPH_DISTANCE, GLYPH_DISTANCE) if i == 0 else (GLYPH_DISTANCE, -GLYPH_DISTANCE)
+        if not _is_movable(bones, i) and has_no_links(bones):
+            steps = (
+                (-GLYPH_DISTANCE_WITHOUT_LINKS, GLYPH_DISTANCE_WITHOUT_LINKS)
+                if i == 0
+                else (
+                    GLYPH_DISTANCE_WITHOUT_LINKS,
+                    GLYPH_DISTANCE_WITHOUT_LINKS / 2,
+                    -GLYPH_DISTANCE_WITHOUT_LINKS,
+                    -GLYPH_DISTANCE_WITHOUT_LINKS / 2,
+                )
+            )
         candidates += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
         if i == 0 and _shares_origin(bones):
             candidates = candidates[4:]
     for candidate in candidates:
-        pixel = view.px(candidate)
-        if all(math.dist(pixel, view.px(taken_place)) >= APART - 3 for taken_place in taken):
+        pixel = view.to_pixels(candidate)
+        if all(math.dist(pixel, view.to_pixels(taken_place)) >= GLYPH_DISTANCE - 3 for taken_place in taken_positions):
             return np.asarray(candidate)
     return np.asarray(candidates[0])
 
 
-def is_point(bones: Skeleton) -> bool:
+def has_no_links(bones: Skeleton) -> bool:
     """Return whether the arm has no links, like a wrist."""
     return bool(np.ptp(np.vstack([bones.origins, bones.corners, bones.path]), axis=0).max() < 1e-6)
 
@@ -142,47 +168,49 @@ def draw_link(scene: Scene, i: int) -> Drawing:
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
     shapes: tuple[Shape, ...] = ()
-    labels: list[Request] = []
-    if scene.is_beside(i):
-        shapes += _bar(scene.view, [scene.places[i - 1], start], "link")
+    labels: list[LabelRequest] = []
+    if scene.is_glyph_beside_link(i):
+        shapes += _draw_bar(scene.view, [scene.glyph_positions[i - 1], start], "link")
     if joint.kind == "P":
-        glyph_position = scene.places[i - 1]
-        shapes += _bar(scene.view, [glyph_position, corner], "rod") + _bar(scene.view, [start, glyph_position], "link")
-        shapes += _bar(scene.view, [corner, end], "link")
+        glyph_position = scene.glyph_positions[i - 1]
+        shapes += _draw_bar(scene.view, [glyph_position, corner], "rod") + _draw_bar(
+            scene.view, [start, glyph_position], "link"
+        )
+        shapes += _draw_bar(scene.view, [corner, end], "link")
     else:
-        shapes += _bar(scene.view, [start, corner, end], "link")
-        labels += _length(scene.view, start, corner, magnitude(joint.d))
-    labels += _length(scene.view, corner, end, magnitude(joint.a))
+        shapes += _draw_bar(scene.view, [start, corner, end], "link")
+        labels += _label_length(scene.view, start, corner, length_lettering(joint.d))
+    labels += _label_length(scene.view, corner, end, length_lettering(joint.a))
     return Drawing(shapes, tuple(labels))
 
 
-def draw_way_to_point(scene: Scene) -> Drawing:
+def draw_path_to_point(scene: Scene) -> Drawing:
     """Return the bar from O_k to the point P, labelled with its lengths."""
     path = scene.bones.path
-    labels: list[Request] = []
+    labels: list[LabelRequest] = []
     for k, value in enumerate(scene.chain.point.offset):
-        labels += _length(scene.view, path[k], path[k + 1], magnitude(value))
-    return Drawing(_bar(scene.view, list(path), "link"), tuple(labels))
+        labels += _label_length(scene.view, path[k], path[k + 1], length_lettering(value))
+    return Drawing(_draw_bar(scene.view, list(path), "link"), tuple(labels))
 
 
-def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
+def _draw_bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
     """Return a bar along points (3, m), drawn as an outline and a filling; nothing if all points coincide."""
     distinct_points = [points[0]]
     distinct_points += [point for previous, point in pairwise(points) if np.linalg.norm(point - previous) > 1e-9]
     if len(distinct_points) < 2:
         return ()
-    line = view.path(distinct_points)
+    line = view.path_in_pixels(distinct_points)
     return (Polyline(line, style), Polyline(line, f"{style}-inside"))
 
 
-def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[Request]:
+def _label_length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[LabelRequest]:
     """Return the label of a straight piece, which can be placed on either side; none for a zero length."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
-    return [Request(pieces, anchors_beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
+    return [LabelRequest(pieces, anchors_beside(view.to_pixels(start), view.to_pixels(end)), gap=8.0, rank=1)]
 
 
-def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
+def anchors_beside(first: Vector2D, second: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
     """Return anchors along a drawn line, with directions to both of its sides."""
     dx, dy = second[0] - first[0], second[1] - first[1]
     size = max(math.hypot(dx, dy), 1e-9)
@@ -196,24 +224,29 @@ def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
 
 def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
-    kind, position, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
+    kind, position, z, view = scene.chain.joints[i - 1].kind, scene.glyph_positions[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
-    if scene.is_flat(i) and kind == "R":
-        center = view.px(position)
-        shapes = (Circle(center, JOINT, "joint-face"), *_end_on_mark(center, view.toward(z) > 0))
+    if scene.is_axis_end_on(i) and kind == "R":
+        center = view.to_pixels(position)
+        shapes = (
+            Circle(center, JOINT_RADIUS, "joint-face"),
+            *_end_on_mark(center, view.component_toward_reader(z) > 0),
+        )
     elif kind == "R":
-        shapes = cylinder(view, position, z, JOINT, HALF)
+        shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
     else:
-        half_length = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position)))
-        shapes = box(view, position, z, max(half_length, 8.0), 9.0 if scene.is_planar else 8.0)
+        half_length = min(
+            SLEEVE_HALF_LENGTH, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position))
+        )
+        shapes = draw_sleeve(view, position, z, max(half_length, 8.0), 9.0 if scene.is_planar else 8.0)
     return Drawing((Glyph(i, kind, shapes),))
 
 
-def _end_on_mark(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
+def _end_on_mark(center: Vector2D, points_at_reader: bool) -> tuple[Polyline | Circle, ...]:
     """Return a dot for an axis that comes out of the page, a cross for one that goes into it."""
-    if out:
+    if points_at_reader:
         return (Circle(center, 2.4, "dot"),)
-    (x, y), r = center, 0.7071 * JOINT
+    (x, y), r = center, 0.7071 * JOINT_RADIUS
     return (
         Polyline(((x - r, y - r), (x + r, y + r)), "mark"),
         Polyline(((x - r, y + r), (x + r, y - r)), "mark"),
@@ -225,37 +258,42 @@ def draw_ground(scene: Scene) -> Drawing:
     view, frame = scene.view, scene.bones.frames[0]
     x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
     if view.is_end_on(z):
-        return _ground_line(view, origin, x, -y)
-    half_height = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
-    ground_level = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half_height
+        return _draw_ground_line(view, origin, x, -y)
+    half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].kind == "R" else SLEEVE_HALF_LENGTH
+    ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
     if scene.is_planar:
-        return Drawing(_hatched_line(view, origin + ground_level / view.scale * z, x if view.lies_flat(x) else y, -z))
+        return Drawing(
+            _draw_hatched_line(view, origin + ground_level / view.scale * z, x if view.lies_flat(x) else y, -z)
+        )
     size, middle = 28.0 / view.scale, origin + ground_level / view.scale * z
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
-    shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
+    shapes: list[Shape] = [Polyline(view.path_in_pixels(corners), "plate", True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
         ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
-        shapes.append(Polyline(view.path([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
+        shapes.append(Polyline(view.path_in_pixels([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
     return Drawing(tuple(shapes))
 
 
-def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawing:
+def _draw_ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawing:
     """Return a pedestal on hatched ground, for a base whose z axis is seen end-on."""
     unit = 1.0 / view.scale
     foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
     return Drawing(
-        (Polyline(view.path(foot), "pedestal", True), *_hatched_line(view, origin + unit * 24 * down, x, down))
+        (
+            Polyline(view.path_in_pixels(foot), "pedestal", True),
+            *_draw_hatched_line(view, origin + unit * 24 * down, x, down),
+        )
     )
 
 
-def _hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
+def _draw_hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
     """Return a line along x with hatching below it."""
     unit = 1.0 / view.scale
     ticks = [
-        Polyline(view.path([middle + unit * k * x, middle + unit * (8 * down + (k - 8) * x)]), "hatch")
+        Polyline(view.path_in_pixels([middle + unit * k * x, middle + unit * (8 * down + (k - 8) * x)]), "hatch")
         for k in range(-24, 31, 9)
     ]
-    return (*ticks, Polyline(view.path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
+    return (*ticks, Polyline(view.path_in_pixels([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
 def draw_joint_angle(scene: Scene, i: int) -> Drawing:
@@ -265,62 +303,73 @@ def draw_joint_angle(scene: Scene, i: int) -> Drawing:
     if row.kind != "R" or convention.is_drawn_at_home:  # without x axes, no angle is shown
         return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
-    x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
-    label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
+    x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.glyph_positions[i - 1]
+    label = joint_lettering(scene.chain.q[i - 1], scene.offsets[i - 1], is_angle=True)
     directions = []
     is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
-    if is_apart or i - 1 in scene.without_x or convention.is_proximal:
+    if is_apart or i - 1 in scene.frames_without_x or convention.is_proximal:
         directions.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or row.a == 0:
-        directions.append(direction_at(x, y, angle))
-    radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
-    return draw_arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawing(
-        tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in directions)
+        directions.append(unit_vector_at(x, y, angle))
+    radius = ARC_RADIUS[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
+    return draw_arc(view, center, (x, y), angle, radius, LabelRequest(label, (), "angle")) + Drawing(
+        tuple(
+            Polyline(view.path_in_pixels([center, center + v * (radius + 14) / view.scale]), "dashed")
+            for v in directions
+        )
     )
 
 
 def draw_arc(
-    view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: Request
+    view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: LabelRequest
 ) -> Drawing:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), with its label outside."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
     arc_angles = angle * np.arange(count + 1)[:, None] / count
-    points = view.path(center + direction_at(*xy, arc_angles) * radius / view.scale)
+    points = view.path_in_pixels(center + unit_vector_at(*xy, arc_angles) * radius / view.scale)
     anchors = []
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
-        outward = direction_at(*xy, share * angle)
-        anchors.append((view.px(center + outward * radius / view.scale), view.heading(outward)))
+        outward = unit_vector_at(*xy, share * angle)
+        anchors.append((view.to_pixels(center + outward * radius / view.scale), view.drawn_direction(outward)))
     further_points = points[:: max(1, count // 8)]
-    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=further_points)
-    return Drawing(tip(points, "arc", 7.0), (request,))
+    request = LabelRequest(
+        label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", further_points=further_points
+    )
+    return Drawing(draw_line_with_arrowhead(points, "arc", 7.0), (request,))
 
 
-def draw_slide(scene: Scene, i: int) -> Drawing:
+def draw_joint_length(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
     if scene.chain.joints[i - 1].kind != "P" or convention_of(scene.chain).is_drawn_at_home:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
-    is_glyph_apart = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then another joint's arc is at O_{i-1}
-    label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
-    return draw_dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if is_glyph_apart else 23.0)
+    is_glyph_apart = (
+        np.linalg.norm(scene.glyph_positions[i - 1] - start) > 1e-9
+    )  # then another joint's arc is at O_{i-1}
+    label = joint_lettering(scene.chain.q[i - 1], scene.offsets[i - 1], is_angle=False)
+    return draw_dimension(scene, start, end, label, ARC_RADIUS[scene.is_planar] + 9.0 if is_glyph_apart else 23.0)
 
 
 def draw_dimension(
-    scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float
+    scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], distance: float
 ) -> Drawing:
-    """Return a dimension line for two points (3, m), `away` pixels from them, on the side away from the arm."""
-    view, side = scene.view, _side(scene, start, end) / scene.view.scale
-    first, second = view.path([point + side * away for point in (start, end)])
+    """Return a dimension line for two points (3, m), `distance` pixels from them, on the side away from the arm."""
+    view, side = scene.view, _find_free_side(scene, start, end) / scene.view.scale
+    first, second = view.path_in_pixels([point + side * distance for point in (start, end)])
     middle = ((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
     lines = tuple(
-        Polyline(view.path([point + side * 6.0, point + side * (away + 5.0)]), "extension") for point in (start, end)
+        Polyline(view.path_in_pixels([point + side * 6.0, point + side * (distance + 5.0)]), "extension")
+        for point in (start, end)
     )
-    arrows = (*tip((middle, first), "dimension", 7.0), *tip((middle, second), "dimension", 7.0))
-    anchors = tuple((spot, view.heading(side)) for spot, _ in anchors_beside(first, second)[::2])
-    return Drawing((*lines, *arrows), (Request(label, anchors, gap=4.0),))
+    arrows = (
+        *draw_line_with_arrowhead((middle, first), "dimension", 7.0),
+        *draw_line_with_arrowhead((middle, second), "dimension", 7.0),
+    )
+    anchors = tuple((spot, view.drawn_direction(side)) for spot, _ in anchors_beside(first, second)[::2])
+    return Drawing((*lines, *arrows), (LabelRequest(label, anchors, gap=4.0),))
 
 
-def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def _find_free_side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the unit vector perpendicular to a line, in the plane of the drawing, that points away from the arm."""
     toward_reader = scene.view.axes[2]
     side = np.cross(toward_reader, end - start)
@@ -334,23 +383,23 @@ def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
 # --- the arm without frames and lettering ---
 
 
-def draw_body(stage: Scene) -> Drawing:
+def draw_links_and_joints(scene: Scene) -> Drawing:
     """Return the ground, links and joints from back to front, with the links' lengths as labels."""
-    chain, bones, view = stage.chain, stage.bones, stage.view
-    is_ground_in_front = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    drawing = Drawing() if is_ground_in_front else draw_ground(stage)
+    chain, bones, view = scene.chain, scene.bones, scene.view
+    is_ground_in_front = not scene.is_planar and view.component_toward_reader(bones.frames[0, :3, 2]) < -1e-9
+    drawing = Drawing() if is_ground_in_front else draw_ground(scene)
     for i in range(1, chain.n + 1):
-        along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
-        joint_and_link = [draw_joint(stage, i), draw_link(stage, i)]
+        along = view.component_toward_reader(bones.corners[i - 1] - bones.origins[i - 1])
+        joint_and_link = [draw_joint(scene, i), draw_link(scene, i)]
         drawing += (
             joint_and_link[0] + joint_and_link[1]
             if along > 1e-9 and chain.joints[i - 1].kind == "R"
             else joint_and_link[1] + joint_and_link[0]
         )
         if i == chain.point.frame:
-            drawing += draw_way_to_point(stage)
+            drawing += draw_path_to_point(scene)
         if i == 1 and is_ground_in_front:
-            drawing += draw_ground(stage)
+            drawing += draw_ground(scene)
     return drawing
 
 
@@ -358,20 +407,20 @@ def fit_drawing(
     chain: Chain,
     bones: Skeleton,
     draw: Callable[[View], Drawing],
-    room: Pair,
-    size: Pair,
-    margin: Pair,
+    max_arm_size: Vector2D,
+    size: Vector2D,
+    margin: Vector2D,
     axes: np.ndarray | None = None,
 ) -> tuple[Drawing, View]:
     """Return a drawing that fits into `size` less `margin` on each side, and its view.
 
-    The skeleton takes at most `room`. `axes` are the view's directions right, up and towards the reader (rows), if it
-    is not the usual view.
+    The skeleton takes at most `max_arm_size`. `axes` are the view's directions right, up and towards the reader (rows),
+    if it is not the usual view.
     """
-    view = _first_view(chain, bones, room, camera(chain) if axes is None else axes)
+    view = _initial_view(chain, bones, max_arm_size, choose_view(chain) if axes is None else axes)
     for _ in range(3):
         drawing = draw(view)
-        low, high = extent(drawing.shapes)
+        low, high = find_bounding_box(drawing.shapes)
         spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
         scale_factor = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
         offset = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
@@ -382,18 +431,18 @@ def fit_drawing(
     return draw(view), view
 
 
-def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> View:
-    """Return the view in which the skeleton, with the world's origin if it is shown, fills `room`."""
+def _initial_view(chain: Chain, bones: Skeleton, max_arm_size: Vector2D, axes: np.ndarray) -> View:
+    """Return the view in which the skeleton, with the world's origin if it is shown, fills `max_arm_size`."""
     points = [*bones.origins, *bones.corners, *bones.path]
     if not chain.base.is_world:
         points.append(np.zeros(3))
     spread = np.ptp(np.array(points) @ axes[:2].T, axis=0)
-    return View(axes, float(np.min(np.array(room) / np.maximum(spread, 1e-3))))
+    return View(axes, float(np.min(np.array(max_arm_size) / np.maximum(spread, 1e-3))))
 
 
-def extent(shapes: tuple[Shape, ...]) -> tuple[Pair, Pair]:
+def find_bounding_box(shapes: tuple[Shape, ...]) -> tuple[Vector2D, Vector2D]:
     """Return two corners of the bounding box of shapes: the smallest and the largest coordinates."""
-    points: list[Pair] = []
+    points: list[Vector2D] = []
     for shape in shapes:
         for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
             if isinstance(inner, Circle):

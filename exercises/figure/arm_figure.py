@@ -12,28 +12,41 @@ from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import draw_body, draw_joint_angle, draw_slide, fit_drawing, make_scene
+from qdot.exercises.figure.arm import (
+    draw_joint_angle,
+    draw_joint_length,
+    draw_links_and_joints,
+    fit_drawing,
+    make_scene,
+)
 from qdot.exercises.figure.labels import Layout
-from qdot.exercises.figure.model import model_of
-from qdot.exercises.figure.plane import camera, exact, is_flat
+from qdot.exercises.figure.model import make_model
+from qdot.exercises.figure.plane import choose_view, is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import (
     HEIGHT,
-    LONG,
-    ROOM,
+    LONG_ARM_JOINTS,
+    MAX_ARM_SIZE,
     WIDTH,
     Skeleton,
     best_poses,
     best_views,
-    drawn_chain,
-    entries_of_pose,
-    skeleton,
+    compute_skeleton,
+    compute_table_entries,
+    make_drawable_chain,
 )
-from qdot.exercises.figure.shapes import FONT, Figure, extent, one_decimal, path, roman
-from qdot.exercises.figure.small import PANEL, cells, draw_thumbnail, figure_in_pose, singular_panel
+from qdot.exercises.figure.shapes import (
+    FONT_SIZE,
+    Figure,
+    format_svg_points,
+    lettering_size,
+    one_decimal,
+    upright_lettering,
+)
+from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, draw_thumbnail, singular_panel
 from qdot.exercises.figure.view import Drawing, View
-from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
+from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.places import find_drawn_options
+from qdot.exercises.quizzes.places import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 
@@ -55,27 +68,27 @@ __all__ = [
 
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
-TRIED = {False: 7, True: 16}
+POSES_TRIED = {False: 7, True: 16}
 """Number of poses that are drawn with labels to find the one with the best places for labels; True: for a long arm."""
-DELAY = 6.0
+LATER_POSE_COST = 6.0
 """Cost that a pose gets for each pose ranked before it, on the same scale as the costs of labels (see `labels`)."""
-GOOD = 8.0
+GOOD_LABEL_COST = 8.0
 """If the average cost of a label is at most this, no further pose is tried; the limit grows with each pose tried."""
-CLEARLY = 0.2
+ABANDON_COST_LEAD = 0.2
 """A drawing is abandoned if it costs this much more than another one; costs are rounded to 0.1."""
-ROUNDS = 3
+LABEL_ROUNDS = 3
 """How often the labels of the chosen pose are placed; from the second time on, each avoids all others."""
-SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
+VIEWS_TRIED, CLEAR_LABEL_COST = 5, {True: 30.0, False: 16.0}
 """Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
 are shown. The cost is higher in a flat drawing, because labels have more room and no arrow points towards the reader.
 """
-STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
+BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
 
-Composed = tuple[Drawing, Layout]
+LabelledDrawing = tuple[Drawing, Layout]
 """A drawing and the current layout of its labels."""
 
-SHRUNK, GAP, LINE, LETTER = 60, 12, 20, 8
+PANEL_PERCENT, PANEL_GAP, LINE_HEIGHT, LETTER_WIDTH = 60, 12, 20, 8
 """Scale of small drawings in per cent; in pixels, the gap between them, the height of a line of a caption, and the
 width of a letter."""
 
@@ -83,8 +96,8 @@ width of a letter."""
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """Draw an arm.
 
-    `pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list of
-    poses is used. The figure is in pixels, y down, and is cached.
+    `model_pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list
+    of poses is used. The figure is in pixels, y down, and is cached.
     """
     return _draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
 
@@ -94,16 +107,16 @@ def figure_pose(chain: Chain) -> dict[str, float]:
     zero = {q.name: 0.0 for q in chain.q}
     if convention_of(chain).is_drawn_at_home:
         return zero
-    entries, offsets = _draw_with_labels(chain, None)[1], entries_of_pose(chain, zero)
+    entries, offsets = _draw_with_labels(chain, None)[1], compute_table_entries(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
 
 
 @lru_cache(maxsize=64)
 def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
     """Return the model's drawing with the arm's own labels, and the table's entries (n) in its pose."""
-    model = model_of(exact(chain))
-    figure, entries = _draw_model(model.chain, None if pose is None else model.pose(dict(pose)))
-    return model.relabel(figure), model.entries(entries)
+    model = make_model(with_exact_numbers(chain))
+    figure, entries = _draw_model(model.chain, None if pose is None else model.model_pose(dict(pose)))
+    return model.relabel(figure), model.arm_entries(entries)
 
 
 @lru_cache(maxsize=1024)
@@ -112,43 +125,47 @@ def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tup
     if pose is None:
         (drawing, layout), entries = _draw_in_clearest_pose(chain)
     else:
-        entries = entries_of_pose(chain, dict(pose))
+        entries = compute_table_entries(chain, dict(pose))
         drawing, layout = _draw_in_given_pose(chain, entries)
-    for _ in range(1, ROUNDS):
+    for _ in range(1, LABEL_ROUNDS):
         layout.place_all()
     placed = layout.placement
     return Figure(WIDTH, HEIGHT, drawing.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
 
 
-def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
+def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
     """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
-    best: tuple[float, Composed, np.ndarray] | None = None
-    for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
-        max_cost = math.inf if best is None else best[0] - DELAY * order
-        labelled_drawing, cost = _compose(chain, _base_distances(chain, entries), max_cost)
-        cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
+    best: tuple[float, LabelledDrawing, np.ndarray] | None = None
+    for order, entries in enumerate(
+        best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
+    ):
+        max_cost = math.inf if best is None else best[0] - LATER_POSE_COST * order
+        labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), max_cost)
+        cost = round(cost + LATER_POSE_COST * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
             best = (cost, labelled_drawing, entries)
-        if best[0] <= max(GOOD * (1 + order / 5) * len(labelled_drawing[0].labels), DELAY * (order + 1)):
+        if best[0] <= max(
+            GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing[0].labels), LATER_POSE_COST * (order + 1)
+        ):
             break
     assert best is not None
     return best[1:]
 
 
-def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> Composed:
+def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
     """Return the drawing in a given pose: with all names if it is clear from some side, else with few of them."""
-    is_planar = is_flat(chain)
-    views = [camera(chain)] if is_planar else best_views(drawn_chain(chain), entries, SIDES)
-    for sparse in (False, True) if chain.n <= LONG else (True,):
-        best: tuple[float, Composed] | None = None
+    is_planar = is_drawn_flat(chain)
+    views = [choose_view(chain)] if is_planar else best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
+    for sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
+        best: tuple[float, LabelledDrawing] | None = None
         for axes in views:
             max_cost = math.inf if best is None else best[0]
-            labelled_drawing, cost = _compose(chain, _base_distances(chain, entries), max_cost, axes, sparse)
+            labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), max_cost, axes, sparse)
             if best is None or round(cost, 1) < best[0]:
                 best = (round(cost, 1), labelled_drawing)
         assert best is not None
         cost, labelled_drawing = best
-        if cost <= CLEAR[is_planar] * len(labelled_drawing[0].labels):
+        if cost <= CLEAR_LABEL_COST[is_planar] * len(labelled_drawing[0].labels):
             break
     return labelled_drawing
 
@@ -170,16 +187,16 @@ def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | N
         "figure/arm.svg.j2",
         figure=_draw_with_labels(chain, pose)[0],
         name=name,
-        title=title_text(chain),
+        title=make_title(chain),
         description=alt_text(chain, pose is not None and any(value for _, value in pose)),
         fixed=one_decimal,
-        path=path,
+        path=format_svg_points,
     )
 
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
-    options = find_drawn_options(chain, part)
+    options = find_options_to_draw(chain, part)
     if options is not None:
         return options_svg(*options, name)
     return "" if part.pose is None else figure_svg(chain, name, part.pose)
@@ -188,16 +205,16 @@ def part_svg(chain: Chain, part: Part, name: str) -> str:
 def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     """Return a small drawing of the arm without lettering as a self-contained SVG element."""
     figure = draw_thumbnail(chain)
-    size = tuple(SHRUNK * length // 100 for length in (figure.width, figure.height))
+    size = tuple(PANEL_PERCENT * length // 100 for length in (figure.width, figure.height))
     return render(
         "figure/thumbnail.svg.j2",
         figure=figure,
         name=name,
         size=size,
-        title=title_text(chain),
-        description=alt_text(chain, posed=True),
+        title=make_title(chain),
+        description=alt_text(chain, is_posed=True),
         fixed=one_decimal,
-        path=path,
+        path=format_svg_points,
     )
 
 
@@ -210,23 +227,27 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
     if not panel.drawings:
         return ""
     captions = [caption for caption, _ in panel.drawings]
-    description = panels_text(captions, panel.key, panel.remark, words, panel.has_lost)
-    return _arrange(panel.drawings, f"{panel.key} {panel.remark}", name, panels_title(chain, words), description)
+    description = describe_panels(captions, panel.legend, panel.remark, words, panel.has_lost_direction)
+    return _render_panels(
+        panel.drawings, f"{panel.legend} {panel.remark}", name, make_panels_title(chain, words), description
+    )
 
 
 def part_alt(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
-    options = find_drawn_options(chain, part)
+    options = find_options_to_draw(chain, part)
     return (
-        alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
+        alt_text(chain, is_posed=True)
+        if options is None
+        else f"Configurations to choose from. {describe_options(options[1])}"
     )
 
 
 def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
     """Return drawings of an arm with numeric lengths in several configurations, with letters A, B, … under them."""
-    drawings = [(LETTERS[k], figure_in_pose(chain, pose)) for k, pose in enumerate(poses)]
-    title = f"{title_text(chain)}: configurations to choose from"
-    return _arrange(drawings, "", name, title, options_text(poses))
+    drawings = [(LETTERS[k], draw_in_pose(chain, pose)) for k, pose in enumerate(poses)]
+    title = f"{make_title(chain)}: configurations to choose from"
+    return _render_panels(drawings, "", name, title, describe_options(poses))
 
 
 @dataclass(frozen=True)
@@ -236,21 +257,23 @@ class Example:
     caption: str
     chain: Chain
     pose: Mapping[str, float]
-    beside: np.ndarray | None = None
+    mark_offset: np.ndarray | None = None
 
 
-def examples_svg(examples: Sequence[Example], name: str, below: str = "") -> str:
+def examples_svg(examples: Sequence[Example], name: str, remark: str = "") -> str:
     """Return drawings to scale of arms with numeric lengths in given configurations, side by side, with captions."""
-    drawings = [(example.caption, figure_in_pose(example.chain, example.pose, example.beside)) for example in examples]
+    drawings = [
+        (example.caption, draw_in_pose(example.chain, example.pose, example.mark_offset)) for example in examples
+    ]
     descriptions = (
         f"{example.caption}: {', '.join(_describe_joint_value(q, value) for q, value in example.pose.items())}"
         for example in examples
     )
-    title = f"{title_text(examples[0].chain)}: where the answer differs"
-    return _arrange(drawings, below, name, title, f"{'; '.join(descriptions)}.")
+    title = f"{make_title(examples[0].chain)}: where the answer differs"
+    return _render_panels(drawings, remark, name, title, f"{'; '.join(descriptions)}.")
 
 
-def options_text(poses: Sequence[Mapping[str, float]]) -> str:
+def describe_options(poses: Sequence[Mapping[str, float]]) -> str:
     """Return a description of drawings to choose from."""
     descriptions = (", ".join(_describe_joint_value(q, value) for q, value in pose.items()) for pose in poses)
     return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, descriptions, strict=False)) + "."
@@ -260,62 +283,68 @@ def _describe_joint_value(joint: str, value: float) -> str:
     return f"{joint} = {value * 180 / np.pi:.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
 
 
-def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
+def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: str, title: str, description: str) -> str:
     """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
-    columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
-    panel_width, panel_height = (SHRUNK * length // 100 for length in PANEL)
-    panel_height += GAP
+    columns, rows = choose_grid(
+        len(drawings), max(lettering_size(upright_lettering(caption))[0] for caption, _ in drawings), WIDTH
+    )
+    panel_width, panel_height = (PANEL_PERCENT * length // 100 for length in PANEL_SIZE)
+    panel_height += PANEL_GAP
     middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
     panels = [
         {
             "x": middles[k % columns] - panel_width / 2,
-            "y": GAP // 2 + (panel_height + LINE) * (k // columns),
+            "y": PANEL_GAP // 2 + (panel_height + LINE_HEIGHT) * (k // columns),
             "middle": middles[k % columns],
-            "base": (panel_height + LINE) * (k // columns) + panel_height + LINE // 2,
+            "base": (panel_height + LINE_HEIGHT) * (k // columns) + panel_height + LINE_HEIGHT // 2,
             "figure": figure,
             "caption": caption,
         }
         for k, (caption, figure) in enumerate(drawings)
     ]
-    end = (panel_height + LINE) * rows
+    end = (panel_height + LINE_HEIGHT) * rows
     remark_lines = [
-        {"y": end + LINE * k + LINE // 2, "text": text}
-        for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
+        {"y": end + LINE_HEIGHT * k + LINE_HEIGHT // 2, "text": text}
+        for k, text in enumerate(textwrap.wrap(remark, (WIDTH - 2 * PANEL_GAP) // LETTER_WIDTH))
     ]
     return render(
         "figure/panels.svg.j2",
         panels=panels,
         remark=remark_lines,
         name=name,
-        font=FONT,
+        font=FONT_SIZE,
         width=WIDTH,
-        height=end + LINE * len(remark_lines),
-        scale=SHRUNK / 100,
+        height=end + LINE_HEIGHT * len(remark_lines),
+        scale=PANEL_PERCENT / 100,
         title=title,
         description=description,
         fixed=one_decimal,
-        path=path,
+        path=format_svg_points,
     )
 
 
-def _base_distances(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
+def _list_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
     """Yield the arm in a pose (n) with the base at different distances, computed on demand."""
-    for stretch in STRETCHES if any(chain.base.position) else STRETCHES[:1]:
-        yield skeleton(drawn_chain(chain, stretch), entries)
+    for stretch in BASE_DISTANCE_FACTORS if any(chain.base.position) else BASE_DISTANCE_FACTORS[:1]:
+        yield compute_skeleton(make_drawable_chain(chain, stretch), entries)
 
 
-def _compose(
-    chain: Chain, choices: Iterable[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
-) -> tuple[Composed, float]:
+def _draw_and_label(
+    chain: Chain,
+    skeletons: Iterable[Skeleton],
+    max_cost: float,
+    axes: np.ndarray | None = None,
+    is_sparse: bool = False,
+) -> tuple[LabelledDrawing, float]:
     """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
-    `choices` are skeletons in the pose with different lengths. The first one whose origins are apart from the world's
-    is used. A drawing that costs clearly more than `most` is not completed; its cost is infinite.
+    `skeletons` are skeletons in the pose with different lengths. The first one whose origins are apart from the world's
+    is used. A drawing that costs clearly more than `max_cost` is not completed; its cost is infinite.
     """
     layers: list[tuple[float, float, Drawing]] = []
-    for bones in choices:
+    for bones in skeletons:
         drawing, view = fit_drawing(
-            chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
+            chain, bones, partial(_draw_parts, chain, bones, is_sparse), MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes
         )
         arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
         layers.append((round(world_cost, 1), arm_cost, drawing))
@@ -323,22 +352,22 @@ def _compose(
             break
     world_cost, arm_cost, drawing = min(layers, key=lambda layer: layer[0])
     layout = Layout(drawing.labels, drawing.shapes, (WIDTH, HEIGHT))
-    complete = layout.place_all(most + CLEARLY - arm_cost - world_cost)
+    complete = layout.place_all(max_cost + ABANDON_COST_LEAD - arm_cost - world_cost)
     return (drawing, layout), layout.cost + arm_cost + world_cost if complete else math.inf
 
 
-def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
+def _draw_parts(chain: Chain, bones: Skeleton, is_sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
-    scene = make_scene(chain, bones, view, sparse)
+    scene = make_scene(chain, bones, view, is_sparse)
     on_top = convention_of(chain).is_drawn_at_home  # because at home, a link may run along an axis of the space frame
     world_underneath, world_on_top = (
         (Drawing(), frames.draw_world(scene)) if on_top else (frames.draw_world(scene), Drawing())
     )
-    if sparse:
-        drawing = world_underneath + Drawing(draw_body(scene).shapes) + world_on_top
+    if is_sparse:
+        drawing = world_underneath + Drawing(draw_links_and_joints(scene).shapes) + world_on_top
     else:
-        drawing = world_underneath + draw_body(scene) + world_on_top
+        drawing = world_underneath + draw_links_and_joints(scene) + world_on_top
         for i in range(1, chain.n + 1):
-            drawing += draw_joint_angle(scene, i) + draw_slide(scene, i)
+            drawing += draw_joint_angle(scene, i) + draw_joint_length(scene, i)
     drawing += frames.draw_body_frame(scene) + frames.draw_axes(scene)
-    return drawing + frames.page_normals(scene) + frames.draw_origins(scene)
+    return drawing + frames.draw_end_on_z_names(scene) + frames.draw_origins(scene)

@@ -6,30 +6,30 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm import Scene, anchors_beside, draw_arc, draw_dimension, is_point
-from qdot.exercises.figure.labels import Request
-from qdot.exercises.figure.pose import entries_of_pose
+from qdot.exercises.figure.arm import Scene, anchors_beside, draw_arc, draw_dimension, has_no_links
+from qdot.exercises.figure.labels import LabelRequest
+from qdot.exercises.figure.pose import compute_table_entries
 from qdot.exercises.figure.shapes import (
     Circle,
-    Pair,
     Polyline,
     Shape,
     TextRun,
-    magnitude,
-    roman,
+    Vector2D,
+    indexed_lettering,
+    length_lettering,
     sign_and_lettering,
-    symbol,
+    upright_lettering,
 )
-from qdot.exercises.figure.view import Drawing, View, arrow
+from qdot.exercises.figure.view import Drawing, View, draw_arrow
 
-AXIS = {True: 52.0, False: 54.0}
+AXIS_LENGTH = {True: 52.0, False: 54.0}
 """Length of a frame's axis in a flat drawing and in space, in pixels."""
-BODY = 44.0
+BODY_AXIS_LENGTH = 44.0
 """Length of the axes of the body frame, which are parallel to those of the space frame."""
-LONG = 96.0
+LONG_AXIS_LENGTH = 96.0
 """Length of an axis of an arm without links."""
-NAMES = "xyz"
-ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
+AXIS_NAMES = "xyz"
+MIN_ORIGIN_DISTANCE, MIN_AXIS_DISTANCE, MAX_CROWDING_COST = 34.0, 12.0, 120.0
 """Minimum distance in pixels between two origins, and from an origin to an axis of the world, and the cost of a
 distance of zero. The cost falls linearly to 0 at the minimum distance.
 """
@@ -38,55 +38,67 @@ distance of zero. The cost falls linearly to 0 at the minimum distance.
 def draw_axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     if not convention_of(scene.chain).frame_numbers:
-        return _joint_axes(scene)
+        return _draw_joint_axes(scene)
     view, is_flat = scene.view, scene.is_planar
     base = convention_of(scene.chain).base
-    length = AXIS[is_flat] if not is_point(scene.bones) else LONG
+    length = AXIS_LENGTH[is_flat] if not has_no_links(scene.bones) else LONG_AXIS_LENGTH
     axes_by_position: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
     for i, frame in enumerate(scene.frames):
-        for k, name in enumerate(NAMES):
+        for k, name in enumerate(AXIS_NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
             is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and base.is_world)
-            if not is_shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
+            if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
                 continue
             key = tuple(round(drawing) for drawing in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            earlier_names = axes_by_position[key][3] + roman(", ") if key in axes_by_position else ()
+            earlier_names = axes_by_position[key][3] + upright_lettering(", ") if key in axes_by_position else ()
             axes_by_position.setdefault(key, (origin, axis, name, ()))
-            axes_by_position[key] = (*axes_by_position[key][:3], (*earlier_names, *symbol(name, str(i))))
+            axes_by_position[key] = (*axes_by_position[key][:3], (*earlier_names, *indexed_lettering(name, str(i))))
     drawing = Drawing()
     for origin, axis, name, pieces in axes_by_position.values():
-        drawing += _axis(view, origin, axis, name, pieces, length)
+        drawing += _draw_axis(view, origin, axis, name, pieces, length)
     return drawing
 
 
-def _joint_axes(scene: Scene) -> Drawing:
+def _draw_joint_axes(scene: Scene) -> Drawing:
     """Return the direction of every joint at its glyph: an arrow, or only its name if it is seen end-on.
 
     The name has a prime if the arm is not at home.
     """
     view, drawing = scene.view, Drawing()
-    home = entries_of_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
-    prime = () if np.allclose(scene.bones.entries, home) else roman("′")
+    home = compute_table_entries(scene.chain, {q.name: 0.0 for q in scene.chain.q})
+    prime = () if np.allclose(scene.bones.entries, home) else upright_lettering("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name, axis, position = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        name, axis, position = (
+            indexed_lettering("ω" if joint.kind == "R" else "v", str(i)),
+            scene.axis(i),
+            scene.glyph_positions[i - 1],
+        )
         name = (*name, *prime)
         if not view.is_end_on(axis):
-            drawing += _axis(view, position, axis, "z", name, AXIS[scene.is_planar])
+            drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
             continue
-        pixel = view.px(position)
+        pixel = view.to_pixels(position)
         anchors = tuple((pixel, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
-        drawing += Drawing((), (Request(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
+        drawing += Drawing((), (LabelRequest(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
     return drawing
 
 
-def _axis(
+def _draw_axis(
     view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
 ) -> Drawing:
     """Return an axis as an arrow of `length` pixels with a label."""
     end = origin + axis * length / view.scale
-    reach = view.path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
-    request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2, kind="axis", reach=reach)
-    return Drawing(arrow(view, origin, end, f"axis-{name}"), (request,))
+    reach = view.path_in_pixels([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
+    request = LabelRequest(
+        pieces,
+        ((view.to_pixels(end), view.drawn_direction(axis)),),
+        name,
+        gap=3.0,
+        rank=2,
+        kind="axis",
+        further_points=reach,
+    )
+    return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
 def draw_body_frame(scene: Scene) -> Drawing:
@@ -95,11 +107,11 @@ def draw_body_frame(scene: Scene) -> Drawing:
     At home, {b} is parallel to {s}. In another configuration, or if P is not on the last link, {b} is not drawn. At the
     world's origin, the axes of {s} carry the names of {b}'s axes, too.
     """
-    if not has_body_frame(scene) or _is_at_world(scene):
+    if not has_body_frame(scene) or _is_point_at_world_origin(scene):
         return Drawing()
     view, point, drawing = scene.view, scene.bones.path[-1], Drawing()
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        drawing += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
+        drawing += _draw_axis(view, point, np.eye(3)[k], "w", indexed_lettering(AXIS_NAMES[k], "b"), BODY_AXIS_LENGTH)
     return drawing
 
 
@@ -108,7 +120,7 @@ def has_body_frame(scene: Scene) -> bool:
     return convention_of(scene.chain).is_drawn_at_home and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
-def _is_at_world(scene: Scene) -> bool:
+def _is_point_at_world_origin(scene: Scene) -> bool:
     """Return whether P is drawn at the world's origin."""
     return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
 
@@ -118,21 +130,23 @@ def draw_origins(scene: Scene) -> Drawing:
     labelled_points: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
     origins = [(i, scene.frames[i, :3, 3]) for i in convention_of(scene.chain).frame_numbers]
-    body_name = roman(", {b}") if has_body_frame(scene) else ()
-    named_points = [(point, (*symbol("P"), *body_name))] + [(o, symbol("O", str(i))) for i, o in origins]
+    body_name = upright_lettering(", {b}") if has_body_frame(scene) else ()
+    named_points = [(point, (*indexed_lettering("P"), *body_name))] + [
+        (o, indexed_lettering("O", str(i))) for i, o in origins
+    ]
     for position, pieces in named_points:
         for k, (earlier_position, earlier_pieces) in enumerate(labelled_points):
             if np.linalg.norm(position - earlier_position) * scene.view.scale < 1.0:
-                labelled_points[k] = (earlier_position, (*earlier_pieces, *roman(" = "), *pieces))
+                labelled_points[k] = (earlier_position, (*earlier_pieces, *upright_lettering(" = "), *pieces))
                 break
         else:
             labelled_points.append((position, pieces))
     requests = []
     for number, (position, pieces) in enumerate(labelled_points):
-        pixel = scene.view.px(position)
+        pixel = scene.view.to_pixels(position)
         anchors = tuple((pixel, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
-        requests.append(Request(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
-    dot = (Circle(scene.view.px(point), 4.6, "point"),)
+        requests.append(LabelRequest(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
+    dot = (Circle(scene.view.to_pixels(point), 4.6, "point"),)
     return Drawing(dot, tuple(requests))
 
 
@@ -142,22 +156,22 @@ def crowding_cost(scene: Scene) -> tuple[float, float]:
     The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
     """
     view, base = scene.view, convention_of(scene.chain).base
-    points = [view.px(origin) for origin in _distinct_origins(scene)]
-    arm_cost = sum(_closeness_cost(math.dist(p, q), ROOMY) for p, q in combinations(points, 2))
+    points = [view.to_pixels(origin) for origin in _distinct_origins(scene)]
+    arm_cost = sum(_closeness_cost(math.dist(p, q), MIN_ORIGIN_DISTANCE) for p, q in combinations(points, 2))
     if not any(base.position):
         return arm_cost, 0.0
-    world, cost = view.px(np.zeros(3)), 0.0
+    world, cost = view.to_pixels(np.zeros(3)), 0.0
     for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
-        end = view.px(AXIS[scene.is_planar] / view.scale * axis)
-        cost += sum(_closeness_cost(_distance(point, world, end), TOUCHING) for point in points)
-    return arm_cost, cost + sum(_closeness_cost(math.dist(point, world), ROOMY) for point in points)
+        end = view.to_pixels(AXIS_LENGTH[scene.is_planar] / view.scale * axis)
+        cost += sum(_closeness_cost(_distance_to_segment(point, world, end), MIN_AXIS_DISTANCE) for point in points)
+    return arm_cost, cost + sum(_closeness_cost(math.dist(point, world), MIN_ORIGIN_DISTANCE) for point in points)
 
 
-def _closeness_cost(distance: float, room: float) -> float:
-    return CROWDED_COST * max(0.0, 1.0 - distance / room)
+def _closeness_cost(distance: float, min_distance: float) -> float:
+    return MAX_CROWDING_COST * max(0.0, 1.0 - distance / min_distance)
 
 
-def _distance(point: Pair, start: Pair, end: Pair) -> float:
+def _distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> float:
     """Return the distance of a point from a line segment."""
     (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
     share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
@@ -171,18 +185,18 @@ def _distinct_origins(scene: Scene) -> list[np.ndarray]:
     return [origin for origin, is_new in zip(origins, is_distinct, strict=True) if is_new]
 
 
-def page_normals(scene: Scene) -> Drawing:
+def draw_end_on_z_names(scene: Scene) -> Drawing:
     """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
     view, n = scene.view, scene.chain.n
-    signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
+    signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).frame_numbers:
         return Drawing()
     labels, first = [], convention_of(scene.chain).frame_on_axis(1)
     for i in range(first, first + n) if min(map(abs, signs)) > 0.9 else range(first, n + 1):
         if abs(signs[i]) > 0.9:
-            pixel = view.px(scene.frames[i, :3, 3])
+            pixel = view.to_pixels(scene.frames[i, :3, 3])
             anchors = tuple((pixel, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
-            labels.append(Request(symbol("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
+            labels.append(LabelRequest(indexed_lettering("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
 
@@ -191,38 +205,52 @@ def draw_world(scene: Scene) -> Drawing:
     view, convention = scene.view, convention_of(scene.chain)
     base, name = convention.base, convention.fixed_frame
     if base.is_world and convention.frame_numbers:
-        return _first_length(scene)
+        return _draw_first_length(scene)
     base_origin = scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
-    length = AXIS[scene.is_planar] + (0.0 if is_apart else 18.0)
+    length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
     drawing, corner = Drawing(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        body_name = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
-        drawing += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *body_name), length)
+        body_name = (
+            (*upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
+            if has_body_frame(scene) and _is_point_at_world_origin(scene)
+            else ()
+        )
+        drawing += _draw_axis(
+            view, np.zeros(3), np.eye(3)[k], "w", (*indexed_lettering(AXIS_NAMES[k], name), *body_name), length
+        )
         edge = np.eye(3)[k] * base_origin[k]
-        if scene.sparse:
-            drawing += Drawing((Polyline(view.path([corner, corner + edge]), "leg"),) if base.position[k] != 0 else ())
+        if scene.is_sparse:
+            drawing += Drawing(
+                (Polyline(view.path_in_pixels([corner, corner + edge]), "leg"),) if base.position[k] != 0 else ()
+            )
         elif base.position[k] != 0 and _is_along_first_link(scene, k):
-            drawing += draw_dimension(scene, corner, corner + edge, magnitude(base.position[k]), 46.0)
+            drawing += draw_dimension(scene, corner, corner + edge, length_lettering(base.position[k]), 46.0)
         elif base.position[k] != 0:
-            line = Polyline(view.path([corner, corner + edge]), "leg")
-            anchors = anchors_beside(*view.path([corner, corner + edge]))
-            drawing += Drawing((line,), (Request(magnitude(base.position[k]), anchors, "text", gap=4.0, rank=1),))
+            line = Polyline(view.path_in_pixels([corner, corner + edge]), "leg")
+            anchors = anchors_beside(*view.path_in_pixels([corner, corner + edge]))
+            drawing += Drawing(
+                (line,), (LabelRequest(length_lettering(base.position[k]), anchors, "text", gap=4.0, rank=1),)
+            )
         corner = corner + edge
     if is_apart:
-        pixel = view.px(np.zeros(3))
+        pixel = view.to_pixels(np.zeros(3))
         anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
-        drawing += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
-    return drawing + _yaw(scene, is_apart) if convention.frame_numbers else drawing
+        drawing += Drawing((), (LabelRequest(indexed_lettering("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
+    return drawing + _draw_base_yaw(scene, is_apart) if convention.frame_numbers else drawing
 
 
-def _first_length(scene: Scene) -> Drawing:
+def _draw_first_length(scene: Scene) -> Drawing:
     """Return a dashed line from O_0 to the axis of joint 1, if the first row of a modified table has a length a_0."""
-    _, length = convention_of(scene.chain).from_standard(0)
+    _, length = convention_of(scene.chain).step_to_standard_frame(0)
     if length == 0:
         return Drawing()
-    ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
-    labels = () if scene.sparse else (Request(magnitude(length), anchors_beside(*ends), "text", gap=4.0, rank=1),)
+    ends = scene.view.path_in_pixels([scene.frames[0, :3, 3], scene.bones.origins[0]])
+    labels = (
+        ()
+        if scene.is_sparse
+        else (LabelRequest(length_lettering(length), anchors_beside(*ends), "text", gap=4.0, rank=1),)
+    )
     return Drawing((Polyline(ends, "leg"),), labels)
 
 
@@ -232,16 +260,16 @@ def _is_along_first_link(scene: Scene, k: int) -> bool:
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
-def _yaw(scene: Scene, apart: bool) -> Drawing:
+def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
     """Return the arc of the base's yaw, from the direction of the world's x axis to the x axis of frame 0."""
     base, view, frame = convention_of(scene.chain).base, scene.view, scene.frames[0]
-    if base.yaw == 0 or scene.sparse:
+    if base.yaw == 0 or scene.is_sparse:
         return Drawing()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))
-    radius = AXIS[scene.is_planar] - 7.0
+    radius = AXIS_LENGTH[scene.is_planar] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
-    dashed_line: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
-    sign, letters = sign_and_lettering(base.yaw, angle=True)
-    label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
+    dashed_line: tuple[Shape, ...] = (Polyline(view.path_in_pixels([origin, end]), "dashed"),) if is_apart else ()
+    sign, letters = sign_and_lettering(base.yaw, is_angle=True)
+    label = LabelRequest((*(upright_lettering("−") if sign == "−" else ()), *letters), (), "angle")
     return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

@@ -13,12 +13,20 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.pose import entries_of_pose
-from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
+from qdot.exercises.figure.pose import compute_table_entries
+from qdot.exercises.figure.shapes import (
+    Figure,
+    FontRun,
+    TextRun,
+    joint_lettering,
+    length_lettering,
+    lettering_size,
+    make_font_runs,
+)
 
-_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
+_LENGTH_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
 """The possible lengths of models in centimetres; the longest length of an arm becomes the last one."""
-_TURN, _SLIDE = sp.pi / 6, sp.Rational(35, 100)
+_MODEL_ANGLE_OFFSET, _MODEL_LENGTH_OFFSET = sp.pi / 6, sp.Rational(35, 100)
 """The joint offsets of models (rad, m); their labels are at least as wide as most."""
 
 
@@ -26,39 +34,39 @@ _TURN, _SLIDE = sp.pi / 6, sp.Rational(35, 100)
 class Model:
     """An arm and its model (`chain`).
 
-    `letters` maps the model's lettering to the arm's. `longer` is the arm's size divided by the model's.
+    `lettering` maps the model's lettering to the arm's. `size_ratio` is the arm's size divided by the model's.
     """
 
     arm: Chain
     chain: Chain
-    letters: Mapping[tuple[Run, ...], tuple[Run, ...]]
-    longer: float
+    lettering: Mapping[tuple[FontRun, ...], tuple[FontRun, ...]]
+    size_ratio: float
 
-    def pose(self, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    def model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
         """Return the joint values of the model (rad, m) for those of the arm. Raises QdotError if one is missing."""
-        entries = self._scale_slides(entries_of_pose(self.arm, values), 1 / self.longer)
-        zeros = entries_of_pose(self.chain, {q.name: 0.0 for q in self.chain.q})
+        entries = self._scale_prismatic_entries(compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
+        zeros = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
         return tuple(
             (q.name, round(float(entry - zero), 9)) for q, entry, zero in zip(self.arm.q, entries, zeros, strict=True)
         )
 
-    def entries(self, drawn: Sequence[float] | np.ndarray) -> tuple[float, ...]:
+    def arm_entries(self, model_entries: Sequence[float] | np.ndarray) -> tuple[float, ...]:
         """Return the entries of the arm's table in a pose of the model."""
-        return tuple(map(float, self._scale_slides(np.array(drawn), self.longer)))
+        return tuple(map(float, self._scale_prismatic_entries(np.array(model_entries), self.size_ratio)))
 
-    def _scale_slides(self, entries: np.ndarray, by: float) -> np.ndarray:
+    def _scale_prismatic_entries(self, entries: np.ndarray, factor: float) -> np.ndarray:
         is_prismatic = np.array([joint.kind == "P" for joint in self.arm.joints])
-        return np.where(is_prismatic, entries * by, entries)
+        return np.where(is_prismatic, entries * factor, entries)
 
     def relabel(self, figure: Figure) -> Figure:
         """Return the model's figure with the arm's own lettering."""
-        if not self.letters:
+        if not self.lettering:
             return figure
-        texts = (replace(text, runs=self.letters.get(text.runs, text.runs)) for text in figure.texts)
+        texts = (replace(text, runs=self.lettering.get(text.runs, text.runs)) for text in figure.texts)
         return replace(figure, texts=tuple(texts))
 
 
-def model_of(chain: Chain) -> Model:
+def make_model(chain: Chain) -> Model:
     """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
         return Model(chain, chain, {}, 1.0)
@@ -73,12 +81,15 @@ def model_of(chain: Chain) -> Model:
     point = Point(chain.point.frame, (u, v, w))
     model_chain = Chain("model", tuple(joints), chain.task, chain.base, point, convention=chain.convention)
     return Model(
-        chain, model_chain, {runs(model): runs(arm_letters) for model, arm_letters in lettering.items()}, longer
+        chain,
+        model_chain,
+        {make_font_runs(model): make_font_runs(arm_letters) for model, arm_letters in lettering.items()},
+        longer,
     )
 
 
 def _model_lengths(
-    chain: Chain, letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
+    chain: Chain, lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
 ) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
     """Return a function from the arm's lengths to the model's, and the arm's size relative to the model.
 
@@ -91,35 +102,35 @@ def _model_lengths(
     if not sizes or any(value.is_number and value != 0 for value in chain.base.position):
         return unchanged
     steps: dict[sp.Expr, sp.Rational] = {}
-    step = len(_STEPS)
+    step = len(_LENGTH_STEPS)
     for size in sizes:
-        step = min(step, max(1, round(len(_STEPS) * float(size / sizes[0]))))
+        step = min(step, max(1, round(len(_LENGTH_STEPS) * float(size / sizes[0]))))
         if step < 1:
             return unchanged
-        steps[size] = sp.Rational(_STEPS[step - 1], 100)
+        steps[size] = sp.Rational(_LENGTH_STEPS[step - 1], 100)
         step -= 1
-    names = {magnitude(model): magnitude(size) for size, model in steps.items()}
-    if any(extent(arm_letters)[0] > extent(model)[0] for model, arm_letters in names.items()):
+    names = {length_lettering(model): length_lettering(size) for size, model in steps.items()}
+    if any(lettering_size(arm_letters)[0] > lettering_size(model)[0] for model, arm_letters in names.items()):
         return unchanged
-    letters.update(names)
+    lettering.update(names)
 
     def length(value: sp.Expr) -> sp.Expr:
         if not value.is_number or value == 0:
             return value
         return steps[abs(value)] * (1 if value > 0 else -1)
 
-    return length, float(sizes[0]) * 100 / _STEPS[-1]
+    return length, float(sizes[0]) * 100 / _LENGTH_STEPS[-1]
 
 
 def _model_offset(
-    q: sp.Symbol, offset: sp.Expr, turns: bool, letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
+    q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
 ) -> sp.Expr:
     """Return the model's offset of a joint, and store the lettering; unchanged if symbolic or if its label is wider."""
-    model_offset = _TURN if turns else _SLIDE
+    model_offset = _MODEL_ANGLE_OFFSET if is_revolute else _MODEL_LENGTH_OFFSET
     if offset == 0 or not offset.is_number:
         return offset
-    model, arm_letters = with_offset(q, model_offset, turns), with_offset(q, offset, turns)
-    if extent(arm_letters)[0] > extent(model)[0]:
+    model, arm_letters = joint_lettering(q, model_offset, is_revolute), joint_lettering(q, offset, is_revolute)
+    if lettering_size(arm_letters)[0] > lettering_size(model)[0]:
         return offset
-    letters[model] = arm_letters
+    lettering[model] = arm_letters
     return model_offset

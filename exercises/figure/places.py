@@ -10,42 +10,42 @@ from itertools import pairwise
 
 import numpy as np
 
-from qdot.exercises.figure.shapes import Box, Circle, Glyph, Pair, Polyline, Shape, TextRun, extent
+from qdot.exercises.figure.shapes import Box, Circle, Glyph, Polyline, Shape, TextRun, Vector2D, lettering_size
 
-ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
-FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
+PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
+EXTRA_DISTANCES = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
 """Possible places of a label: angles from the preferred direction (degrees), and extra distances (pixels)."""
-BOX_COST, OUTSIDE_COST = 400_00, 400_00
-LEADER_COST, CONFUSED_COST, CROSSED_COST = 14_00, 70_00, 120_00
-INK_COST, INKED, MORE_INK_COST = 14_00, 10, 1_00
+OVERLAP_COST, OUTSIDE_COST = 400_00, 400_00
+LEADER_COST, AMBIGUOUS_COST, CROSSED_COST = 14_00, 70_00, 120_00
+INK_COST, COSTLY_POINT_COUNT, MORE_INK_COST = 14_00, 10, 1_00
 """Costs in hundredths, line by line:
 
 * for each overlapped label, and for a place outside the figure;
 * for a leader, extra if it is needed because another thing of the kind is nearer, and extra if it crosses a label or
   leader (or a label covers a leader);
 * for each of the first INKED covered points of lines, their number, and for each covered point in addition."""
-CLEARLY = 2.0
+MIN_DISTANCE_LEAD = 2.0
 """A label should be nearer to its own thing than to others of the kind by this many pixels."""
-EDGE = 4.0
+EDGE_MARGIN = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
-WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
+CROSSING_SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Where a leader is tested for crossing other labels, as shares of its length."""
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
 """Half the width in pixels of lines of some styles."""
-THIN, AIR = 2.0, 1.5
+THIN_HALF_WIDTH, CIRCLE_MARGIN = 2.0, 1.5
 """Half the width of other lines, with some air, and the air around a circle."""
 
-_Turn = tuple[float, float]
+_CosSin = tuple[float, float]
 """Cosine and sine."""
-_PlaceEntry = tuple[int, int, int, float, _Turn]
+_PlaceEntry = tuple[int, int, int, float, _CosSin]
 """A place: its base cost (hundredths), number, anchor, extra distance, and direction."""
 
 
-class Ink:
+class InkPoints:
     """Points on the lines of shapes, each with half the width of its line."""
 
     def __init__(self, shapes: Iterable[Shape]) -> None:
-        x, y, half_width = samples(shapes).T
+        x, y, half_width = sample_points(shapes).T
         self._left, self._top, self._right, self._bottom = (
             x - half_width,
             y - half_width,
@@ -53,23 +53,23 @@ class Ink:
             y + half_width,
         )
 
-    def hits(self, box: Box) -> int:
+    def count_covered(self, box: Box) -> int:
         """Return how many points a box covers."""
         left, top, right, bottom = box
         is_covered = (self._left < right) & (self._right > left) & (self._top < bottom) & (self._bottom > top)
         return int(np.count_nonzero(is_covered))
 
 
-def samples(shapes: Iterable[Shape]) -> np.ndarray:
+def sample_points(shapes: Iterable[Shape]) -> np.ndarray:
     """Return points on the shapes' lines, about 4 pixels apart, as rows x, y, half width (k x 3)."""
     circles: list[tuple[float, float, float]] = []
     pieces: list[tuple[float, ...]] = []
     for shape in shapes:
         for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
             if isinstance(inner, Circle):
-                circles.append((*inner.center, inner.radius + AIR))
+                circles.append((*inner.center, inner.radius + CIRCLE_MARGIN))
             else:
-                half_width = HALF_WIDTH.get(inner.style, THIN)
+                half_width = HALF_WIDTH.get(inner.style, THIN_HALF_WIDTH)
                 points = (*inner.points, inner.points[0]) if inner.closed else inner.points
                 pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
     return np.concatenate(
@@ -87,57 +87,60 @@ def _points_along(pieces: np.ndarray) -> np.ndarray:
     return np.hstack([start[piece_index] + direction[piece_index] * share, half_width[piece_index]])
 
 
-class Line:
+class LeaderLine:
     """A label's leader among other labels: a straight line with points on it."""
 
     def __init__(self, shape: Polyline) -> None:
         self.shape = shape
         self.start, self.end = shape.points
         (x0, y0), (x1, y1) = shape.points
-        self._ink = Ink((shape,))
+        self._ink = InkPoints((shape,))
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
-        self._low, self._high = (min(x0, x1) - THIN, min(y0, y1) - THIN), (max(x0, x1) + THIN, max(y0, y1) + THIN)
+        self._low, self._high = (
+            (min(x0, x1) - THIN_HALF_WIDTH, min(y0, y1) - THIN_HALF_WIDTH),
+            (max(x0, x1) + THIN_HALF_WIDTH, max(y0, y1) + THIN_HALF_WIDTH),
+        )
 
     def is_near(self, box: Box) -> bool:
         """Return whether the line may pass through a box."""
         left, top, right, bottom = box
         return right > self._low[0] and left < self._high[0] and bottom > self._low[1] and top < self._high[1]
 
-    def hits(self, box: Box) -> int:
+    def count_covered(self, box: Box) -> int:
         """Return how many points of the line a box covers."""
-        return self._ink.hits(box)
+        return self._ink.count_covered(box)
 
-    def is_under(self, box: Box) -> bool:
+    def is_covered_by(self, box: Box) -> bool:
         """Return whether a box covers points of the line."""
         left, top, right, bottom = box
         return any(left - 1 < x < right + 1 and top - 1 < y < bottom + 1 for x, y in self._points)
 
-    def crosses(self, start: Pair, end: Pair) -> bool:
+    def crosses(self, start: Vector2D, end: Vector2D) -> bool:
         """Return whether the line crosses another one."""
         return _lie_on_both_sides(start, end, self.start, self.end) and _lie_on_both_sides(
             self.start, self.end, start, end
         )
 
 
-def _lie_on_both_sides(start: Pair, end: Pair, first: Pair, second: Pair) -> bool:
+def _lie_on_both_sides(start: Vector2D, end: Vector2D, first: Vector2D, second: Vector2D) -> bool:
     """Return whether two points lie clearly on different sides of a line."""
     first_side, second_side = _side(start, end, first), _side(start, end, second)
     return (first_side < 0 < second_side) or (second_side < 0 < first_side)
 
 
-def _side(start: Pair, end: Pair, point: Pair) -> int:
+def _side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
     """Return the side of a line on which a point lies, as a sign. Rounded, so that it is the same on every machine."""
     (x0, y0), (x1, y1), (x, y) = start, end, point
     return round(((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) * 1000)
 
 
 @lru_cache(maxsize=64)
-def _order(anchors: int) -> tuple[_PlaceEntry, ...]:
+def _list_places(anchor_count: int) -> tuple[_PlaceEntry, ...]:
     """Return the places around the given number of anchors, the cheapest first."""
     entries: list[_PlaceEntry] = []
-    for anchor in range(anchors):
-        for further in FURTHER:
-            for angle in map(math.radians, ROUND):
+    for anchor in range(anchor_count):
+        for further in EXTRA_DISTANCES:
+            for angle in map(math.radians, PLACE_ANGLES):
                 cost = round(100 * (1.2 * further + 9.0 * abs(angle) + 1.5 * anchor))
                 entries.append((cost, len(entries), anchor, further, (math.cos(angle), math.sin(angle))))
     return tuple(sorted(entries))
@@ -146,19 +149,19 @@ def _order(anchors: int) -> tuple[_PlaceEntry, ...]:
 class _Place:
     """A place for a label, with costs that don't depend on other labels, computed on demand.
 
-    `base_cost` is the cost of the place itself, `inked` includes covered lines, `least` is the known lower bound.
-    `hits` (covered points) and `leader` (its cost) are -1 until they are computed.
+    `base_cost` is the cost of the place itself, `cost_with_lines` includes covered lines, `lower_bound` is the known
+    lower bound. `covered_count` (covered points) and `leader_cost` (its cost) are -1 until they are computed.
     """
 
-    __slots__ = ("base_cost", "box", "end", "hits", "inked", "leader", "least")
+    __slots__ = ("base_cost", "box", "cost_with_lines", "covered_count", "leader_cost", "leader_end", "lower_bound")
 
     def __init__(self, box: Box, base_cost: int) -> None:
-        self.box, self.base_cost, self.least = box, base_cost, base_cost
-        self.hits = self.leader = -1
-        self.inked, self.end = base_cost, (0.0, 0.0)
+        self.box, self.base_cost, self.lower_bound = box, base_cost, base_cost
+        self.covered_count = self.leader_cost = -1
+        self.cost_with_lines, self.leader_end = base_cost, (0.0, 0.0)
 
 
-class Places:
+class LabelPlaces:
     """The places of one label `gap` pixels from one of its anchors, each with a preferred direction.
 
     `far` is the distance from which it needs a leader; `rivals` are points of other things of the kind.
@@ -167,145 +170,154 @@ class Places:
     def __init__(
         self,
         pieces: tuple[TextRun, ...],
-        anchors: Sequence[tuple[Pair, Pair]],
+        anchors: Sequence[tuple[Vector2D, Vector2D]],
         gap: float,
         far: float,
-        rivals: Sequence[Pair],
-        ink: Ink,
-        size: Pair,
+        rivals: Sequence[Vector2D],
+        ink: InkPoints,
+        size: Vector2D,
     ) -> None:
-        self._gap, self._far, self._rivals, self._ink = gap, far, rivals, ink
-        w, h = extent(pieces)
+        self._gap, self._leader_distance, self._rivals, self._ink = gap, far, rivals, ink
+        w, h = lettering_size(pieces)
         self._half = (w / 2, h / 2)
-        self._right, self._bottom = size[0] - EDGE, size[1] - EDGE
-        self._anchors = [(*point, *_unit(direction)) for point, direction in anchors]
-        self._spots = tuple(dict.fromkeys(point for point, _ in anchors))
-        self._known: dict[int, _Place] = {}
-        x, y = zip(*self._spots, strict=True)
-        far = gap + FURTHER[-1] + 2 * w
-        self._reach: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
-        self._all: Box | None = None
+        self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN
+        self._anchors = [(*point, *_unit_vector(direction)) for point, direction in anchors]
+        self._named_points = tuple(dict.fromkeys(point for point, _ in anchors))
+        self._evaluated_places: dict[int, _Place] = {}
+        x, y = zip(*self._named_points, strict=True)
+        far = gap + EXTRA_DISTANCES[-1] + 2 * w
+        self._bounds_of_places: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
+        self._cached_bounding_box: Box | None = None
 
-    def best(self, taken: Sequence[Box], lines: Sequence[Line], most: float) -> tuple[Box, float] | None:
-        """Return the cheapest box and its cost among other labels' boxes (`taken`) and leaders (`lines`).
+    def find_best(
+        self, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine], max_cost: float
+    ) -> tuple[Box, float] | None:
+        """Return the cheapest box and its cost among other labels' boxes (`label_boxes`) and leaders (`leaders`).
 
         Places are tried by their base cost until no further place can be cheaper. Costs are whole hundredths, and a
-        tie goes to the place with the smallest number, on every machine. Returns None if all cost more than `most`.
+        tie goes to the place with the smallest number, on every machine. Returns None if all cost more than `max_cost`.
         """
-        x0, y0, x1, y1 = self._reach
-        taken = [box for box in taken if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
-        padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
-        known_places = self._known
-        best, least_cost = -1, math.ceil(100 * min(most, 1e9)) + 1
-        for base_cost, number, anchor, further, turn in _order(len(self._anchors)):
+        x0, y0, x1, y1 = self._bounds_of_places
+        label_boxes = [box for box in label_boxes if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
+        padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in label_boxes]
+        known_places = self._evaluated_places
+        best, least_cost = -1, math.ceil(100 * min(max_cost, 1e9)) + 1
+        for base_cost, number, anchor, further, turn in _list_places(len(self._anchors)):
             if base_cost > least_cost or (base_cost == least_cost and number > best):
                 break
             place = known_places.get(number)
             if place is None:
-                place = known_places[number] = self._place(base_cost, anchor, further, turn)
-            if place.least > least_cost:
+                place = known_places[number] = self._make_place(base_cost, anchor, further, turn)
+            if place.lower_bound > least_cost:
                 continue
             left, top, right, bottom = place.box
             overlap_cost = 0
             for x0, y0, x1, y1 in padded_boxes:
                 if left < x1 and right > x0 and top < y1 and bottom > y0:
-                    overlap_cost += BOX_COST
-            if overlap_cost + place.least > least_cost:
+                    overlap_cost += OVERLAP_COST
+            if overlap_cost + place.lower_bound > least_cost:
                 continue
-            cost = overlap_cost + self._cost_with_lines(place, lines)
+            cost = overlap_cost + self._cost_with_lines(place, leaders)
             if cost <= least_cost:
-                if place.leader < 0:
+                if place.leader_cost < 0:
                     self._evaluate_leader(place)
-                cost += place.leader
-                if place.leader and cost <= least_cost and _is_crossed(place.box, place.end, taken, lines):
+                cost += place.leader_cost
+                if (
+                    place.leader_cost
+                    and cost <= least_cost
+                    and _is_crossed(place.box, place.leader_end, label_boxes, leaders)
+                ):
                     cost += CROSSED_COST
                 if cost < least_cost or (cost == least_cost and number < best):
                     best, least_cost = number, cost
         return (known_places[best].box, least_cost / 100) if best >= 0 else None
 
-    def _place(self, base_cost: int, anchor: int, further: float, turn: _Turn) -> _Place:
+    def _make_place(self, base_cost: int, anchor: int, extra_distance: float, direction: _CosSin) -> _Place:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
-        (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], turn
+        (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], direction
         c, s = u * cos - v * sin, v * cos + u * sin
         horizontal, vertical = abs(c), abs(s)
-        reach = self._gap + further + (w / horizontal if w * vertical < h * horizontal else h / vertical)
+        reach = self._gap + extra_distance + (w / horizontal if w * vertical < h * horizontal else h / vertical)
         x, y = x + c * reach, y + s * reach
         box = left, top, right, bottom = x - w, y - h, x + w, y + h
-        is_inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
+        is_inside = left >= EDGE_MARGIN and top >= EDGE_MARGIN and right <= self._right and bottom <= self._bottom
         return _Place(box, base_cost if is_inside else base_cost + OUTSIDE_COST)
 
-    def _cost_with_lines(self, place: _Place, lines: Sequence[Line]) -> int:
+    def _cost_with_lines(self, place: _Place, leaders: Sequence[LeaderLine]) -> int:
         """Return the cost of a place with the lines that it covers, including other labels' leaders."""
-        if place.hits < 0:
-            place.hits = self._ink.hits(place.box)
-            place.least = place.inked = place.base_cost + _ink_cost(place.hits)
-        near = [line for line in lines if line.is_near(place.box)] if lines else lines
+        if place.covered_count < 0:
+            place.covered_count = self._ink.count_covered(place.box)
+            place.lower_bound = place.cost_with_lines = place.base_cost + _ink_cost(place.covered_count)
+        near = [line for line in leaders if line.is_near(place.box)] if leaders else leaders
         if not near:
-            return place.inked
-        cost = place.base_cost + _ink_cost(place.hits + sum(line.hits(place.box) for line in near))
-        return cost + CROSSED_COST * any(line.is_under(place.box) for line in near)
+            return place.cost_with_lines
+        cost = place.base_cost + _ink_cost(place.covered_count + sum(line.count_covered(place.box) for line in near))
+        return cost + CROSSED_COST * any(line.is_covered_by(place.box) for line in near)
 
     def _evaluate_leader(self, place: _Place) -> None:
         """Determine whether a place needs a leader, its end, and its cost apart from other labels."""
-        distance, place.end = self.nearest(place.box)
-        if self._is_confused(place.box, distance):
-            place.leader = LEADER_COST + CONFUSED_COST
+        distance, place.leader_end = self.find_nearest_point(place.box)
+        if self._is_ambiguous(place.box, distance):
+            place.leader_cost = LEADER_COST + AMBIGUOUS_COST
         else:
-            place.leader = LEADER_COST if distance > self._far else 0
-        place.least += place.leader
+            place.leader_cost = LEADER_COST if distance > self._leader_distance else 0
+        place.lower_bound += place.leader_cost
 
-    def nearest(self, box: Box) -> tuple[float, Pair]:
+    def find_nearest_point(self, box: Box) -> tuple[float, Vector2D]:
         """Return the distance of a box from the thing that the label names, and the nearest point of that thing."""
-        gaps = [_gap(box, spot) for spot in self._spots]
+        gaps = [_distance_to_box(box, spot) for spot in self._named_points]
         distance = min(gaps)
-        return distance, self._spots[gaps.index(distance)]
+        return distance, self._named_points[gaps.index(distance)]
 
-    def _is_confused(self, box: Box, distance: float) -> bool:
+    def _is_ambiguous(self, box: Box, distance: float) -> bool:
         """Return whether another thing of the kind is not clearly further away than the label's own thing."""
-        for rival in _points_near(box, self._rivals, distance + CLEARLY):
-            gap = _gap(box, rival)
-            if distance > gap - CLEARLY and (gap < self._far or self._is_around(rival)):
+        for rival in _points_near(box, self._rivals, distance + MIN_DISTANCE_LEAD):
+            gap = _distance_to_box(box, rival)
+            if distance > gap - MIN_DISTANCE_LEAD and (gap < self._leader_distance or self._is_near_any_place(rival)):
                 return True
         return False
 
-    def _is_around(self, rival: Pair) -> bool:
+    def _is_near_any_place(self, rival: Vector2D) -> bool:
         """Return whether a point is near any possible place; a point far from all of them causes no confusion."""
-        (x, y), far = rival, self._far
+        (x, y), far = rival, self._leader_distance
         left, top, right, bottom = self._bounding_box()
         return left - far < x < right + far and top - far < y < bottom + far
 
     def _bounding_box(self) -> Box:
         """Return the bounding box of all places."""
-        if self._all is None:
+        if self._cached_bounding_box is None:
             outermost = [
-                self._place(0, anchor, further, turn).box
-                for _, _, anchor, further, turn in _order(len(self._anchors))
-                if further == FURTHER[-1]
+                self._make_place(0, anchor, further, turn).box
+                for _, _, anchor, further, turn in _list_places(len(self._anchors))
+                if further == EXTRA_DISTANCES[-1]
             ]
             left, top, right, bottom = zip(*outermost, strict=True)
-            self._all = min(left), min(top), max(right), max(bottom)
-        return self._all
+            self._cached_bounding_box = min(left), min(top), max(right), max(bottom)
+        return self._cached_bounding_box
 
     def needs_leader(self, box: Box) -> bool:
         """Return whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
-        distance, _ = self.nearest(box)
-        return distance > self._far or any(
-            _gap(box, rival) < distance for rival in _points_near(box, self._rivals, distance)
+        distance, _ = self.find_nearest_point(box)
+        return distance > self._leader_distance or any(
+            _distance_to_box(box, rival) < distance for rival in _points_near(box, self._rivals, distance)
         )
 
 
-def _unit(wish: Pair) -> Pair:
+def _unit_vector(direction: Vector2D) -> Vector2D:
     """Return the unit vector along a direction; (1, 0) for the zero vector of a link that is seen end-on."""
-    angle = math.atan2(wish[1], wish[0])
+    angle = math.atan2(direction[1], direction[0])
     return math.cos(angle), math.sin(angle)
 
 
-def _ink_cost(hits: int) -> int:
+def _ink_cost(covered_count: int) -> int:
     """Return the cost of covering a number of points of lines."""
-    return INK_COST * (hits if hits < INKED else INKED) + MORE_INK_COST * hits
+    return (
+        INK_COST * (covered_count if covered_count < COSTLY_POINT_COUNT else COSTLY_POINT_COUNT)
+        + MORE_INK_COST * covered_count
+    )
 
 
-def _gap(box: Box, point: Pair) -> float:
+def _distance_to_box(box: Box, point: Vector2D) -> float:
     """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
     left, top, right, bottom = box
     x, y = point
@@ -314,24 +326,29 @@ def _gap(box: Box, point: Pair) -> float:
     return round((math.hypot(horizontal, vertical) if horizontal and vertical else horizontal + vertical) * 1000) / 1000
 
 
-def _points_near(box: Box, points: Sequence[Pair], most: float) -> list[Pair]:
-    """Return the points that may be less than `most` away from a box."""
-    left, top, right, bottom = box[0] - most - 0.01, box[1] - most - 0.01, box[2] + most + 0.01, box[3] + most + 0.01
+def _points_near(box: Box, points: Sequence[Vector2D], max_distance: float) -> list[Vector2D]:
+    """Return the points that may be less than `max_distance` away from a box."""
+    left, top, right, bottom = (
+        box[0] - max_distance - 0.01,
+        box[1] - max_distance - 0.01,
+        box[2] + max_distance + 0.01,
+        box[3] + max_distance + 0.01,
+    )
     return [point for point in points if left < point[0] < right and top < point[1] < bottom]
 
 
-def leader_start(box: Box, spot: Pair) -> Pair:
+def leader_start(box: Box, point: Vector2D) -> Vector2D:
     """Return the point of a box that is nearest to a point."""
-    return min(max(spot[0], box[0]), box[2]), min(max(spot[1], box[1]), box[3])
+    return min(max(point[0], box[0]), box[2]), min(max(point[1], box[1]), box[3])
 
 
-def _is_crossed(box: Box, spot: Pair, taken: Sequence[Box], lines: Sequence[Line]) -> bool:
+def _is_crossed(box: Box, point: Vector2D, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine]) -> bool:
     """Return whether the segment from a box to a point crosses other boxes or leaders."""
-    (x, y), (u, v) = start, _ = leader_start(box, spot), spot
+    (x, y), (u, v) = start, _ = leader_start(box, point), point
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
-    for left, top, right, bottom in taken:
+    for left, top, right, bottom in label_boxes:
         if left < x1 and right > x0 and top < y1 and bottom > y0:
-            for share in WAY:
+            for share in CROSSING_SHARES:
                 if left < x + share * (u - x) < right and top < y + share * (v - y) < bottom:
                     return True
-    return any(line.crosses(start, spot) for line in lines)
+    return any(line.crosses(start, point) for line in leaders)

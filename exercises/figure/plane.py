@@ -10,17 +10,17 @@ from qdot.exercises.arm.chain import Base, Chain, Point
 from qdot.exercises.arm.kinematics import NumericChain
 
 
-def axonometric(azimuth: float, elevation: float) -> np.ndarray:
+def axonometric_view(azimuth: float, elevation: float) -> np.ndarray:
     """Return the directions right, up and towards the reader (rows) for a reader at two angles (rad)."""
     ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-SPACE = axonometric(np.radians(36.0), np.radians(24.0))
-FROM_Z = np.eye(3)
-FROM_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-FROM_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-SEEN = {
+SPATIAL_VIEW = axonometric_view(np.radians(36.0), np.radians(24.0))
+VIEW_FROM_Z = np.eye(3)
+VIEW_FROM_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+VIEW_FROM_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+VIEW_DESCRIPTIONS = {
     "z": "in the plane of x_w and y_w, seen from +z_w",
     "x": "in the plane of y_w and z_w, seen from +x_w",
     "y": "in the plane of x_w and z_w, seen from -y_w",
@@ -28,29 +28,29 @@ SEEN = {
 """The views of planar arms in words, by the world axis perpendicular to the drawing."""
 
 
-def exact(chain: Chain) -> Chain:
+def with_exact_numbers(chain: Chain) -> Chain:
     """Return the same arm with Python numbers in its base and point converted to SymPy numbers."""
     (x, y, z), (u, v, w) = (map(sp.sympify, coordinates) for coordinates in (chain.base.position, chain.point.offset))
     base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
     return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
 
 
-def camera(chain: Chain) -> np.ndarray:
+def choose_view(chain: Chain) -> np.ndarray:
     """Return the directions right, up and towards the reader (rows) in the world frame."""
-    return {"z": FROM_Z, "x": FROM_X, "y": FROM_Y, None: SPACE}[plane(chain)]
+    return {"z": VIEW_FROM_Z, "x": VIEW_FROM_X, "y": VIEW_FROM_Y, None: SPATIAL_VIEW}[find_normal_axis(chain)]
 
 
-def is_flat(chain: Chain) -> bool:
+def is_drawn_flat(chain: Chain) -> bool:
     """Return whether the arm is drawn flat: it never leaves a plane of two axes of the world."""
-    return plane(chain) is not None
+    return find_normal_axis(chain) is not None
 
 
 @lru_cache(maxsize=256)
-def plane(chain: Chain) -> str | None:
+def find_normal_axis(chain: Chain) -> str | None:
     """Return the world axis ("x", "y" or "z") that is perpendicular to all motion of the arm, or None."""
     if chain.is_planar:
         return "z"
-    chain = exact(chain)
+    chain = with_exact_numbers(chain)
     values = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
     arm = NumericChain(chain, values)
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])

@@ -15,120 +15,131 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import REGULAR
-from qdot.exercises.figure.arm import draw_body, fit_drawing, make_scene
-from qdot.exercises.figure.plane import exact, is_flat
-from qdot.exercises.figure.pose import best_poses, drawn_chain, score_poses, skeleton, symbol_values
-from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
-from qdot.exercises.figure.view import Drawing, View, arrow, tip
+from qdot.exercises.arm.singularity_kinds import RANK_TOLERANCE
+from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
+from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
+from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
+from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, Vector2D, format_decimal
+from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_math
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import lay_out
 
-PANEL, THUMBNAIL = (280, 196), (320, 240)
+PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
 """Width and height of these drawings in pixels; both are shown at 60 % of this size."""
 MARGIN = (12.0, 12.0)
-ARROW, RING, SHORT = 44.0, 14.0, 0.3
+ARROW_HALF_LENGTH, RING_RADIUS, SHORT_SHARE = 44.0, 14.0, 0.3
 """Half the length of an arrow, the radius of a ring, and the visible share of an arrow below which it becomes a ring.
 
 A last link shorter than this share of the longest link gets an arrow along its z axis, HAND pixels long.
 """
-HAND = 56.0
-CROSS = 6.0
+HAND_AXIS_LENGTH = 56.0
+CROSS_HALF_SIZE = 6.0
 """Half the size of the cross that marks the point of a submitted answer, in pixels."""
-MOST = 8
+MAX_SINGULAR_DRAWINGS = 8
 """Maximum number of singular configurations that are drawn."""
-TRIED = 24
+SAMPLED_CONFIGURATIONS = 24
 """Number of configurations sampled on a condition in several joints; the one easiest to read is drawn."""
-CAPTION = 24
+MAX_CAPTION_LENGTH = 24
 """Maximum number of characters in a caption."""
 
 
 def draw_thumbnail(chain: Chain) -> Figure:
     """Return the arm in its clearest pose without frames and lettering."""
-    chain = exact(chain)
-    drawn = drawn_chain(replace(chain, base=replace(chain.base, position=Base().position)))
-    return _figure(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL)
+    chain = with_exact_numbers(chain)
+    drawn = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
+    return _draw_small(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL_SIZE)
 
 
-def figure_in_pose(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = None) -> Figure:
+def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarray | None = None) -> Figure:
     """Return a drawing to scale of an arm with numeric lengths in a given configuration.
 
-    `beside` (3, in m) is the vector from P to a point that is marked by a cross.
+    `mark_offset` (3, in m) is the vector from P to a point that is marked by a cross.
     """
-    scaled_arm = _scale_arm(exact(chain))
-    entries = scaled_arm.entries(np.array([pose[q.name] for q in chain.q]) + scaled_arm.offsets)
-    return _figure(scaled_arm.drawn, entries, PANEL, beside=None if beside is None else beside / scaled_arm.unit)
+    scaled_arm = _scale_arm(with_exact_numbers(chain))
+    entries = scaled_arm.scale_entries(np.array([pose[q.name] for q in chain.q]) + scaled_arm.offsets)
+    return _draw_small(
+        scaled_arm.scaled_chain,
+        entries,
+        PANEL_SIZE,
+        mark_offset=None if mark_offset is None else mark_offset / scaled_arm.unit,
+    )
 
 
-def _figure(
+def _draw_small(
     drawn: Chain,
     entries: np.ndarray,
     size: tuple[int, int],
-    lost: tuple[np.ndarray, ...] = (),
-    beside: np.ndarray | None = None,
+    lost_directions: tuple[np.ndarray, ...] = (),
+    mark_offset: np.ndarray | None = None,
 ) -> Figure:
     """Return a small drawing; cached, because many arms of a class have the same proportions."""
-    vectors = (*lost, *(() if beside is None else (beside,)))
+    vectors = (*lost_directions, *(() if mark_offset is None else (mark_offset,)))
     key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, vector)) for vector in vectors)
-    return _draw_cached(drawn, *key, size, beside is not None)
+    return _draw_cached(drawn, *key, size, mark_offset is not None)
 
 
 @lru_cache(maxsize=1024)
 def _draw_cached(
     drawn: Chain,
-    pose: tuple[float, ...],
-    places: tuple[tuple[float, ...], ...],
+    table_entries: tuple[float, ...],
+    mark_vectors: tuple[tuple[float, ...], ...],
     size: tuple[int, int],
-    with_cross: bool,
+    has_cross: bool,
 ) -> Figure:
-    entries, vectors = np.array(pose), [np.array(vector) for vector in places]
-    cross_vector = vectors.pop() if with_cross else None
+    entries, vectors = np.array(table_entries), [np.array(vector) for vector in mark_vectors]
+    cross_vector = vectors.pop() if has_cross else None
     lost_directions = tuple(vectors)
-    bones, shows_hand_axis = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
+    bones, shows_hand_axis = compute_skeleton(drawn, entries), size == PANEL_SIZE and _is_hand_too_short(drawn)
 
     def draw(view: View) -> Drawing:
-        dot = Circle(view.px(bones.path[-1]), 5.0, "point")
+        dot = Circle(view.to_pixels(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(
-            *(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost_directions)
+            *(_draw_lost_direction(view, bones.path[-1], direction) for direction in lost_directions)
         )
         last_origin, z = bones.origins[-1], bones.frames[-1, :3, 2]
-        hand_axis = arrow(view, last_origin, last_origin + HAND / view.scale * z, "axis-z") if shows_hand_axis else ()
-        cross = () if cross_vector is None else _cross(view.px(bones.path[-1] + cross_vector))
-        return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
+        hand_axis = (
+            draw_arrow(view, last_origin, last_origin + HAND_AXIS_LENGTH / view.scale * z, "axis-z")
+            if shows_hand_axis
+            else ()
+        )
+        cross = () if cross_vector is None else _draw_cross(view.to_pixels(bones.path[-1] + cross_vector))
+        return Drawing((*draw_links_and_joints(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
 
     drawing, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, drawing.shapes, ())
 
 
-def _hides_hand(drawn: Chain) -> bool:
+def _is_hand_too_short(drawn: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
     has_wrist_joint = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
-    return has_wrist_joint and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
+    return has_wrist_joint and not is_drawn_flat(drawn) and sizes[-1] < SHORT_SHARE * max(sizes)
 
 
-def _cross(at: Pair) -> tuple[Shape, ...]:
+def _draw_cross(center: Vector2D) -> tuple[Shape, ...]:
     """Return a cross in a circle, which marks the point of a submitted answer."""
-    (x, y), d = at, CROSS
+    (x, y), d = center, CROSS_HALF_SIZE
     return (
-        Circle(at, 1.5 * CROSS, "yours"),
+        Circle(center, 1.5 * CROSS_HALF_SIZE, "yours"),
         Polyline(((x - d, y - d), (x + d, y + d)), "yours"),
         Polyline(((x - d, y + d), (x + d, y - d)), "yours"),
     )
 
 
-def _blocked_direction_mark(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
+def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
     """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
     drawn_direction = view.axes[:2] @ direction
-    if np.linalg.norm(drawn_direction) < SHORT:
-        return (Circle(view.px(point), RING, "lost"),)
-    ends: list[Pair] = [view.px(point + side * ARROW / view.scale * direction) for side in (1.0, -1.0)]
-    heads: list[Polyline] = [tip((view.px(point), end), "lost", 10.0)[1] for end in ends]
+    if np.linalg.norm(drawn_direction) < SHORT_SHARE:
+        return (Circle(view.to_pixels(point), RING_RADIUS, "lost"),)
+    ends: list[Vector2D] = [
+        view.to_pixels(point + side * ARROW_HALF_LENGTH / view.scale * direction) for side in (1.0, -1.0)
+    ]
+    heads: list[Polyline] = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
     return (Polyline(tuple(ends), "lost"), *heads)
 
 
@@ -137,78 +148,80 @@ def _blocked_direction_mark(view: View, point: np.ndarray, direction: np.ndarray
 
 @dataclass(frozen=True)
 class _ScaledArm:
-    """An arm with numeric lengths, with joint offsets (`chain`) and without (`drawn`).
+    """An arm with numeric lengths, with joint offsets (`arm`) and without (`scaled_chain`).
 
-    `offsets` are the joint offsets, `values` are the values of the symbolic lengths. `drawn` is scaled so that its
-    longest length is 1 instead of `unit` (m).
+    `offsets` are the joint offsets, `values` are the values of the symbolic lengths. `scaled_chain` is scaled so that
+    its longest length is 1 instead of `unit` (m).
     """
 
-    chain: Chain
-    drawn: Chain
+    arm: Chain
+    scaled_chain: Chain
     offsets: np.ndarray
     values: dict[sp.Symbol, sp.Rational]
     unit: float
 
-    def entries(self, table_entries: np.ndarray) -> np.ndarray:
-        """Return entries of the table (… x n), scaled like `drawn`."""
-        is_prismatic = np.array([joint.kind == "P" for joint in self.chain.joints])
+    def scale_entries(self, table_entries: np.ndarray) -> np.ndarray:
+        """Return entries of the table (… x n), scaled like `scaled_chain`."""
+        is_prismatic = np.array([joint.kind == "P" for joint in self.arm.joints])
         return np.where(is_prismatic, table_entries / self.unit, table_entries)
 
 
 @dataclass(frozen=True)
-class Panel:
+class PanelSet:
     """Drawings with captions, a regular configuration first.
 
-    `key` explains the marks. `remark` says how many configurations are omitted, if any. `has_lost` says whether a
-    direction in which P can't move is marked.
+    `legend` explains the marks. `remark` says how many configurations are omitted, if any. `has_lost_direction` says
+    whether a direction in which P can't move is marked.
     """
 
     drawings: tuple[tuple[str, Figure], ...] = ()
-    key: str = ""
+    legend: str = ""
     remark: str = ""
-    has_lost: bool = False
+    has_lost_direction: bool = False
 
 
 @lru_cache(maxsize=64)
-def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
+def singular_panel(chain: Chain, language: str = ENGLISH) -> PanelSet:
     """Return drawings of a regular configuration and of singular ones for each component, up to a maximum number.
 
     The captions number the components of the singular set from 1, with letters if a component has several drawings.
     Nothing is drawn if the arm has no singular configuration for its task, or no regular one.
     """
-    chain, words, components = exact(chain), catalogue(language), singular_set(chain) or ()
+    chain, words, components = with_exact_numbers(chain), catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
-    regular = best_poses(chain, scaled_arm.drawn, 1)[0]
-    drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled_arm.drawn, regular, PANEL))]
+    regular = best_poses(chain, scaled_arm.scaled_chain, 1)[0]
+    drawings = [
+        (words.pgettext("caption of a drawing", "regular"), _draw_small(scaled_arm.scaled_chain, regular, PANEL_SIZE))
+    ]
     omitted_count = 0
     for number, component in enumerate(components, 1):
         configurations = [
-            (caption, _figure(scaled_arm.drawn, entries, PANEL, lost))
-            for caption, entries in _configurations(chain, scaled_arm, component, regular, words)
+            (caption, _draw_small(scaled_arm.scaled_chain, entries, PANEL_SIZE, lost))
+            for caption, entries in _list_configurations(chain, scaled_arm, component, regular, words)
             if (lost := _lost_directions(chain, scaled_arm, entries)) is not None
         ]
-        shown_configurations = configurations[: max(1, MOST // len(components))]
+        shown_configurations = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
         letters = ascii_lowercase if len(shown_configurations) > 1 else ("",)
         drawings += [
             (f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown_configurations)
         ]
         omitted_count += len(configurations) - len(shown_configurations)
     if len(drawings) == 1:
-        return Panel()
+        return PanelSet()
     remark = (
         words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
         if omitted_count
         else ""
     )
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
-    return Panel(tuple(drawings), _key(chain, styles, words), remark, "lost" in styles)
+    return PanelSet(tuple(drawings), _make_legend(chain, styles, words), remark, "lost" in styles)
 
 
-def _key(chain: Chain, styles: set[str], words: Catalogue) -> str:
+def _make_legend(chain: Chain, styles: set[str], words: Catalogue) -> str:
     """Return a sentence that explains the marks in drawings with these styles; empty if there are no marks."""
     meanings = (
         ("lost", words.gettext("dashed: P cannot move that way")),
-        ("axis-z", words.gettext("blue: %(axis)s", axis=_text(sp.Symbol(f"z{chain.n}"), chain))),
+        ("axis-z", words.gettext("blue: %(axis)s", axis=_format_expression(sp.Symbol(f"z{chain.n}"), chain))),
     )
     sentence = "; ".join(meaning for style, meaning in meanings if style in styles)
     return f"{sentence[0].upper()}{sentence[1:]}." if sentence else ""
@@ -220,13 +233,13 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
     default_values = symbol_values(chain, max(sizes, default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
 
-    def numbers(joint: Joint) -> Joint:
+    def substitute_values(joint: Joint) -> Joint:
         return Joint(joint.kind, *(value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha)))
 
     u, v, w = (value.xreplace(values) for value in chain.point.offset)
     base = Base(Base().position, chain.base.yaw.xreplace(values), chain.base.tilt.xreplace(values))
     tool = replace(chain.point, offset=(u, v, w))
-    joints = tuple(map(numbers, chain.joints))
+    joints = tuple(map(substitute_values, chain.joints))
     joints_without_offsets = tuple(
         replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
         for joint, q in zip(joints, chain.q, strict=True)
@@ -244,22 +257,24 @@ def _normalize_size(chain: Chain) -> tuple[Chain, float]:
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d) if value.is_number]
     unit = max((abs(value) for value in (*lengths, *chain.point.offset)), default=sp.S.Zero) or sp.S.One
 
-    def shrink(value: sp.Expr) -> sp.Expr:
+    def normalize_length(value: sp.Expr) -> sp.Expr:
         return value / unit if value.is_number else value
 
-    joints = tuple(replace(joint, a=shrink(joint.a), d=shrink(joint.d)) for joint in chain.joints)
-    u, v, w = map(shrink, chain.point.offset)
+    joints = tuple(replace(joint, a=normalize_length(joint.a), d=normalize_length(joint.d)) for joint in chain.joints)
+    u, v, w = map(normalize_length, chain.point.offset)
     return replace(chain, joints=joints, tool=replace(chain.point, offset=(u, v, w))), float(unit)
 
 
-def _configurations(
+def _list_configurations(
     chain: Chain, scaled: _ScaledArm, component: Component, regular: np.ndarray, words: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
     """Return captions and table entries (n) of configurations on a component; empty if none is real."""
     if component.solutions is None:
-        entries = _best_on_condition(chain, scaled, component)
+        entries = _find_best_configuration(chain, scaled, component)
         conjunction = words.pgettext("between two conditions", "and")
-        condition_text = f" {conjunction} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
+        condition_text = f" {conjunction} ".join(
+            f"{_format_expression(condition, chain)} = 0" for condition in component.conditions
+        )
         return [] if entries is None else [(_fit_caption(condition_text, words), entries)]
     configurations = []
     joints = [joint for joint, _ in component.solutions]
@@ -274,32 +289,37 @@ def _configurations(
             entries[i] /= scaled.unit if chain.joints[i].kind == "P" else 1.0
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
         joint_values = zip(joints, values, kinds, strict=True)
-        caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in joint_values)
+        caption = ", ".join(
+            f"{_format_expression(q, chain)} = {_format_joint_value(value, kind, chain)}"
+            for q, value, kind in joint_values
+        )
         configurations.append((_fit_caption(caption, words), entries))
     return configurations
 
 
-def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
+def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
     """Return the table entries (n) of the clearest configuration on a component; None if none is real."""
     numeric_component = replace(
         component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions)
     )
-    (text,) = normalized_pieces(scaled.chain, numeric_component)
-    samples = samples_on(normalize_arm(scaled.chain), text, "figure", arms=1, each=TRIED)
+    (text,) = normalized_pieces(scaled.arm, numeric_component)
+    samples = sample_condition(
+        normalize_arm(scaled.arm), text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS
+    )
     if not samples:
         return None
-    entries = scaled.entries(np.array([sample.q for sample in samples]))
+    entries = scaled.scale_entries(np.array([sample.q for sample in samples]))
     is_revolute = np.array([joint.kind == "R" for joint in chain.joints])
     entries = np.where(is_revolute, np.arctan2(np.sin(entries), np.cos(entries)), entries)
-    return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.drawn, entries), 3)))])
+    return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.scaled_chain, entries), 3)))])
 
 
-def _text(expression: sp.Expr, chain: Chain) -> str:
+def _format_expression(expression: sp.Expr, chain: Chain) -> str:
     """Return an expression as one line of Unicode text."""
     return unicode_math(lay_out(expression, chain))
 
 
-def _value(value: sp.Expr, kind: str, chain: Chain) -> str:
+def _format_joint_value(value: sp.Expr, kind: str, chain: Chain) -> str:
     """Return the text of an angle in degrees or a length in metres; symbolic constants are unchanged.
 
     Multiples of a degree are exact, other angles have two decimals.
@@ -307,29 +327,33 @@ def _value(value: sp.Expr, kind: str, chain: Chain) -> str:
     constant, rest = (
         value.as_independent(*value.free_symbols, as_Add=True) if value.free_symbols else (value, sp.S.Zero)
     )
-    number = _angle(constant) if kind == "R" else f"{decimal(constant)} m"
+    number = _format_angle(constant) if kind == "R" else f"{format_decimal(constant)} m"
     if rest == 0:
         return number.replace("-", "−")
     sign = "" if constant == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
-    return f"{_text(rest, chain)}{sign}"
+    return f"{_format_expression(rest, chain)}{sign}"
 
 
-def _angle(value: sp.Expr) -> str:
+def _format_angle(value: sp.Expr) -> str:
     degrees = value * 180 / sp.pi
-    return f"{decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
+    return f"{format_decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
 
 
 def _fit_caption(caption: str, words: Catalogue) -> str:
     """Return the caption, or a reference to the numbered condition if it is too long to fit below its drawing."""
-    return words.with_decimal(caption) if len(caption) <= CAPTION else words.gettext("see the condition above")
+    return (
+        words.localize_number(caption)
+        if len(caption) <= MAX_CAPTION_LENGTH
+        else words.gettext("see the condition above")
+    )
 
 
 def _lost_directions(chain: Chain, scaled: _ScaledArm, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
     """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
     task = [TASK_ROWS.index(row) for row in chain.task]
-    jacobian = NumericChain(scaled.drawn, {}).jacobian(entries)[task]
+    jacobian = NumericChain(scaled.scaled_chain, {}).jacobian(entries)[task]
     u, sigma, _ = np.linalg.svd(jacobian)
-    rank = int(np.sum(sigma > REGULAR * max(float(sigma[0]), 1e-12)))
+    rank = int(np.sum(sigma > RANK_TOLERANCE * max(float(sigma[0]), 1e-12)))
     if rank == min(jacobian.shape):
         return None
     if jacobian.shape[0] > jacobian.shape[1]:
@@ -358,10 +382,10 @@ def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     return vectors
 
 
-def cells(count: int, caption: float, width: float) -> tuple[int, int]:
+def choose_grid(count: int, caption: float, width: float) -> tuple[int, int]:
     """Return the numbers of columns and rows for `count` drawings; the widest caption (pixels) fits into a column.
 
-    >>> cells(9, 170.0, 520.0), cells(9, 198.0, 520.0), cells(4, 60.0, 520.0)
+    >>> choose_grid(9, 170.0, 520.0), choose_grid(9, 198.0, 520.0), choose_grid(4, 60.0, 520.0)
     ((3, 3), (2, 5), (2, 2))
     """
     columns = count if count <= 3 else 2 if count == 4 else 3

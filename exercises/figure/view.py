@@ -7,10 +7,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from qdot.exercises.figure.labels import Request
-from qdot.exercises.figure.shapes import Pair, Polyline, Shape, move_shape
+from qdot.exercises.figure.labels import LabelRequest
+from qdot.exercises.figure.shapes import Polyline, Shape, Vector2D, shift_shape
 
-ARROW = 8.0
+ARROWHEAD_LENGTH = 8.0
 """Length of an arrowhead in pixels."""
 
 
@@ -19,15 +19,16 @@ class Drawing:
     """Some shapes, back to front, and their labels."""
 
     shapes: tuple[Shape, ...] = ()
-    labels: tuple[Request, ...] = ()
+    labels: tuple[LabelRequest, ...] = ()
 
     def __add__(self, on_top: "Drawing") -> "Drawing":
         return Drawing(self.shapes + on_top.shapes, self.labels + on_top.labels)
 
-    def shift(self, by: Pair) -> "Drawing":
+    def shift(self, vector: Vector2D) -> "Drawing":
         """Return the drawing shifted by a vector."""
         return Drawing(
-            tuple(move_shape(shape, by) for shape in self.shapes), tuple(label.shift(by) for label in self.labels)
+            tuple(shift_shape(shape, vector) for shape in self.shapes),
+            tuple(label.shift(vector) for label in self.labels),
         )
 
 
@@ -37,24 +38,24 @@ class View:
 
     axes: np.ndarray
     scale: float
-    shift: Pair = (0.0, 0.0)
+    shift: Vector2D = (0.0, 0.0)
 
     @cached_property
     def _rows(self) -> list[list[float]]:
         return self.axes.tolist()
 
-    def px(self, point: np.ndarray) -> Pair:
+    def to_pixels(self, point: np.ndarray) -> Vector2D:
         """Return the pixel coordinates of a point (3, m)."""
         (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
         x, y, z = point.tolist()
         right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
         return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
-    def path(self, points: Iterable[np.ndarray]) -> tuple[Pair, ...]:
+    def path_in_pixels(self, points: Iterable[np.ndarray]) -> tuple[Vector2D, ...]:
         """Return the pixel coordinates of points."""
-        return tuple(self.px(point) for point in points)
+        return tuple(self.to_pixels(point) for point in points)
 
-    def heading(self, vector: np.ndarray) -> Pair:
+    def drawn_direction(self, vector: np.ndarray) -> Vector2D:
         """Return the drawn unit direction of a vector (3), or upwards if it points at the reader."""
         (rx, ry, rz), (ux, uy, uz), _ = self._rows
         x, y, z = vector.tolist()
@@ -62,36 +63,36 @@ class View:
         size = math.hypot(right, up)
         return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
 
-    def toward(self, vector: np.ndarray) -> float:
+    def component_toward_reader(self, vector: np.ndarray) -> float:
         """Return the component of a vector (3) towards the reader."""
         (dx, dy, dz), (x, y, z) = self._rows[2], vector.tolist()
         return float(dx * x + dy * y + dz * z)
 
     def lies_flat(self, vector: np.ndarray) -> bool:
         """Return whether a unit vector (3) lies almost in the plane of the drawing."""
-        return abs(self.toward(vector)) < 0.2
+        return abs(self.component_toward_reader(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
         """Return whether a unit vector (3) points at the reader or away."""
-        return abs(self.toward(vector)) > 0.999
+        return abs(self.component_toward_reader(vector)) > 0.999
 
 
-def hull(points: list[Pair]) -> tuple[Pair, ...]:
+def convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
     """Return the convex hull of points in the plane."""
     ordered = sorted({(round(x, 6), round(y, 6)) for x, y in points})
 
-    def chain(side: list[Pair]) -> list[Pair]:
-        hull_points: list[Pair] = []
+    def half_hull(side: list[Vector2D]) -> list[Vector2D]:
+        hull_points: list[Vector2D] = []
         for p in side:
-            while len(hull_points) > 1 and _turn(hull_points[-2], hull_points[-1], p) <= 1e-9:
+            while len(hull_points) > 1 and _cross_product(hull_points[-2], hull_points[-1], p) <= 1e-9:
                 hull_points.pop()
             hull_points.append(p)
         return hull_points[:-1]
 
-    return tuple(chain(ordered) + chain(ordered[::-1]))
+    return tuple(half_hull(ordered) + half_hull(ordered[::-1]))
 
 
-def _turn(a: Pair, b: Pair, c: Pair) -> float:
+def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
     """Return the cross product of b - a and c - a."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
@@ -104,33 +105,37 @@ def perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.cross(axis, first)
 
 
-def cylinder(view: View, center: np.ndarray, axis: np.ndarray, radius: float, half: float) -> tuple[Polyline, ...]:
+def draw_cylinder(
+    view: View, center: np.ndarray, axis: np.ndarray, radius: float, half_length: float
+) -> tuple[Polyline, ...]:
     """Return a cylinder about an axis (sizes in pixels): its outline, and the end that faces the reader."""
-    x, y = view.px(center)
-    rings = _cylinder(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half)
+    x, y = view.to_pixels(center)
+    rings = _cylinder_rings(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half_length)
     outline, front = (tuple((x + dx, y + dy) for dx, dy in ring) for ring in rings)
     return (Polyline(outline, "joint-side", True), Polyline(front, "joint-face", True))
 
 
 @lru_cache(maxsize=1024)
-def _cylinder(
-    directions: tuple[float, ...], along: tuple[float, ...], radius: float, half: float
-) -> tuple[tuple[Pair, ...], tuple[Pair, ...]]:
+def _cylinder_rings(
+    directions: tuple[float, ...], axis_components: tuple[float, ...], radius: float, half_length: float
+) -> tuple[tuple[Vector2D, ...], tuple[Vector2D, ...]]:
     """Return the outline and the near end of a cylinder in pixels about its centre, for a view's axes (by rows)."""
-    axes, axis = np.array(directions).reshape(3, 3), np.array(along)
+    axes, axis = np.array(directions).reshape(3, 3), np.array(axis_components)
     u, v = perpendicular_vectors(axis)
     angles = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
     ring = (u * np.cos(angles) + v * np.sin(angles)) * radius
-    near_end = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half
+    near_end = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half_length
     right_down = axes[:2].T * (1.0, -1.0)
     front, back = ([(float(x), float(y)) for x, y in (ring + end) @ right_down] for end in (near_end, -near_end))
-    return hull([*front, *back]), tuple(front)
+    return convex_hull([*front, *back]), tuple(front)
 
 
-def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: float) -> tuple[Polyline, ...]:
+def draw_sleeve(
+    view: View, center: np.ndarray, axis: np.ndarray, half_length: float, half_width: float
+) -> tuple[Polyline, ...]:
     """Return a square sleeve along an axis (sizes in pixels): the faces that the reader sees."""
     u, v = perpendicular_vectors(axis)
-    sizes = np.array([half, side, side]) / view.scale
+    sizes = np.array([half_length, half_width, half_width]) / view.scale
     edges = [e * s for e, s in zip((axis, u, v), sizes, strict=True)]
     faces = []
     for k in range(3):
@@ -140,16 +145,18 @@ def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: flo
             continue
         middle = center + normal * (1.0 if toward_reader > 0 else -1.0)
         corners = [middle + first + second, middle - first + second, middle - first - second, middle + first - second]
-        faces.append(Polyline(view.path(corners), "joint-face" if k == 0 else "joint-side", True))
+        faces.append(Polyline(view.path_in_pixels(corners), "joint-face" if k == 0 else "joint-side", True))
     return tuple(faces)
 
 
-def arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tuple[Polyline, ...]:
+def draw_arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tuple[Polyline, ...]:
     """Return a straight arrow between two points (3, m)."""
-    return tip((view.px(start), view.px(end)), style)
+    return draw_line_with_arrowhead((view.to_pixels(start), view.to_pixels(end)), style)
 
 
-def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Polyline, ...]:
+def draw_line_with_arrowhead(
+    points: tuple[Vector2D, ...], style: str, size: float = ARROWHEAD_LENGTH
+) -> tuple[Polyline, ...]:
     """Return a line that ends in an arrowhead."""
     (x0, y0), (x1, y1) = points[-2], points[-1]
     length = math.hypot(x1 - x0, y1 - y0)
@@ -165,6 +172,6 @@ def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Poly
     return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", True))
 
 
-def direction_at(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+def unit_vector_at(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     """Return the unit vector at an angle (rad) from x towards y; for angles (k x 1), the vectors (k x 3)."""
     return np.asarray(x * np.cos(angle) + y * np.sin(angle))

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from qdot.exercises.formula.field import ORDER
+from qdot.exercises.formula.field import ROOT_ORDER
 from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
-PARTS = 8
+ANGLE_DIVISOR = 8
 """theta is represented by w = exp(i theta / PARTS); theta/2, theta/4 and theta/8 are then powers of w."""
 
-Angle = dict[str, Fraction]
+AngleCoefficients = dict[str, Fraction]
 """A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""
-FoundAngle = tuple[Angle, bool]
+AngleOrImaginary = tuple[AngleCoefficients, bool]
 """An angle, and whether it is multiplied by i."""
 
-MOST_BITS = 10_000
+MAX_BITS = 10_000
 """Maximum size of an angle's factors, because products of long numbers could use up the memory."""
 
 
@@ -25,14 +25,14 @@ MOST_BITS = 10_000
 class Phase:
     """The value exp(i angle) as a product of powers of each name's w and of the root of unity.
 
-    `powers` has pairs (name, exponent of its w); `turn` is the exponent of the root of unity.
+    `powers` has pairs (name, exponent of its w); `root_exponent` is the exponent of the root of unity.
     """
 
     powers: tuple[tuple[str, int], ...]
-    turn: int
+    root_exponent: int
 
 
-def phase_of(angle: Angle) -> Phase | None:
+def make_phase(angle: AngleCoefficients) -> Phase | None:
     """Return exp(i angle).
 
     Return None if a factor is not a multiple of 1/8, or the constant is not a multiple of half a degree.
@@ -40,47 +40,47 @@ def phase_of(angle: Angle) -> Phase | None:
     powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():
         if name == "pi":
-            root_exponent = factor * ORDER / 2
+            root_exponent = factor * ROOT_ORDER / 2
         elif name == "" and factor:
             return None
         elif name and factor:
-            powers.append((name, factor * PARTS))
+            powers.append((name, factor * ANGLE_DIVISOR))
     if root_exponent.denominator != 1 or any(power.denominator != 1 for _, power in powers):
         return None
-    return Phase(tuple((name, int(power)) for name, power in powers), int(root_exponent) % ORDER)
+    return Phase(tuple((name, int(power)) for name, power in powers), int(root_exponent) % ROOT_ORDER)
 
 
-def find_angles(steps: Sequence[Step]) -> list[FoundAngle | None]:
+def find_angles(steps: Sequence[Step]) -> list[AngleOrImaginary | None]:
     """Return for each step of a program its angle, and whether it is multiplied by i; None for other steps."""
-    angles: list[FoundAngle | None] = []
+    angles: list[AngleOrImaginary | None] = []
     for op, operands, constant in steps:
         args = [angle for angle in (angles[i] for i in operands) if angle is not None]
         angles.append(_angle_of_step(op, args, constant) if len(args) == len(operands) else None)
     return angles
 
 
-def _angle_of_step(op: str, args: Sequence[FoundAngle], constant: Any) -> FoundAngle | None:
+def _angle_of_step(op: str, args: Sequence[AngleOrImaginary], constant: Any) -> AngleOrImaginary | None:
     if op == "number":
         return {"": constant}, False
     if op == "name" and constant != "E":
         return ({"": Fraction(1)}, True) if constant == "I" else ({constant: Fraction(1)}, False)
     if op == "sum":
-        return _sum_of(args, constant)
+        return _add_angles(args, constant)
     if op == "neg":
-        return _times(args[0], Fraction(-1), False)
+        return _scale_angle(args[0], Fraction(-1), False)
     if op == "*":
         for (factor, is_imaginary), angle in (args, args[::-1]):
             if set(factor) <= {""}:
-                return _times(angle, factor.get("", Fraction(0)), is_imaginary)
+                return _scale_angle(angle, factor.get("", Fraction(0)), is_imaginary)
     if op == "/" and set(args[1][0]) <= {""} and args[1][0].get("") and not args[1][1]:
-        return _times(args[0], 1 / args[1][0][""], False)
+        return _scale_angle(args[0], 1 / args[1][0][""], False)
     return None
 
 
-def _sum_of(terms: Sequence[FoundAngle], counts: Sequence[int]) -> FoundAngle | None:
+def _add_angles(terms: Sequence[AngleOrImaginary], counts: Sequence[int]) -> AngleOrImaginary | None:
     if len({imaginary for _, imaginary in terms}) > 1:
         return None
-    total: Angle = {}
+    total: AngleCoefficients = {}
     for (angle, _), count in zip(terms, counts, strict=True):
         for name, factor in angle.items():
             total[name] = total.get(name, Fraction(0)) + count * factor
@@ -89,20 +89,20 @@ def _sum_of(terms: Sequence[FoundAngle], counts: Sequence[int]) -> FoundAngle | 
     return total, terms[0][1] if terms else False
 
 
-def _times(angle: FoundAngle, factor: Fraction, imaginary: bool) -> FoundAngle | None:
-    sign = -1 if imaginary and angle[1] else 1
+def _scale_angle(angle: AngleOrImaginary, factor: Fraction, is_imaginary: bool) -> AngleOrImaginary | None:
+    sign = -1 if is_imaginary and angle[1] else 1
     product = {name: sign * factor * value for name, value in angle[0].items()}
-    return None if any(map(_is_long, product.values())) else (product, imaginary != angle[1])
+    return None if any(map(_is_long, product.values())) else (product, is_imaginary != angle[1])
 
 
 def _is_long(number: Fraction) -> bool:
-    return max(number.numerator.bit_length(), number.denominator.bit_length()) > MOST_BITS
+    return max(number.numerator.bit_length(), number.denominator.bit_length()) > MAX_BITS
 
 
-def turns_of(node: Node) -> Fraction | None:
+def find_multiple_of_pi(node: Node) -> Fraction | None:
     """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for anything else.
 
-    >>> turns_of(Node("neg", (Node("name", value="pi"),)))
+    >>> find_multiple_of_pi(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)
     """
     program = compile_program([node])

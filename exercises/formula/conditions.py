@@ -13,43 +13,50 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import FLOATS, Domain, Rounding
-from qdot.exercises.formula.program import DIGITS, Program, compile_program, evaluate, evaluate_precisely, value_of
+from qdot.exercises.formula.identity import DOUBLE_TOLERANCE, Domain, Rounding
+from qdot.exercises.formula.program import (
+    PRECISE_DIGITS,
+    Program,
+    compile_program,
+    constant_value,
+    evaluate,
+    evaluate_precisely,
+)
 from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
-from qdot.exercises.formula.trees import Node, names
+from qdot.exercises.formula.trees import Node, find_names
 
-SAMPLES = 50
+SAMPLE_COUNT = 50
 """The number of random configurations that are tried on each piece."""
-ROUNDED = Rounding(absolute=5e-3)
+ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
 """A joint value within this distance of an expected one counts as that value rounded."""
-TYPED = 1e-9
+TYPED_TOLERANCE = 1e-9
 """Tolerance for configurations that were typed as joint values."""
-MEMBER = 1e-7
+SEARCH_TOLERANCE = 1e-7
 """Tolerance for configurations found by a search; at a double zero, as of |cos| - 1, rounding shifts them by 2e-8."""
 
-_STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
+_STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
 """A search stops below the first step size; it has converged if its last step and its residual are below the others."""
 
-_POLISHED = 1e-8
+_POLISHED_STEP = 1e-8
 """A search for a zero of the derivative has converged if its last step is below this."""
 
-_MOST_STEPS = 120
-_NEAR_MISS = 1e-3
+_MAX_STEPS = 120
+_NEAR_MISS_RESIDUAL = 1e-3
 """Relative residual below which conditions may have a zero, although the search did not find one."""
-_VALUES = 5_000_000
+_MAX_STORED_VALUES = 5_000_000
 """Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
 
 
 @dataclass
-class _Search:
+class _CompiledPiece:
     """A compiled piece: assigned joint values, expressions that vanish, and the joints that the search moves."""
 
-    values: list[tuple[str, Program]]
-    zeros: Program
-    free: list[str]
+    assignments: list[tuple[str, Program]]
+    vanishing: Program
+    free_joints: list[str]
 
 
-def _prepare(piece: Piece, joints: Sequence[str]) -> _Search:
+def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
     """Compile a piece; it assigns constant joint values first, then those that depend on other joints.
 
     A tied value can't be assigned. Its difference from the joint is one more expression that vanishes.
@@ -57,39 +64,41 @@ def _prepare(piece: Piece, joints: Sequence[str]) -> _Search:
     assigned = [atom for atom in piece if atom.joint is not None]
     tied = [atom for atom in assigned if is_tied(atom, piece, joints)]
     untied = [atom for atom in assigned if atom not in tied]
-    untied.sort(key=lambda atom: bool(names(atom.zero) & set(joints)))
-    zeros = [atom.zero for atom in piece if atom.joint is None]
-    zeros += [Node("-", (Node("name", value=atom.joint), atom.zero)) for atom in tied]
-    searched_names = set().union(*map(names, zeros)) - {atom.joint for atom in untied}
-    values = [(str(atom.joint), compile_program([atom.zero])) for atom in untied]
-    return _Search(values, compile_program(zeros), [joint for joint in joints if joint in searched_names])
+    untied.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
+    zeros = [atom.expression for atom in piece if atom.joint is None]
+    zeros += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied]
+    searched_names = set().union(*map(find_names, zeros)) - {atom.joint for atom in untied}
+    values = [(str(atom.joint), compile_program([atom.expression])) for atom in untied]
+    return _CompiledPiece(values, compile_program(zeros), [joint for joint in joints if joint in searched_names])
 
 
-def same_value(value: Any, expected: Any, angles: bool) -> bool:
+def agree_to_double_precision(value: Any, expected: Any, are_angles: bool) -> bool:
     """Return whether two values agree to the precision of printed doubles, angles modulo 2 pi."""
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(PRECISE_DIGITS):
         difference = value - expected
-        if angles:
+        if are_angles:
             difference -= 2 * mpmath.pi * mpmath.nint(difference / (2 * mpmath.pi))
-        return bool(abs(difference) <= FLOATS * max(1, abs(expected)))
+        return bool(abs(difference) <= DOUBLE_TOLERANCE * max(1, abs(expected)))
 
 
-def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
-    """Return whether an expression vanishes, with the joint values `at` and the other values `symbols`."""
-    program = compile_program([zero])
-    values = {**symbols, **at}
-    residual = evaluate_precisely(program, values, DIGITS)[0]
+def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    """Return whether an expression vanishes, with the joint values `joint_values` and the other values `symbols`."""
+    program = compile_program([expression])
+    values = {**symbols, **joint_values}
+    residual = evaluate_precisely(program, values, PRECISE_DIGITS)[0]
     size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
-    return bool(mpmath.isfinite(residual) and abs(residual) <= FLOATS * max(size, 1e-300))
+    return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, 1e-300))
 
 
-def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
+def _shift_joints(
+    values: Mapping[str, np.ndarray], count: int, shifts: Sequence[tuple[str, Any]]
+) -> dict[str, np.ndarray]:
     """Return a copy of all configurations for each nudge of a joint, one block after another.
 
     A program then needs only one evaluation for all of them.
     """
-    nudged_values = {name: np.tile(column, len(nudges)) for name, column in values.items()}
-    for i, (joint, nudge) in enumerate(nudges):
+    nudged_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
+    for i, (joint, nudge) in enumerate(shifts):
         block = slice(i * count, (i + 1) * count)
         nudged_values[joint] = (
             nudged_values[joint].astype(complex) if isinstance(nudge, complex) else nudged_values[joint]
@@ -98,21 +107,23 @@ def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[
     return nudged_values
 
 
-def _ignore_undefined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
+def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
     """Return the nanmedian or nanmin of every row as a column, without NumPy's warning for rows that are all nan."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(function(rows, axis=1, keepdims=True))
 
 
-def _least_steps(slopes: np.ndarray, residual: np.ndarray) -> np.ndarray:
+def _minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     """Return the minimum-norm Gauss-Newton steps (points x joints) for residuals (conditions x points)."""
-    if slopes.shape[1] == 1:
-        return np.asarray(slopes[:, 0] * (residual[0] / np.maximum(np.sum(slopes[:, 0] ** 2, axis=1), 1e-300))[:, None])
-    return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(slopes, rcond=1e-12), residual))
+    if derivatives.shape[1] == 1:
+        return np.asarray(
+            derivatives[:, 0] * (residuals[0] / np.maximum(np.sum(derivatives[:, 0] ** 2, axis=1), 1e-300))[:, None]
+        )
+    return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
 
 
-class Space:
+class ConfigurationSpace:
     """The joints and the domain of sets of configurations, with the rounding that is allowed."""
 
     def __init__(self, joints: Sequence[str], domain: Domain, rounding: Rounding | None = None) -> None:
@@ -122,72 +133,80 @@ class Space:
     def typed_tolerance(self) -> float:
         """The absolute error allowed for typed joint values."""
         if self.rounding is None:
-            return TYPED
-        return max(TYPED, self.rounding.absolute, self.rounding.relative * np.pi)
+            return TYPED_TOLERANCE
+        return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)
 
-    def names_of(self, sets: Sequence[Sequence[Piece]]) -> set[str]:
+    def collect_names(self, unions: Sequence[Sequence[Piece]]) -> set[str]:
         """Return the joints and every other name in the sets."""
-        atoms = (atom for pieces in sets for piece in pieces for atom in piece)
-        return set(self.joints).union(*(names(atom.zero) for atom in atoms))
+        atoms = (atom for pieces in unions for piece in pieces for atom in piece)
+        return set(self.joints).union(*(find_names(atom.expression) for atom in atoms))
 
-    def on_piece(self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLES) -> dict[str, np.ndarray]:
+    def sample_piece(
+        self, piece: Piece, used_names: set[str], stream: Stream, count: int = SAMPLE_COUNT
+    ) -> dict[str, np.ndarray]:
         """Return up to `count` random configurations that satisfy the piece, with values of the other symbols."""
-        values = self.domain.sample(used, count, stream)
-        compiled = _prepare(piece, self.joints)
-        is_valid = self._assign(compiled, values, count)
-        if compiled.zeros.outputs:
-            is_valid &= self._project(compiled, values, count)
-            is_valid &= self._assign(compiled, values, count)
+        values = self.domain.sample(used_names, count, stream)
+        compiled = _compile_piece(piece, self.joints)
+        is_valid = self._assign_joints(compiled, values, count)
+        if compiled.vanishing.outputs:
+            is_valid &= self._project_onto_zeros(compiled, values, count)
+            is_valid &= self._assign_joints(compiled, values, count)
         return {name: column[is_valid] for name, column in values.items()}
 
-    def _assign(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
+    def _assign_joints(self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         is_valid = np.ones(count, dtype=bool)
-        for joint, program in search.values:
+        for joint, program in compiled.assignments:
             assigned = evaluate(program, values, count)[0][0]
-            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < MEMBER)
+            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < SEARCH_TOLERANCE)
             values[joint] = np.where(is_valid, assigned.real, 0.0)
         return is_valid
 
-    def _project(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
+    def _project_onto_zeros(self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps; return which points converged.
 
         The search stops when the steps, not the residuals, are tiny: near the double zero of sin(theta)^2, a residual
         of 1e-14 is still 1e-7 away. If no search converges, the residual is squared, as for sqrt(s1^2 + s2^2).
         """
-        start_values = {joint: values[joint].copy() for joint in search.free}
-        is_converged = self._descend(search, values, count, squared=False)
-        if search.free and not is_converged.any():
+        start_values = {joint: values[joint].copy() for joint in compiled.free_joints}
+        is_converged = self._iterate(compiled, values, count, square_residuals=False)
+        if compiled.free_joints and not is_converged.any():
             values.update({joint: column.copy() for joint, column in start_values.items()})
-            is_converged = self._descend(search, values, count, squared=True)
+            is_converged = self._iterate(compiled, values, count, square_residuals=True)
         return is_converged
 
-    def _descend(self, search: _Search, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
+    def _iterate(
+        self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int, square_residuals: bool
+    ) -> np.ndarray:
         last_steps = np.full(count, np.inf)
         # The size of the terms at random configurations; near a zero they may be small, as the only term of sin(theta).
-        typical_sizes = _ignore_undefined(np.nanmedian, self._zeros(search, values, count)[1])
-        for _ in range(_MOST_STEPS):
-            residual, _ = self._zeros(search, values, count)
-            if not search.free or np.all((last_steps < _STILL) | ~np.isfinite(residual).all(axis=0)):
+        typical_sizes = _reduce_without_warning(np.nanmedian, self._residuals(compiled, values, count)[1])
+        for _ in range(_MAX_STEPS):
+            residual, _ = self._residuals(compiled, values, count)
+            if not compiled.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
                 break
-            derivatives = self._slopes(search, values, count, squared)
-            if squared:
+            derivatives = self._derivatives(compiled, values, count, square_residuals)
+            if square_residuals:
                 residual = residual**2
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             derivatives[~is_finite] = 0.0
-            steps = _least_steps(derivatives, np.where(is_finite, residual, 0.0))
+            steps = _minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
             largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
             steps *= np.minimum(1.0, 0.7 / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
-            for k, joint in enumerate(search.free):
+            for k, joint in enumerate(compiled.free_joints):
                 values[joint] = values[joint] - steps[:, k]
-        if not squared:
-            last_steps = np.minimum(last_steps, self._polish(search, values, count, typical_sizes[0]))
-        residual, _ = self._zeros(search, values, count)
+        if not square_residuals:
+            last_steps = np.minimum(last_steps, self._polish(compiled, values, count, typical_sizes[0]))
+        residual, _ = self._residuals(compiled, values, count)
         with np.errstate(all="ignore"):
-            is_near = np.all(np.abs(residual) <= (1e-7 if squared else _VANISHED) * typical_sizes, axis=0)
-        return np.asarray(is_near & ((last_steps < _ARRIVED) | (not search.free)))
+            is_near = np.all(
+                np.abs(residual) <= (1e-7 if square_residuals else _CONVERGED_RESIDUAL) * typical_sizes, axis=0
+            )
+        return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not compiled.free_joints)))
 
-    def _polish(self, search: _Search, values: dict[str, np.ndarray], count: int, typical: np.ndarray) -> np.ndarray:
+    def _polish(
+        self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int, typical_size: np.ndarray
+    ) -> np.ndarray:
         """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient; return the last steps.
 
         Near a double zero the expression itself determines only half of the configuration's digits. Its gradient,
@@ -196,21 +215,21 @@ class Space:
         can make a gradient look small.
         """
         last_steps = np.full(count, np.inf)
-        if len(search.zeros.outputs) != 1 or search.zeros.branches or not search.free:
+        if len(compiled.vanishing.outputs) != 1 or compiled.vanishing.has_branches or not compiled.free_joints:
             return last_steps
-        start_values = {joint: values[joint].copy() for joint in search.free}
-        start_residual = np.abs(self._zeros(search, values, count)[0][0])
+        start_values = {joint: values[joint].copy() for joint in compiled.free_joints}
+        start_residual = np.abs(self._residuals(compiled, values, count)[0][0])
         for _ in range(8):
-            gradient = self._complex_slopes(search, values, count)
-            is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical
+            gradient = self._complex_step_gradient(compiled, values, count)
+            is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
             if not is_flat.any():  # nothing moves, now or later
                 last_steps = np.full(count, np.inf)
                 break
-            hessian = np.empty((count, len(search.free), len(search.free)))
-            for k, joint in enumerate(search.free):
+            hessian = np.empty((count, len(compiled.free_joints), len(compiled.free_joints)))
+            for k, joint in enumerate(compiled.free_joints):
                 forward, backward = ({**values, joint: values[joint] + side * 1e-5} for side in (1, -1))
                 forward_gradient, backward_gradient = (
-                    self._complex_slopes(search, at, count) for at in (forward, backward)
+                    self._complex_step_gradient(compiled, at, count) for at in (forward, backward)
                 )
                 hessian[:, :, k] = (forward_gradient - backward_gradient) / 2e-5
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
@@ -218,71 +237,77 @@ class Space:
             steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7, hermitian=False), gradient)
             steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
-            for k, joint in enumerate(search.free):
+            for k, joint in enumerate(compiled.free_joints):
                 values[joint] = values[joint] - steps[:, k]
         with np.errstate(all="ignore"):
-            is_polished = (last_steps < _POLISHED) & (
-                np.abs(self._zeros(search, values, count)[0][0]) <= start_residual + 1e-15 * typical
+            is_polished = (last_steps < _POLISHED_STEP) & (
+                np.abs(self._residuals(compiled, values, count)[0][0]) <= start_residual + 1e-15 * typical_size
             )
         for joint, column in start_values.items():
             values[joint] = np.where(is_polished, values[joint], column)
         return np.where(is_polished, last_steps, np.inf)
 
-    def _complex_slopes(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+    def _complex_step_gradient(
+        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int
+    ) -> np.ndarray:
         """Return the gradient of one expression, (count, joints), to the last digit.
 
         The complex step Im f(x + ih) / h subtracts nothing, so that no digits cancel.
         """
-        nudged = _nudge(values, count, [(joint, 1e-20j) for joint in search.free])
-        nudged_zeros, _ = evaluate(search.zeros, nudged, count * len(search.free))
-        gradient = nudged_zeros[0].imag.reshape(len(search.free), count).T / 1e-20
+        nudged = _shift_joints(values, count, [(joint, 1e-20j) for joint in compiled.free_joints])
+        nudged_zeros, _ = evaluate(compiled.vanishing, nudged, count * len(compiled.free_joints))
+        gradient = nudged_zeros[0].imag.reshape(len(compiled.free_joints), count).T / 1e-20
         return np.where(np.isfinite(gradient), gradient, 0.0)
 
-    def _slopes(
-        self, search: _Search, values: Mapping[str, np.ndarray], count: int, squared: bool = False
+    def _derivatives(
+        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int, square_residuals: bool = False
     ) -> np.ndarray:
         """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
 
-        If `squared`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
+        If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
-        step, joints = 1e-6, len(search.free)
-        shifted_values = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in search.free])
-        shifted_zeros = self._zeros(search, shifted_values, 2 * joints * count)[0].reshape(-1, 2, joints, count)
-        shifted_zeros = shifted_zeros**2 if squared else shifted_zeros
+        step, joints = 1e-6, len(compiled.free_joints)
+        shifted_values = _shift_joints(
+            values, count, [(joint, side * step) for side in (1, -1) for joint in compiled.free_joints]
+        )
+        shifted_zeros = self._residuals(compiled, shifted_values, 2 * joints * count)[0].reshape(-1, 2, joints, count)
+        shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
         return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
 
-    def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
+    def smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
         """Return the smallest value of a piece's conditions at random configurations, relative to their terms.
 
         It is large if the conditions have no zero at all.
         """
-        compiled = _prepare(piece, self.joints)
-        if not compiled.free:
+        compiled = _compile_piece(piece, self.joints)
+        if not compiled.free_joints:
             return float("inf")
-        count = min(4000, max(SAMPLES, _VALUES // len(compiled.zeros.steps)))
-        residuals, size = evaluate(compiled.zeros, self.domain.sample(used, count, stream), count)
+        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.vanishing.steps)))
+        residuals, size = evaluate(compiled.vanishing, self.domain.sample(used_names, count, stream), count)
         with np.errstate(all="ignore"):
             nearness = np.max(np.abs(residuals) / np.maximum(size, 1e-300), axis=0)
-        return float(_ignore_undefined(np.nanmin, nearness[None])[0, 0])
+        return float(_reduce_without_warning(np.nanmin, nearness[None])[0, 0])
 
-    def _zeros(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
-        zeros, size = evaluate(search.zeros, values, count)
-        return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
+    def _residuals(
+        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        zeros, size = evaluate(compiled.vanishing, values, count)
+        return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
 
     def round_value(self, name: str, value: float) -> float:
         """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
-        return float(f"{value:.6g}") if abs(value) > TYPED else 0.0
+        return float(f"{value:.6g}") if abs(value) > TYPED_TOLERANCE else 0.0
 
     def contains(
-        self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = MEMBER
+        self, pieces: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = SEARCH_TOLERANCE
     ) -> np.ndarray:
         """Return for each configuration whether it lies in the union of the pieces."""
         if count == 0:
             return np.zeros(0, dtype=bool)
         is_member = np.zeros(count, dtype=bool)
-        for piece in sets:
+        for piece in pieces:
             holds = np.ones(count, dtype=bool)
             for atom in piece:
                 holds &= self._holds(atom, values, count, tolerance)
@@ -292,39 +317,45 @@ class Space:
     def _holds(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         if atom.joint is None:
             return self._vanishes(atom, values, count, tolerance)
-        residuals = evaluate(compile_program([atom.zero]), values, count)[0][0]
+        residuals = evaluate(compile_program([atom.expression]), values, count)[0][0]
         difference = values[atom.joint] - residuals.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
         return np.asarray((np.abs(difference) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
 
-    def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
-        """Return whether the numbers typed in `piece` satisfy a piece of `outer` in double precision.
+    def holds_exactly(self, piece: Piece, containing_pieces: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
+        """Return whether the numbers typed in `piece` satisfy a piece of `containing_pieces` in double precision.
 
         Conditions on joints without such a number are ignored; the search checks them.
         """
-        values = {str(atom.joint): value_of(atom.zero) for atom in piece if atom.joint is not None}
+        values = {str(atom.joint): constant_value(atom.expression) for atom in piece if atom.joint is not None}
         typed = {joint: value for joint, value in values.items() if value is not None}
-        return any(all(self._meets(atom, typed, symbols) for atom in expected) for expected in outer)
+        return any(all(self._satisfies(atom, typed, symbols) for atom in expected) for expected in containing_pieces)
 
-    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    def _satisfies(self, atom: Atom, typed_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
         if atom.joint is not None:
-            expected = value_of(atom.zero)
-            if expected is None or atom.joint not in typed:
+            expected = constant_value(atom.expression)
+            if expected is None or atom.joint not in typed_values:
                 return True
-            return same_value(typed[atom.joint], expected, self.domain.roles.get(atom.joint) == "angle")
-        used = names(atom.zero)
-        if not used & set(typed) or used & set(self.joints) - set(typed):
+            return agree_to_double_precision(
+                typed_values[atom.joint], expected, self.domain.roles.get(atom.joint) == "angle"
+            )
+        used = find_names(atom.expression)
+        if not used & set(typed_values) or used & set(self.joints) - set(typed_values):
             return True
-        return holds_at(atom.zero, {joint: typed[joint] for joint in used & set(typed)},
-                        {name: symbols[name] for name in used - set(typed)})  # fmt: skip
+        return vanishes_at(atom.expression, {joint: typed_values[joint] for joint in used & set(typed_values)},
+                        {name: symbols[name] for name in used - set(typed_values)})  # fmt: skip
 
-    def _typical(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> float:
+    def _typical_term_size(self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int) -> float:
         """Return the median size of an expression's terms at random configurations; at its zeros they may vanish."""
         stream = Stream("typical")
-        random_values = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in search.free}
+        random_values = {
+            joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in compiled.free_joints
+        }
         return float(
-            _ignore_undefined(np.nanmedian, self._zeros(search, {**values, **random_values}, count)[1][:1])[0, 0]
+            _reduce_without_warning(np.nanmedian, self._residuals(compiled, {**values, **random_values}, count)[1][:1])[
+                0, 0
+            ]
         )
 
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
@@ -332,13 +363,15 @@ class Space:
 
         At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
         """
-        compiled = _prepare((atom,), self.joints)
-        residual = self._zeros(compiled, values, count)[0][0]
+        compiled = _compile_piece((atom,), self.joints)
+        residual = self._residuals(compiled, values, count)[0][0]
         gradient_norm = (
-            np.linalg.norm(self._slopes(compiled, values, count)[:, 0], axis=1) if compiled.free else np.zeros(count)
+            np.linalg.norm(self._derivatives(compiled, values, count)[:, 0], axis=1)
+            if compiled.free_joints
+            else np.zeros(count)
         )
         with np.errstate(all="ignore"):
-            rounding = 1e-14 * self._typical(compiled, values, count) if compiled.free else 0.0
+            rounding = 1e-14 * self._typical_term_size(compiled, values, count) if compiled.free_joints else 0.0
             return np.asarray((np.abs(residual) <= tolerance * gradient_norm) | (np.abs(residual) <= rounding))
 
 
@@ -346,66 +379,75 @@ class Space:
 class SetComparison:
     """The result of comparing a claimed set with the reference set.
 
-    `covered`: for each reference piece, whether the claim contains it; None if it is empty for these lengths.
-    `sound`: for each claimed piece, whether the reference contains it; None if it holds nowhere.
+    `is_covered`: for each reference piece, whether the claim contains it; None if it is empty for these lengths.
+    `is_sound`: for each claimed piece, whether the reference contains it; None if it holds nowhere.
     `missing`: a configuration that is singular but not claimed. `surplus`: one that is claimed but not singular.
-    `points`: the number of configurations tried.
-    `least`: their number on the piece with the fewest.
-    `rounded`: whether a claimed value is correct except for rounding.
+    `configuration_count`: the number of configurations tried.
+    `fewest_configurations`: their number on the piece with the fewest.
+    `is_only_rounded`: whether a claimed value is correct except for rounding.
     """
 
-    covered: tuple[bool | None, ...]
-    sound: tuple[bool | None, ...]
+    is_covered: tuple[bool | None, ...]
+    is_sound: tuple[bool | None, ...]
     missing: Mapping[str, float] | None
     surplus: Mapping[str, float] | None
-    points: int
-    least: int
-    rounded: bool = False
+    configuration_count: int
+    fewest_configurations: int
+    is_only_rounded: bool = False
 
     @property
-    def equal(self) -> bool:
+    def are_equal(self) -> bool:
         """Whether the two sets contain the same configurations."""
-        return False not in self.covered and False not in self.sound
+        return False not in self.is_covered and False not in self.is_sound
 
 
 @np.errstate(all="ignore")  # a search that overflows has not found a zero
-def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Space, seed: str) -> SetComparison:
+def compare_sets(
+    claimed: Sequence[Piece], reference: Sequence[Piece], space: ConfigurationSpace, seed: str
+) -> SetComparison:
     """Compare a claimed set of configurations with the reference, piece by piece."""
-    used = space.names_of([claimed, reference])
+    used = space.collect_names([claimed, reference])
     counts: list[int] = []
     rounded = False
 
-    def inclusion(inner: Sequence[Piece], outer: Sequence[Piece], tag: str) -> tuple[list[bool | None], Any]:
+    def check_inclusion(
+        pieces: Sequence[Piece], containing_pieces: Sequence[Piece], tag: str
+    ) -> tuple[list[bool | None], Any]:
         nonlocal rounded
         is_contained: list[bool | None] = []
         example = None
-        for index, piece in enumerate(inner):
-            values = space.on_piece(piece, used, Stream(f"{seed}/{tag}/{index}"))
+        for index, piece in enumerate(pieces):
+            values = space.sample_piece(piece, used, Stream(f"{seed}/{tag}/{index}"))
             count = len(next(iter(values.values())))
             counts.append(count)
             # Typed values have the tolerance of all answers, configurations found by a search that of the search.
             is_typed = all(atom.joint is not None for atom in piece)
-            search_tolerance = MEMBER if tag == "claimed" else max(MEMBER, space.typed_tolerance)
-            is_inside = space.contains(outer, values, count, space.typed_tolerance if is_typed else search_tolerance)
+            search_tolerance = SEARCH_TOLERANCE if tag == "claimed" else max(SEARCH_TOLERANCE, space.typed_tolerance)
+            is_inside = space.contains(
+                containing_pieces, values, count, space.typed_tolerance if is_typed else search_tolerance
+            )
             if is_typed and count and is_inside.all() and space.rounding is None:
                 constants = space.domain.fixed_values()
                 symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
-                if not space.holds_exactly(piece, outer, symbols):
+                if not space.holds_exactly(piece, containing_pieces, symbols):
                     is_inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
             elif is_typed and count and not is_inside.all() and tag == "claimed":
-                rounded |= bool(space.contains(outer, values, count, ROUNDED.absolute).all())
+                rounded |= bool(space.contains(containing_pieces, values, count, ROUNDED_JOINT_VALUE.absolute).all())
             is_contained.append(None if count == 0 else bool(is_inside.all()))
             if count and not is_inside.all() and example is None:
                 first_index = int(np.nonzero(~is_inside)[0][0])
                 example = {name: space.round_value(name, values[name][first_index]) for name in sorted(values)}
         return is_contained, example
 
-    sound, surplus = inclusion(claimed, reference, "claimed")
+    sound, surplus = check_inclusion(claimed, reference, "claimed")
     for index, (piece, is_contained) in enumerate(zip(claimed, sound, strict=True)):
         # No configuration was found on the piece, although its conditions come close to zero: don't accept it as sound.
-        if is_contained is None and space.nearest_miss(piece, used, Stream(f"{seed}/miss/{index}")) < _NEAR_MISS:
+        if (
+            is_contained is None
+            and space.smallest_residual(piece, used, Stream(f"{seed}/miss/{index}")) < _NEAR_MISS_RESIDUAL
+        ):
             sound[index] = False
     nonempty_pieces = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
-    covered, missing = inclusion(reference, nonempty_pieces, "reference")
+    covered, missing = check_inclusion(reference, nonempty_pieces, "reference")
     fewest = min(filter(None, counts), default=0)
     return SetComparison(tuple(covered), tuple(sound), missing, surplus, sum(counts), fewest, rounded)

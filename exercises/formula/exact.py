@@ -31,8 +31,16 @@ from typing import Any
 from sympy import multiplicity
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.angles import FoundAngle, Phase, find_angles, phase_of
-from qdot.exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
+from qdot.exercises.formula.angles import AngleOrImaginary, Phase, find_angles, make_phase
+from qdot.exercises.formula.field import (
+    PRIME_BITS,
+    PRIME_COUNT,
+    ROOT_ORDER,
+    Field,
+    SharedField,
+    choose_field,
+    random_below,
+)
 from qdot.exercises.formula.program import Program, Step
 
 # --- sizes: degree and height of numerator and denominator ---
@@ -44,11 +52,11 @@ Size = tuple[float, float, float, float]
 def _add_sizes(x: Size, y: Size, count: int) -> Size:
     if not count:
         return x
-    height = _log_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count)))
+    height = _log2_of_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count)))
     return max(x[0] + y[2], x[2] + y[0]), height, x[2] + y[2], x[3] + y[3]
 
 
-def _log_sum(x: float, y: float) -> float:
+def _log2_of_sum(x: float, y: float) -> float:
     """Return log2(2^x + 2^y), rounded up."""
     high, low = max(x, y), min(x, y)
     return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
@@ -62,55 +70,57 @@ def _invert_size(x: Size) -> Size:
     return x[2], x[3], x[0], x[1]
 
 
-def _log(number: int) -> float:
+def _log2(number: int) -> float:
     return log2(abs(number)) if number else -inf
 
 
 # --- programs ---
 
-Op = tuple[str, tuple[int, ...], Any]
+ModularStep = tuple[str, tuple[int, ...], Any]
 
 
 @dataclass(frozen=True)
 class ModularProgram:
     """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated this way."""
 
-    steps: tuple[tuple[Op, Size] | None, ...]
+    steps: tuple[tuple[ModularStep, Size] | None, ...]
     outputs: tuple[int, ...]
 
-    def size(self, entry: int) -> Size | None:
+    def size(self, index: int) -> Size | None:
         """Return the size of a result, or None if its text doesn't show that it is a rational function."""
-        step = self.steps[self.outputs[entry]]
+        step = self.steps[self.outputs[index]]
         return None if step is None else step[1]
 
 
-_NO_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
-_LARGEST = 1e15
+_UNIT_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
+_MAX_SIZE = 1e15
 """Maximum degree and height; functions beyond them are not evaluated."""
 
 
-def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
-    """Return a program for evaluation modulo a prime; `fixed` maps names to numbers (None: irrational)."""
-    steps = [_replace_fixed_name(step, fixed) for step in program.steps]
+def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction | None]) -> ModularProgram:
+    """Return a program for evaluation modulo a prime; `fixed_values` maps names to numbers (None: irrational)."""
+    steps = [_replace_fixed_name(step, fixed_values) for step in program.steps]
     angles = find_angles(steps)
-    modular: list[tuple[Op, Size] | None] = []
+    modular: list[tuple[ModularStep, Size] | None] = []
     for op, operands, constant in steps:
         sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
-        if op in _TRIGONOMETRIC:
-            step = _trigonometric_op(op, angles[operands[0]])
+        if op in _TRIGONOMETRIC_FUNCTIONS:
+            step = _trigonometric_step(op, angles[operands[0]])
         elif op == "sqrt":
-            step = _root_op(angles[operands[0]])
+            step = _square_root_step(angles[operands[0]])
         else:
-            step = _plain_op(op, operands, constant, sizes) if len(sizes) == len(operands) else None
-        modular.append(None if step is None or max(step[1]) > _LARGEST else step)
+            step = _algebraic_step(op, operands, constant, sizes) if len(sizes) == len(operands) else None
+        modular.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
     return ModularProgram(tuple(modular), program.outputs)
 
 
-def _plain_op(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]) -> tuple[Op, Size] | None:
+def _algebraic_step(
+    op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]
+) -> tuple[ModularStep, Size] | None:
     if op == "number":
-        return (op, (), constant), (0.0, _log(constant.numerator), 0.0, _log(constant.denominator))
+        return (op, (), constant), (0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
     if op == "name" and constant == "I":
-        return ("turn", (), ORDER // 4), _NO_SIZE
+        return ("turn", (), ROOT_ORDER // 4), _UNIT_SIZE
     if op == "name" and constant != "E":
         return (op, (), constant), (1.0, 0.0, 0.0, 0.0)
     if op == "sum":
@@ -130,29 +140,29 @@ def _plain_op(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence
             exponent_size * b,
             exponent_size * c,
             exponent_size * d,
-        ) if constant else _NO_SIZE
+        ) if constant else _UNIT_SIZE
     return None
 
 
-def _replace_fixed_name(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
-    if step[0] != "name" or step[2] not in fixed:
+def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None]) -> Step:
+    if step[0] != "name" or step[2] not in fixed_values:
         return step
-    value = fixed[step[2]]
+    value = fixed_values[step[2]]
     return ("number", (), value) if value is not None else ("unknown number", (), None)
 
 
-_TRIGONOMETRIC = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
+_TRIGONOMETRIC_FUNCTIONS = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | None:
+def _trigonometric_step(op: str, angle: AngleOrImaginary | None) -> tuple[ModularStep, Size] | None:
     """Return the step for a trigonometric function of a real angle, or for an exponential of an imaginary one."""
     if angle is None or angle[1] != (op == "exp"):
         return None
-    phase = phase_of(angle[0])
+    phase = make_phase(angle[0])
     if phase is None:
         return None
     exponent_sum = sum(abs(power) for _, power in phase.powers)
-    if exponent_sum > _LARGEST:  # it may be too large for a double
+    if exponent_sum > _MAX_SIZE:  # it may be too large for a double
         return None
     degree = float(exponent_sum)
     exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
@@ -160,11 +170,11 @@ def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | No
     return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
 
 
-_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
+_SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
+def _square_root_step(angle: AngleOrImaginary | None) -> tuple[ModularStep, Size] | None:
     """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
     if angle is None or set(angle[0]) - {""} or angle[1]:
         return None
@@ -175,8 +185,8 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
     if integer_root * integer_root * prod(odd_primes) != product:
         return None
     factor = Fraction(integer_root, number.denominator)
-    size = (0.0, _log(factor.numerator) + 3.0 * len(odd_primes), 0.0, _log(factor.denominator))
-    return ("root", (), (factor, odd_primes, ORDER // 4 if number < 0 else 0)), size
+    size = (0.0, _log2(factor.numerator) + 3.0 * len(odd_primes), 0.0, _log2(factor.denominator))
+    return ("root", (), (factor, odd_primes, ROOT_ORDER // 4 if number < 0 else 0)), size
 
 
 # --- evaluation ---
@@ -185,23 +195,23 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
 class _Point:
     """Random values of names and of the w modulo the prime, each chosen when it is first used.
 
-    If `by_name`, a value depends on the name alone, so that all programs use the same point.
+    If `values_by_name`, a value depends on the name alone, so that all programs use the same point.
     """
 
-    def __init__(self, field: Field, stream: Stream, by_name: bool = False) -> None:
-        self.field, self.stream, self.by_name = field, stream, by_name
+    def __init__(self, field: Field, stream: Stream, values_by_name: bool = False) -> None:
+        self.field, self.stream, self.values_by_name = field, stream, values_by_name
         self.values: dict[str, int] = {}
 
     def value(self, name: str) -> int:
         """Return the value of a name."""
         if name not in self.values:
-            stream = self.stream.part(name) if self.by_name else self.stream
-            self.values[name] = 1 + below(stream, self.field.prime - 1)
+            stream = self.stream.substream(name) if self.values_by_name else self.stream
+            self.values[name] = 1 + random_below(stream, self.field.prime - 1)
         return self.values[name]
 
     def phase(self, phase: Phase) -> int:
         """Return exp(i angle)."""
-        value = self.field.power(phase.turn)
+        value = self.field.power(phase.root_exponent)
         for name, power in phase.powers:
             value = value * pow(self.value(f"phase/{name}"), power, self.field.prime) % self.field.prime
         return value
@@ -217,25 +227,25 @@ def _inverse(value: int, prime: int) -> int:
     return pow(value, -1, prime)
 
 
-def run(program: ModularProgram, point: _Point) -> list[int | None]:
+def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]:
     """Return the results modulo the prime; None for results that are undefined there or not rational functions."""
     values: list[int | None] = []
     for step in program.steps:
         value = None
         if step is not None and None not in (args := [values[i] for i in step[0][1]]):
             with suppress(ZeroDivisionError):
-                value = _apply(step[0][0], args, step[0][2], point) % point.field.prime
+                value = _evaluate_step(step[0][0], args, step[0][2], point) % point.field.prime
         values.append(value)
     return [values[i] for i in program.outputs]
 
 
-def _apply(op: str, args: list[Any], data: Any, point: _Point) -> int:
+def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
     prime = point.field.prime
     if op == "*":
         return args[0] * args[1]
     if op == "sum":
         return sum(count * arg for count, arg in zip(data, args, strict=True))
-    if op in _TRIGONOMETRIC:
+    if op in _TRIGONOMETRIC_FUNCTIONS:
         return _trigonometric_value(op, point.phase(data), point.field)
     if op == "neg":
         return -args[0]
@@ -252,7 +262,7 @@ def _apply(op: str, args: list[Any], data: Any, point: _Point) -> int:
     factor, roots, turn = data
     value = _residue(factor, prime) * point.field.power(turn)
     for root in roots:
-        value = value * sum(count * point.field.power(turn) for count, turn in _ROOTS[root]) % prime
+        value = value * sum(count * point.field.power(turn) for count, turn in _SQUARE_ROOTS[root]) % prime
     return value
 
 
@@ -260,7 +270,7 @@ def _trigonometric_value(op: str, phase: int, field: Field) -> int:
     """Return a function of an angle from `phase`, exp(i angle)."""
     if op == "exp":
         return phase
-    prime, i = field.prime, field.power(ORDER // 4)
+    prime, i = field.prime, field.power(ROOT_ORDER // 4)
     inverse_phase = pow(phase, -1, prime)
     sine, cosine = (inverse_phase - phase) * i, phase + inverse_phase  # each times 2
     numerator, denominator = {
@@ -272,92 +282,101 @@ def _trigonometric_value(op: str, phase: int, field: Field) -> int:
 
 # --- comparison ---
 
-WANTED = 1e-15
+MAX_ERROR_CHANCE = 1e-15
 """Maximum chance of accepting a wrong answer; points are added until the bound is below this."""
-TRIES = 6
+MAX_POINTS = 6
 """Maximum number of points; after these, a result is undefined everywhere, or the comparison stays undecided."""
 
 
 @dataclass(frozen=True)
-class Exact:
+class ExactComparison:
     """Whether two results are the same function (None: undecided), the number of points, and the error bound."""
 
-    equal: bool | None = None
-    points: int = 0
+    is_equal: bool | None = None
+    point_count: int = 0
     bound: float = 1.0
 
 
-def chance(student: Size, reference: Size, bits: int = BITS, choices: float = PRIMES) -> float:
+def chance_of_agreement(
+    student: Size, reference: Size, bits: int = PRIME_BITS, prime_count: float = PRIME_COUNT
+) -> float:
     """Return a bound on the chance that two different functions agree at one random point."""
     degree = max(student[0] + reference[2], student[2] + reference[0])
-    height = _log_sum(student[1] + reference[3], student[3] + reference[1])
-    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / choices)
+    height = _log2_of_sum(student[1] + reference[3], student[3] + reference[1])
+    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / prime_count)
 
 
-_SHARED = SharedField()
+_SHARED_FIELD = SharedField()
 
 
 def compare(
-    student: Program, reference: Program, fixed: Mapping[str, Fraction | None], seed: str,
-    draw: Callable[[Stream], Field] | None = None,
-) -> list[Exact]:  # fmt: skip
-    """Compare two programs result by result; `fixed` maps the names that stand for numbers to their values.
+    student: Program, reference: Program, fixed_values: Mapping[str, Fraction | None], seed: str,
+    field_source: Callable[[Stream], Field] | None = None,
+) -> list[ExactComparison]:  # fmt: skip
+    """Compare two programs result by result; `fixed_values` maps the names that stand for numbers to their values.
 
     A result that is undefined at every point differs from the reference. `seed` determines the points and all fields
     after the first, so that each further field is independent of the first.
     """
-    student_modular = modular_program(student, fixed)
-    reference_modular = student_modular if student == reference else modular_program(reference, fixed)
+    student_modular = make_modular_program(student, fixed_values)
+    reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
     stream = Stream(f"{seed}/exact")
     entries = [
-        _Entry(student_modular.size(k), reference_modular.size(k)) for k in range(len(reference_modular.outputs))
+        _EntryComparison(student_modular.size(k), reference_modular.size(k))
+        for k in range(len(reference_modular.outputs))
     ]
-    for trial in range(TRIES):
-        if not any(entry.is_open for entry in entries):
+    for trial in range(MAX_POINTS):
+        if not any(entry.is_undecided for entry in entries):
             break
-        field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
+        field = _SHARED_FIELD.get() if trial == 0 and field_source is None else (field_source or choose_field)(stream)
         point = _Point(field, stream)
-        student_values = run(student_modular, point)
-        reference_values = student_values if reference_modular is student_modular else run(reference_modular, point)
+        student_values = evaluate_modular(student_modular, point)
+        reference_values = (
+            student_values if reference_modular is student_modular else evaluate_modular(reference_modular, point)
+        )
         for entry, student_value, reference_value in zip(entries, student_values, reference_values, strict=True):
-            if entry.is_open:
+            if entry.is_undecided:
                 entry.add_point(student_value, reference_value, field)
     return [entry.verdict() for entry in entries]
 
 
-class _Entry:
+class _EntryComparison:
     """The comparison of one result of both programs, at the points tried so far."""
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
         self.sizes = student_size and reference_size and (student_size, reference_size)
-        self.same, self.tried, self.undefined, self.differs, self.bound = 0, 0, 0, False, inf
+        self.agreeing_count, self.point_count, self.undefined_count, self.differs, self.bound = 0, 0, 0, False, inf
 
     @property
-    def is_open(self) -> bool:
-        return self.sizes is not None and not self.differs and self.bound > WANTED
+    def is_undecided(self) -> bool:
+        return self.sizes is not None and not self.differs and self.bound > MAX_ERROR_CHANCE
 
     def add_point(self, student_value: int | None, reference_value: int | None, field: Field) -> None:
-        self.tried += 1
+        self.point_count += 1
         if student_value is None or reference_value is None:
-            self.undefined += reference_value is not None
+            self.undefined_count += reference_value is not None
         elif student_value != reference_value:
             self.differs = True
         elif self.sizes is not None:
-            self.same += 1
-            single_chance = chance(*self.sizes, field.bits, field.choices)
-            self.bound = min(1.0, comb(self.tried, self.same) * single_chance**self.same)
+            self.agreeing_count += 1
+            single_chance = chance_of_agreement(*self.sizes, field.bits, field.prime_count)
+            self.bound = min(1.0, comb(self.point_count, self.agreeing_count) * single_chance**self.agreeing_count)
 
-    def verdict(self) -> Exact:
+    def verdict(self) -> ExactComparison:
         if self.sizes is None:
-            return Exact()
-        if self.differs or self.undefined == self.tried:
-            return Exact(False, self.tried)
-        return Exact(True, self.same, self.bound) if self.bound <= WANTED else Exact(None, self.tried)
+            return ExactComparison()
+        if self.differs or self.undefined_count == self.point_count:
+            return ExactComparison(False, self.point_count)
+        return (
+            ExactComparison(True, self.agreeing_count, self.bound)
+            if self.bound <= MAX_ERROR_CHANCE
+            else ExactComparison(None, self.point_count)
+        )
 
 
 # --- fingerprints of functions ---
 
-PLACES = 2
+FINGERPRINT_POINTS = 2
 """Number of points for a fingerprint: two different functions agree at both with a chance of about 1 in 10^40."""
 
 
@@ -367,19 +386,22 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
     is undefined. The result is None for anything but a rational function of lengths, sines and cosines.
 
-    >>> from qdot.exercises.formula.parser import read
+    >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.program import compile_program
-    >>> program = compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")])
+    >>> program = compile_program([parse_formula("2*sin(x)*cos(x)"), parse_formula("sin(2*x)"), parse_formula("sin(x)")])
     >>> double, same, single = fingerprint_results(program, "s")
     >>> double == same, double == single
     (True, False)
     """
-    modular, field = modular_program(program, {}), _field_of(seed)
-    values = [run(modular, _Point(field, Stream(f"{seed}/{k}"), by_name=True)) for k in range(PLACES)]
+    modular, field = make_modular_program(program, {}), _field_from_seed(seed)
+    values = [
+        evaluate_modular(modular, _Point(field, Stream(f"{seed}/{k}"), values_by_name=True))
+        for k in range(FINGERPRINT_POINTS)
+    ]
     columns = zip(*values, strict=True)
     return [None if modular.size(entry) is None else column for entry, column in enumerate(columns)]
 
 
 @lru_cache(maxsize=16)
-def _field_of(seed: str) -> Field:
-    return draw_field(Stream(f"{seed}/field"))
+def _field_from_seed(seed: str) -> Field:
+    return choose_field(Stream(f"{seed}/field"))

@@ -7,11 +7,11 @@ from sympy.ntheory.primetest import mr
 
 from qdot.exercises.common.stream import Stream
 
-ORDER = 1440
+ROOT_ORDER = 1440
 """Order of the root of unity, which represents a quarter of a degree; sums of its powers give roots of 2, 3, 5, -1."""
-BITS = 80
+PRIME_BITS = 80
 """Primes are chosen between 2^80 and 2^81."""
-PRIMES = 4.5e19
+PRIME_COUNT = 4.5e19
 """A lower bound on the number of primes = 1 (mod 1440) between X = 2^80 and 2X, which is 4.8e19 or more.
 
 Let theta(x) be the sum of the logarithms of such primes up to x. Then |theta(x) - x / 384| < x / (160 log x) (Bennett,
@@ -19,23 +19,23 @@ Martin, O'Bryant, Rechnitzer, Explicit bounds for primes in arithmetic progressi
 number of primes is at least (theta(2X) - theta(X)) / log(2X).
 """
 
-_SMALL = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
+_SMALL_PRIMES = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 """Bases that prove a number below 3.3e24 prime (Sorenson and Webster, Math. Comp. 86, 2017)."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime`, one of `choices` primes, with a `root` of unity of order ORDER."""
+    """The integers modulo `prime`, one of `prime_count` primes, with a `root` of unity of order ORDER."""
 
     prime: int
     root: int
-    bits: int = BITS
-    choices: float = PRIMES
+    bits: int = PRIME_BITS
+    prime_count: float = PRIME_COUNT
 
     def power(self, exponent: int) -> int:
         """Return the root of unity to the power `exponent`."""
-        return pow(self.root, exponent % ORDER, self.prime)
+        return pow(self.root, exponent % ROOT_ORDER, self.prime)
 
 
 def is_prime(number: int) -> bool:
@@ -47,16 +47,16 @@ def is_prime(number: int) -> bool:
     return number in _WITNESSES or mr(number, _WITNESSES)
 
 
-def draw_field(stream: Stream) -> Field:
+def choose_field(stream: Stream) -> Field:
     """Return a field with a random prime and root; all primes and all roots are equally likely."""
-    low = (1 << BITS) // ORDER
+    low = (1 << PRIME_BITS) // ROOT_ORDER
     while True:
-        prime = ORDER * (low + 1 + below(stream, low - 1)) + 1
-        if all(prime % q for q in _SMALL) and is_prime(prime):
-            return Field(prime, _root(prime, stream))
+        prime = ROOT_ORDER * (low + 1 + random_below(stream, low - 1)) + 1
+        if all(prime % q for q in _SMALL_PRIMES) and is_prime(prime):
+            return Field(prime, _choose_root(prime, stream))
 
 
-ANSWERS = 64
+USES_PER_FIELD = 64
 """The number of comparisons that share a field, because finding a prime takes longer than most comparisons."""
 
 
@@ -67,23 +67,23 @@ class SharedField:
     """
 
     def __init__(self) -> None:
-        self._left, self._field = 0, Field(0, 0)
+        self._remaining_uses, self._field = 0, Field(0, 0)
 
     def get(self) -> Field:
         """Return the current field, or a new one if it has been used ANSWERS times."""
-        if self._left == 0:
-            self._left, self._field = ANSWERS, draw_field(Stream(secrets.token_hex(32)))
-        self._left -= 1
+        if self._remaining_uses == 0:
+            self._remaining_uses, self._field = USES_PER_FIELD, choose_field(Stream(secrets.token_hex(32)))
+        self._remaining_uses -= 1
         return self._field
 
 
-def _root(prime: int, stream: Stream) -> int:
+def _choose_root(prime: int, stream: Stream) -> int:
     while True:
-        root = pow(1 + below(stream, prime - 1), (prime - 1) // ORDER, prime)
-        if all(pow(root, ORDER // q, prime) != 1 for q in (2, 3, 5)):
+        root = pow(1 + random_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
+        if all(pow(root, ROOT_ORDER // q, prime) != 1 for q in (2, 3, 5)):
             return root
 
 
-def below(stream: Stream, limit: int) -> int:
+def random_below(stream: Stream, limit: int) -> int:
     """Return a random integer from 0 to limit - 1; probabilities differ by a factor of less than 1 + 2^-40."""
-    return ((stream.below(1 << 63) << 63) | stream.below(1 << 63)) % limit
+    return ((stream.integer_below(1 << 63) << 63) | stream.integer_below(1 << 63)) % limit

@@ -24,12 +24,12 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.common.json_form import OPTIONAL
+from qdot.exercises.common.json_form import OMITTED_IF_NONE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import (
-    SAME,
+    PRECISE_TOLERANCE,
     Program,
     compile_program,
     evaluate_precisely,
@@ -37,21 +37,21 @@ from qdot.exercises.formula.program import (
     number_regions,
     select_outputs,
 )
-from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, names
+from qdot.exercises.formula.trees import Node, count_decimal_digits, count_digits, find_names
 
-POINTS = 50
-POINTS_BRANCHING = 2000
-SHARE, SHARE_BRANCHING = 0.5, 0.02
+POINT_COUNT = 50
+POINT_COUNT_BRANCHING = 2000
+WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
 """The bound of a numeric comparison holds for answers that are wrong at this share of the configurations or more."""
-READABLE = 8
+READABLE_POINTS = 8
 """The number of points that come first, with two decimals, so that a counterexample can be checked by hand."""
 
-PRINTED, DOUBLE = 13, 16
+PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
-FLOATS = 1e-12
+DOUBLE_TOLERANCE = 1e-12
 """Relative error allowed for joint values, and for entries with decimals of PRINTED digits or more."""
 
-_ROUNDING = 64 * np.finfo(float).eps
+_RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
@@ -70,38 +70,38 @@ class Domain:
         """Return the value of each name that stands for a number, None if it is only known as a double."""
         return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
-    def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
-        """Return random values at `points` points for each used name; an unknown name has the role "signed"."""
+    def sample(self, used_names: set[str], point_count: int, stream: Stream) -> dict[str, np.ndarray]:
+        """Return random values at `point_count` points for each used name; an unknown name has the role "signed"."""
         values = {}
-        for name in sorted(used):
+        for name in sorted(used_names):
             role = self.roles.get(name, "signed")
             if isinstance(role, str):
-                values[name] = _sample_role(role, points, stream)
+                values[name] = _sample_role(role, point_count, stream)
             else:
-                values[name] = role.astype(float) if isinstance(role, np.ndarray) else np.full(points, float(role))
+                values[name] = role.astype(float) if isinstance(role, np.ndarray) else np.full(point_count, float(role))
         return values
 
 
 def _as_fraction(number: float | Fraction) -> Fraction | None:
     if isinstance(number, Fraction):
         return number
-    return None if digits_of(Fraction(repr(number))) >= DOUBLE else Fraction(repr(number))
+    return None if count_digits(Fraction(repr(number))) >= ROOT_DIGITS else Fraction(repr(number))
 
 
-def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
+def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
     """Return random values for a role, readable ones first; the logarithms of lengths are uniformly distributed."""
-    fractions = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
+    fractions = (np.frombuffer(stream.take_bytes(8 * point_count), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
         values = np.pi * (2 * fractions - 1)
     elif role == "length":
         values = 0.05 * 800.0**fractions
-        values[:READABLE] = 0.2 + 1.3 * fractions[:READABLE]
+        values[:READABLE_POINTS] = 0.2 + 1.3 * fractions[:READABLE_POINTS]
     elif role == "travel":
         directions = np.where(fractions < 0.5, -1.0, 1.0)
         values = directions * 0.2 * 50.0 ** (2 * fractions % 1)
     else:
         values = np.where(fractions < 0.5, -0.2 - 3.6 * fractions, 0.2 + 3.6 * (fractions - 0.5))
-    values[:READABLE] = np.round(values[:READABLE], 2)
+    values[:READABLE_POINTS] = np.round(values[:READABLE_POINTS], 2)
     return np.asarray(values)
 
 
@@ -128,16 +128,16 @@ class Rounding:
 class EntryDifference:
     """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
 
-    A value is a text if it is not a finite real number, or if more digits are needed to show the difference. `expected`
-    is None if it is withheld. If only the direction of a vector counts, `expected` is scaled to match the answer's
-    entry `pivot`.
+    A value is a text if it is not a finite real number, or if more digits are needed to show the difference.
+    `reference_values` is None if it is withheld. If only the direction of a vector counts, `reference_values` is scaled
+    to match the answer's entry `pivot`.
     """
 
     entry: int
     at: Mapping[str, float]
     yours: float | str
     expected: float | str | None
-    pivot: int | None = field(default=None, metadata=OPTIONAL)
+    pivot: int | None = field(default=None, metadata=OMITTED_IF_NONE)
 
 
 @dataclass(frozen=True)
@@ -169,157 +169,187 @@ class Certificate:
 class Comparison:
     """Whether each entry is correct, and the certificate, with the first difference."""
 
-    equal: tuple[bool, ...]
+    is_correct: tuple[bool, ...]
     certificate: Certificate
 
 
 def compare_entries(
-    student: Sequence[Node], reference: Sequence[Node], domain: Domain, seed: str, rounding: Rounding | None = None
+    student_entries: Sequence[Node],
+    reference_entries: Sequence[Node],
+    domain: Domain,
+    seed: str,
+    rounding: Rounding | None = None,
 ) -> Comparison:
     """Compare two lists of scalar trees entry by entry at random points.
 
     Nobody may know `seed`, which determines the points, before the answer is submitted. Raises ReadError if an entry is
     not a scalar.
     """
-    if all(remove_noise(node) is node for node in reference):
-        student = [remove_noise(node) for node in student]
-    student_program, reference_program = compile_program(student), compile_program(reference)
+    if all(remove_noise(node) is node for node in reference_entries):
+        student_entries = [remove_noise(node) for node in student_entries]
+    student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
     constants = domain.fixed_values()
     exact_results = exact.compare(student_program, reference_program, constants, seed)
     double_names = {name for name, value in constants.items() if value is None}
-    allowances = [_allowance(node, rounding, double_names) for node in student]
+    allowances = [_allowed_errors(node, rounding, double_names) for node in student_entries]
     is_certain = [
-        entry.equal is True or (entry.equal is False and not any(allowance))
+        entry.is_equal is True or (entry.is_equal is False and not any(allowance))
         for entry, allowance in zip(exact_results, allowances, strict=True)
     ]
-    equal = [entry.equal is True for entry in exact_results]
-    points = max(entry.points for entry in exact_results)
+    equal = [entry.is_equal is True for entry in exact_results]
+    points = max(entry.point_count for entry in exact_results)
     if all(equal):
         return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in exact_results)))
-    count = _count(student_program, is_certain)
-    values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
-    trial = _Trial(student_program, reference_program, allowances, values, constants, count)
+    count = _choose_point_count(student_program, is_certain)
+    values = domain.sample(
+        set().union(*(find_names(node) for node in (*student_entries, *reference_entries))), count, Stream(seed)
+    )
+    trial = _NumericComparison(student_program, reference_program, allowances, values, constants, count)
     for k, is_sure in enumerate(is_certain):
         if not is_sure:
-            equal[k] = trial.equal(k)
+            equal[k] = trial.is_equal(k)
     wrong_entries = [k for k, same in enumerate(equal) if not same]
-    example = trial.counterexample(wrong_entries[0]) if wrong_entries else None
+    example = trial.find_counterexample(wrong_entries[0]) if wrong_entries else None
     if all(is_certain):
-        bound = max((entry.bound for entry in exact_results if entry.equal), default=0.0)
+        bound = max((entry.bound for entry in exact_results if entry.is_equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    bound = chance_of_missing(trial.defined, SHARE_BRANCHING if student_program.branches else SHARE)
-    return Comparison(tuple(equal), Certificate("numeric", trial.points, bound, example))
+    bound = chance_of_missing(
+        trial.defined_count, WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
+    )
+    return Comparison(tuple(equal), Certificate("numeric", trial.point_count, bound, example))
 
 
-def chance_of_missing(points: int, share: float = SHARE) -> float:
+def chance_of_missing(point_count: int, share: float = WRONG_SHARE) -> float:
     """Return the chance that an answer that is wrong at a `share` of all points is correct at all sampled points."""
-    return float((1.0 - share) ** points)
+    return float((1.0 - share) ** point_count)
 
 
-def _count(theirs: Program, certain: Sequence[bool]) -> int:
+def _choose_point_count(student_program: Program, is_certain: Sequence[bool]) -> int:
     """Return the number of points: few if only a counterexample is missing, many for functions with branches."""
-    if all(certain):
-        return READABLE
-    return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
+    if all(is_certain):
+        return READABLE_POINTS
+    return (
+        max(POINT_COUNT, min(POINT_COUNT_BRANCHING, _MAX_VALUES // len(student_program.steps)))
+        if student_program.has_branches
+        else POINT_COUNT
+    )
 
 
-def allowed_for_decimals(node: Node) -> float:
+def decimal_tolerance(node: Node) -> float:
     """Return the relative error allowed for a formula whose decimals are printed doubles; 0 for any other formula."""
-    return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
+    return DOUBLE_TOLERANCE if count_decimal_digits(node) >= PRINTED_DOUBLE_DIGITS else 0.0
 
 
-def _allowance(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
+def _allowed_errors(node: Node, rounding: Rounding | None, double_names: AbstractSet[str]) -> tuple[float, float]:
     """Return the relative error (to the size of the reference's terms) and the absolute error allowed for an entry."""
-    floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
+    floats = DOUBLE_TOLERANCE if double_names and find_names(node) & double_names else decimal_tolerance(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
 
-_VALUES = 10_000_000
+_MAX_VALUES = 10_000_000
 """Maximum count of double-precision values per comparison: a program of more than 5,000 steps has fewer points."""
 
-_PRECISE_STEPS = 100_000
+_MAX_PRECISE_STEPS = 100_000
 """Maximum number of evaluation steps with many digits per comparison (some seconds), so that grading never stalls."""
 
-_CLEAR = 1e-9
+_CLEAR_DIFFERENCE = 1e-9
 """Smallest difference that double precision may establish, relative to the size of the terms; far above rounding."""
 
-_REGIONS, _SUSPECTS = 16, 3
+_MAX_REGION_POINTS, _MAX_WORST_POINTS = 16, 3
 """Maximum number of points per entry evaluated with 50 digits: one for each region, and those with the largest
 difference relative to rounding."""
 
 
-class _Trial:
+class _NumericComparison:
     """The comparison of two programs at the same points: in double precision, and with many digits if necessary."""
 
     def __init__(
         self,
-        theirs: Program,
-        ours: Program,
-        allowed: Sequence[tuple[float, float]],
+        student_program: Program,
+        reference_program: Program,
+        allowances: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
         constants: Mapping[str, Fraction | None],
-        points: int,
+        point_count: int,
     ) -> None:
-        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, constants, points
-        self.steps = [(program, evaluate_steps(program, values, points)) for program in (theirs, ours)]
-        (self.yours, size), (self.expected, expected_size) = (select_outputs(*evaluated) for evaluated in self.steps)
-        self.scale = _scales(expected_size)
+        self.student_program, self.reference_program, self.values, self.constants, self.point_count = (
+            student_program,
+            reference_program,
+            values,
+            constants,
+            point_count,
+        )
+        self.evaluated_steps = [
+            (program, evaluate_steps(program, values, point_count)) for program in (student_program, reference_program)
+        ]
+        (self.student_values, size), (self.reference_values, expected_size) = (
+            select_outputs(*evaluated) for evaluated in self.evaluated_steps
+        )
+        self.scale = _term_scales(expected_size)
         with np.errstate(all="ignore"):
-            parts, amounts = np.array(allowed).T
-            self.room = parts[:, None] * self.scale + amounts[:, None]
+            parts, amounts = np.array(allowances).T
+            self.allowed_error = parts[:, None] * self.scale + amounts[:, None]
             self.size = size + expected_size
-            self.noise = 10 * _ROUNDING * self.size
-            self.off = np.abs(self.yours - self.expected)
-        self.left = _PRECISE_STEPS // (2 * (len(theirs.steps) + len(ours.steps)))
+            self.rounding_error = 10 * _RELATIVE_ROUNDING * self.size
+            self.difference = np.abs(self.student_values - self.reference_values)
+        self.remaining_evaluations = _MAX_PRECISE_STEPS // (
+            2 * (len(student_program.steps) + len(reference_program.steps))
+        )
         self.examples: dict[int, tuple[int, Any, Any]] = {}
-        self.precise: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+        self.precise_results: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
 
     @cached_property
-    def regions(self) -> np.ndarray:
+    def region_numbers(self) -> np.ndarray:
         """The number of each point's region."""
-        return number_regions(self.steps, self.points)
+        return number_regions(self.evaluated_steps, self.point_count)
 
     @property
-    def defined(self) -> int:
+    def defined_count(self) -> int:
         """The smallest number of points at which an entry of the reference is defined."""
-        return int(np.isfinite(self.expected).sum(axis=1).min())
+        return int(np.isfinite(self.reference_values).sum(axis=1).min())
 
-    def equal(self, entry: int) -> bool:
+    def is_equal(self, entry: int) -> bool:
         """Return whether an entry is correct; if not, store a point at which it differs."""
-        if self._is_clear(entry).any():
+        if self._is_clearly_different(entry).any():
             return False
-        precise_results = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
-        return False not in precise_results and (True in precise_results or bool(self._is_settled(entry).any()))
+        precise_results = [self._agrees_precisely(entry, int(point)) for point in self._points_to_check(entry)]
+        return False not in precise_results and (True in precise_results or bool(self._is_clearly_allowed(entry).any()))
 
-    def _is_clear(self, entry: int) -> np.ndarray:
+    def _is_clearly_different(self, entry: int) -> np.ndarray:
         """Return for each point whether the difference is much larger than any rounding error."""
         with np.errstate(all="ignore"):
-            threshold = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
-            return np.asarray((self.off[entry] > threshold) & np.isfinite(self.off[entry]))
+            threshold = self.allowed_error[entry] + self.rounding_error[entry] + _CLEAR_DIFFERENCE * self.scale[entry]
+            return np.asarray((self.difference[entry] > threshold) & np.isfinite(self.difference[entry]))
 
-    def _is_settled(self, entry: int) -> np.ndarray:
+    def _is_clearly_allowed(self, entry: int) -> np.ndarray:
         """Return for each point whether double precision shows that the error is allowed."""
         with np.errstate(all="ignore"):
-            return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
+            return np.asarray(self.difference[entry] + self.rounding_error[entry] <= self.allowed_error[entry])
 
-    def _to_look_at(self, entry: int) -> list[int]:
+    def _points_to_check(self, entry: int) -> list[int]:
         """Return the points that need many digits: one of each region that isn't settled, and the worst points."""
-        unsettled = np.flatnonzero(~self._is_settled(entry))
-        defined = np.isfinite(self.yours[entry]) & np.isfinite(self.expected[entry])
+        unsettled = np.flatnonzero(~self._is_clearly_allowed(entry))
+        defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
         # Values with two decimals may coincide (a1 = a2) at a removable singularity; those of the other points can't.
-        unsettled = unsettled[defined[unsettled] | (unsettled >= READABLE)]
+        unsettled = unsettled[defined[unsettled] | (unsettled >= READABLE_POINTS)]
         if not len(unsettled):
             return []
         with np.errstate(all="ignore"):
-            difference_ratios = np.nan_to_num((self.off[entry] - self.room[entry]) / self.noise[entry], nan=np.inf)
-        region_points = [int(unsettled[i]) for i in np.sort(np.unique(self.regions[unsettled], return_index=True)[1])]
+            difference_ratios = np.nan_to_num(
+                (self.difference[entry] - self.allowed_error[entry]) / self.rounding_error[entry], nan=np.inf
+            )
+        region_points = [
+            int(unsettled[i]) for i in np.sort(np.unique(self.region_numbers[unsettled], return_index=True)[1])
+        ]
         worst_points = [
             int(unsettled[i])
-            for i in np.argpartition(-difference_ratios[unsettled], min(_SUSPECTS, len(unsettled) - 1))[:_SUSPECTS]
+            for i in np.argpartition(-difference_ratios[unsettled], min(_MAX_WORST_POINTS, len(unsettled) - 1))[
+                :_MAX_WORST_POINTS
+            ]
         ]
-        return list(dict.fromkeys(region_points[:_REGIONS] + worst_points))
+        return list(dict.fromkeys(region_points[:_MAX_REGION_POINTS] + worst_points))
 
-    def _is_same(self, entry: int, point: int) -> bool | None:
+    def _agrees_precisely(self, entry: int, point: int) -> bool | None:
         """Return whether both values of an entry agree to many digits.
 
         Return None if the reference is undefined, or if the maximum number of steps has been used.
@@ -327,7 +357,7 @@ class _Trial:
         yours: Any = None
         expected: Any = None
         for digits in (50, 200):
-            if (results := self._precisely(point, digits)) is None:
+            if (results := self._evaluate_precisely(point, digits)) is None:
                 return None
             yours, expected = results[0][entry], results[1][entry]
             if not mpmath.isfinite(expected):
@@ -338,7 +368,7 @@ class _Trial:
                 difference, size = abs(yours - expected), self.size[entry, point]
                 scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
                 rounding_error = mpmath.mpf(10) ** (5 - digits) * scale
-                allowance = max(self.room[entry, point], SAME * self.scale[entry, point])
+                allowance = max(self.allowed_error[entry, point], PRECISE_TOLERANCE * self.scale[entry, point])
             if difference + rounding_error <= allowance:
                 return True
             if difference - rounding_error > allowance:
@@ -346,58 +376,59 @@ class _Trial:
         self.examples.setdefault(entry, (point, yours, expected))
         return False
 
-    def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
+    def _evaluate_precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
         """Return all results of both programs at a point with `digits` digits, or None if that takes too long."""
-        if (point, digits) not in self.precise:
-            if self.left <= 0:
+        if (point, digits) not in self.precise_results:
+            if self.remaining_evaluations <= 0:
                 return None
-            self.left -= 1
-            at = {name: self.given.get(name) or float(column[point]) for name, column in self.values.items()}
-            self.precise[point, digits] = (
-                evaluate_precisely(self.theirs, at, digits), evaluate_precisely(self.ours, at, digits),
-            )  # fmt: skip
-        return self.precise[point, digits]
+            self.remaining_evaluations -= 1
+            at = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
+            self.precise_results[point, digits] = (
+                evaluate_precisely(self.student_program, at, digits),
+                evaluate_precisely(self.reference_program, at, digits),
+            )
+        return self.precise_results[point, digits]
 
-    def counterexample(self, entry: int) -> EntryDifference:
+    def find_counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, preferably a readable one, and both values there."""
-        defined = np.isfinite(self.expected[entry])
-        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.yours[entry])) & defined)
+        defined = np.isfinite(self.reference_values[entry])
+        clear = np.flatnonzero((self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])) & defined)
         if len(clear):
             point = int(clear[0])
-            yours, expected = self.yours[entry, point], self.expected[entry, point]
+            yours, expected = self.student_values[entry, point], self.reference_values[entry, point]
         else:
-            point, yours, expected = self.examples.get(entry) or self._tiny_difference(entry)
-        at = {name: _round(column[point]) for name, column in sorted(self.values.items())}
-        return EntryDifference(entry, at, *tell_apart(yours, expected))
+            point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)
+        at = {name: _round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
+        return EntryDifference(entry, at, *show_difference(yours, expected))
 
-    def _tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
+    def _find_tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point at which 50 digits show a difference that double precision doesn't show, or else any point."""
-        example = (0, self.yours[entry, 0], self.expected[entry, 0])
-        for point in range(READABLE):
-            if (results := self._precisely(point, 50)) is not None:
+        example = (0, self.student_values[entry, 0], self.reference_values[entry, 0])
+        for point in range(READABLE_POINTS):
+            if (results := self._evaluate_precisely(point, 50)) is not None:
                 example = (point, results[0][entry], results[1][entry])
                 if example[1] != example[2]:
                     break
         return example
 
 
-def _scales(magnitude: np.ndarray) -> np.ndarray:
+def _term_scales(magnitudes: np.ndarray) -> np.ndarray:
     """Return the scale of each entry: the size of its terms, or the largest scale at that point if the size is 0."""
-    largest = magnitude.max(axis=0, keepdims=True)
+    largest = magnitudes.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
-    return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
+    return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest)
 
 
-def _round(value: float) -> float:
+def _round_to_six_digits(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+def show_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
     """Return two different values, written with enough digits to show the difference."""
-    shown = number(complex(yours)), number(complex(expected))
+    shown = json_number(complex(student_value)), json_number(complex(expected_value))
     if shown[0] != shown[1]:
         return shown
-    precise_values = [mpmath.mpmathify(value) for value in (yours, expected)]
+    precise_values = [mpmath.mpmathify(value) for value in (student_value, expected_value)]
     if not any(isinstance(value, str) for value in shown):  # real, except for a residue of complex arithmetic
         precise_values = [value.real for value in precise_values]
     for digits in range(8, 50, 2):
@@ -407,10 +438,10 @@ def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     return shown
 
 
-def number(value: complex) -> float | str:
+def json_number(value: complex) -> float | str:
     """Return a value for JSON: a float with six digits, or words if it is complex or not a number."""
     if not np.isfinite(value):
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):
         return f"{value.real:.6g} + {value.imag:.6g}i"
-    return _round(value.real)
+    return _round_to_six_digits(value.real)

@@ -7,7 +7,7 @@ by students is an answer, and is parsed for its meaning (`notation`).
 import re
 from functools import lru_cache
 
-from qdot.exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, parts
+from qdot.exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, row_pieces
 
 LETTERS = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ",
@@ -26,9 +26,9 @@ _COMMANDS = {
     **{name: Layout("word", name) for name in WORDS},
     **{name: Layout("space", name) for name in SPACES},
 }
-_UNARY = {"sqrt": "root", "dot": "dotted"}
+_ONE_ARGUMENT_COMMANDS = {"sqrt": "root", "dot": "dotted"}
 _SCRIPTS = ("_", "^", "'")
-_NOT_ALONE = frozenset("&}$#%~\\")
+_REFUSED_SIGNS = frozenset("&}$#%~\\")
 _TOKEN = re.compile(r"\\(?:text|begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{,\})\d+)?|\S")
 
 
@@ -44,9 +44,9 @@ def parse_latex(latex: str) -> Layout:
     ('script', '1')
     """
     reader = _Reader(_TOKEN.findall(latex), latex)
-    layout = reader.row(())
+    layout = reader.read_row(())
     if reader.tokens:
-        raise reader.unknown(reader.tokens[-1])
+        raise reader.unknown_latex_error(reader.tokens[-1])
     return layout
 
 
@@ -56,89 +56,89 @@ class _Reader:
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
 
-    def unknown(self, what: str) -> UnknownLatex:
-        return UnknownLatex(f"{what!r} in {self.latex!r}")
+    def unknown_latex_error(self, token: str) -> UnknownLatex:
+        return UnknownLatex(f"{token!r} in {self.latex!r}")
 
-    def take(self, wanted: str = "") -> str:
-        if not self.tokens or (wanted and self.tokens[-1] != wanted):
-            raise self.unknown(self.tokens[-1] if self.tokens else "the end")
+    def take(self, expected_token: str = "") -> str:
+        if not self.tokens or (expected_token and self.tokens[-1] != expected_token):
+            raise self.unknown_latex_error(self.tokens[-1] if self.tokens else "the end")
         return self.tokens.pop()
 
-    def row(self, ends: tuple[str, ...]) -> Layout:
-        """Return the row of all pieces up to a token that begins with one of `ends`, or to the end."""
+    def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
+        """Return the row of all pieces up to a token that begins with one of `end_tokens`, or to the end."""
         pieces: list[Layout] = []
         tokens = self.tokens
-        while tokens and not tokens[-1].startswith(ends or ("}",)):
+        while tokens and not tokens[-1].startswith(end_tokens or ("}",)):
             if tokens[-1] in _SCRIPTS:
-                pieces.append(self.script(pieces.pop() if pieces else EMPTY))
+                pieces.append(self.read_script(pieces.pop() if pieces else EMPTY))
             else:
-                pieces.append(self.piece())
+                pieces.append(self.read_piece())
         return Layout("row", "", tuple(pieces))
 
-    def script(self, base: Layout) -> Layout:
+    def read_script(self, base: Layout) -> Layout:
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
             sign = self.take()
             if sign == "'":
                 primes += 1
             elif sign == "_":
-                subscript = self.argument()
+                subscript = self.read_argument()
             else:
-                superscript = self.argument()
+                superscript = self.read_argument()
         if primes > len(PRIMES):
-            raise self.unknown("'" * primes)
+            raise self.unknown_latex_error("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
-            superscript = Layout("row", "", (prime, *parts(superscript))) if superscript != EMPTY else prime
+            superscript = Layout("row", "", (prime, *row_pieces(superscript))) if superscript != EMPTY else prime
         return Layout("script", "", (base, subscript, superscript))
 
-    def argument(self) -> Layout:
+    def read_argument(self) -> Layout:
         """Return a group in braces as a row, or else the next sign; for a number, only its first digit."""
         sign = self.tokens[-1] if self.tokens else ""
         if sign.isdigit() and len(sign) > 1:
             self.tokens[-1:] = [sign[1:], sign[0]]
-        return self.piece()
+        return self.read_piece()
 
-    def piece(self) -> Layout:
+    def read_piece(self) -> Layout:
         sign = self.take()
         if sign == "{":
-            inner_row = self.row(("}",))
+            inner_row = self.read_row(("}",))
             self.take("}")
             return inner_row
         if sign[0] == "\\":
-            return self.command(sign[1:])
-        if sign in _NOT_ALONE:
-            raise self.unknown(sign)
+            return self.read_command(sign[1:])
+        if sign in _REFUSED_SIGNS:
+            raise self.unknown_latex_error(sign)
         if sign[0].isdigit():
             return Layout("number", sign.replace("{,}", ","))
         return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
 
-    def command(self, name: str) -> Layout:
+    def read_command(self, name: str) -> Layout:
         known = _COMMANDS.get(name)
         if known is not None:
             return known
         if name.startswith("text{"):
             return Layout("text", name[5:-1])
         if name in ("frac", "tfrac", "dfrac"):
-            return Layout("fraction", name, (self.argument(), self.argument()))
-        if name in _UNARY and self.tokens[-1:] != ["["]:
-            return Layout(_UNARY[name], name, (self.argument(),))
+            return Layout("fraction", name, (self.read_argument(), self.read_argument()))
+        if name in _ONE_ARGUMENT_COMMANDS and self.tokens[-1:] != ["["]:
+            return Layout(_ONE_ARGUMENT_COMMANDS[name], name, (self.read_argument(),))
         if name == "left":
             opening = self.take()
-            inside = self.row((r"\right",))
+            inside = self.read_row((r"\right",))
             self.take(r"\right")
             return Layout("fenced", opening.removeprefix("\\") + self.take().removeprefix("\\"), (inside,))
         if name.startswith("begin{"):
-            return self.table(name[6:-1])
-        raise self.unknown(f"\\{name}")
+            return self.read_table(name[6:-1])
+        raise self.unknown_latex_error(f"\\{name}")
 
-    def table(self, name: str) -> Layout:
+    def read_table(self, name: str) -> Layout:
         if name not in ("bmatrix", "aligned"):
-            raise self.unknown(name)
+            raise self.unknown_latex_error(name)
         rows: list[list[Layout]] = [[]]
         kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
         while True:
-            rows[-1].append(self.row(("&", "\\\\", r"\end")))
+            rows[-1].append(self.read_row(("&", "\\\\", r"\end")))
             separator = self.take()
             if separator.startswith("\\\\"):
                 rows.append([])
@@ -146,5 +146,5 @@ class _Reader:
             elif separator != "&":
                 break
         if separator != rf"\end{{{name}}}":
-            raise self.unknown(separator)
+            raise self.unknown_latex_error(separator)
         return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

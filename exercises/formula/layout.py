@@ -43,7 +43,7 @@ EMPTY = Layout("row")
 DEGREE = Layout("sign", "∘")
 MINUS, PLUS, EQUALS, COMMA, DOT = (Layout("sign", sign) for sign in "−+=,⋅")
 THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
-_OPENING = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
+_BEFORE_SIGN_OF_NUMBER = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
 
 
 def row(*pieces: Layout) -> Layout:
@@ -51,14 +51,14 @@ def row(*pieces: Layout) -> Layout:
     return Layout("row", inner=pieces)
 
 
-def script(base: Layout, below: Layout = EMPTY, above: Layout = EMPTY) -> Layout:
+def script(base: Layout, subscript: Layout = EMPTY, superscript: Layout = EMPTY) -> Layout:
     """Return a piece with a subscript and a superscript."""
-    return Layout("script", inner=(base, below, above))
+    return Layout("script", inner=(base, subscript, superscript))
 
 
-def fraction(above: Sequence[Layout], below: Sequence[Layout], small: bool = False) -> Layout:
-    """Return a fraction; if `small`, it has the size of the surrounding text."""
-    return Layout("fraction", "tfrac" if small else "frac", (row(*above), row(*below)))
+def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_small: bool = False) -> Layout:
+    """Return a fraction; if `is_small`, it has the size of the surrounding text."""
+    return Layout("fraction", "tfrac" if is_small else "frac", (row(*numerator), row(*denominator)))
 
 
 def fence(brackets: str, inside: Sequence[Layout]) -> Layout:
@@ -78,77 +78,80 @@ def number(text: str) -> Pieces:
 
 def scientific(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
-    return (*number(digits), DOT, script(Layout("number", "10"), above=row(*number(str(power)))))
+    return (*number(digits), DOT, script(Layout("number", "10"), superscript=row(*number(str(power)))))
 
 
-def raise_to(pieces: Pieces, above: Layout) -> Pieces:
+def raise_pieces_to(pieces: Pieces, exponent: Layout) -> Pieces:
     """Return the pieces with a power added to the last one."""
     last = pieces[-1]
     base_piece, below, power = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
-    return (*pieces[:-1], script(base_piece, below, row(*parts(power), *parts(above))))
+    return (*pieces[:-1], script(base_piece, below, row(*row_pieces(power), *row_pieces(exponent))))
 
 
-def parts(piece: Layout) -> Pieces:
+def row_pieces(piece: Layout) -> Pieces:
     """Return the pieces of a row, or any other piece as the only one."""
     return piece.inner if piece.kind == "row" else (piece,)
 
 
-def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
-    """Return several sequences of pieces as one, with `between` between each two of them."""
-    joined = [piece for item in listed for piece in (*between, *item)]
-    return tuple(joined[len(between) :])
+def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout]]) -> Pieces:
+    """Return several sequences of pieces as one, with `separator` between each two of them."""
+    joined = [piece for item in sequences for piece in (*separator, *item)]
+    return tuple(joined[len(separator) :])
 
 
-def bracket(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
-    """Return pieces in brackets; the brackets grow if they contain a piece whose kind or text is in `tall`."""
-    if _has(inside, tall):
+def bracket(inside: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
+    """Return pieces in brackets; the brackets grow if they contain a piece whose kind or text is in `tall_kinds`."""
+    if _contains_kind(inside, tall_kinds):
         return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))
 
 
-def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
-    return any(piece.kind in tall or piece.text in tall or _has(piece.inner, tall) for piece in pieces)
+def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool:
+    return any(
+        piece.kind in tall_kinds or piece.text in tall_kinds or _contains_kind(piece.inner, tall_kinds)
+        for piece in pieces
+    )
 
 
-def print_layout(piece: Layout, table: Mapping[str, Callable[..., Printed]]) -> Printed:
-    """Print a formula; `table` has a function for each kind, called with the piece and its printed inner pieces."""
-    return table[piece.kind](piece, *(print_layout(part, table) for part in piece.inner))
+def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:
+    """Print a formula; `printers` has a function for each kind, called with the piece and its printed inner pieces."""
+    return printers[piece.kind](piece, *(print_layout(part, printers) for part in piece.inner))
 
 
-def base(piece: Layout) -> Layout:
+def base_of_script(piece: Layout) -> Layout:
     """Return the base of a script, or any other piece unchanged."""
     return piece.inner[0] if piece.kind == "script" else piece
 
 
-def is_binary(before: Layout | None) -> bool:
+def is_binary(previous: Layout | None) -> bool:
     """Return whether a plus or minus after a piece joins two terms; if not, it is the sign of the next number."""
-    return before is not None and before not in _OPENING
+    return previous is not None and previous not in _BEFORE_SIGN_OF_NUMBER
 
 
-def terms(pieces: Sequence[Layout], deepest: int = 0) -> list[Pieces]:
-    """Return the terms of a sum, each with its sign; sums in brackets are split, too, up to the depth `deepest`."""
+def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
+    """Return the terms of a sum, each with its sign; sums in brackets are split, too, up to the depth `max_depth`."""
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
-        depth += _deeper(piece)
-        if index and depth <= deepest and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
+        depth += _depth_change(piece)
+        if index and depth <= max_depth and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
             starts.append(index)
     return [tuple(pieces[start:end]) for start, end in zip(starts, [*starts[1:], len(pieces)], strict=True)]
 
 
-def split(pieces: Sequence[Layout], mark: Layout) -> list[Pieces]:
+def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
     """Return the pieces between the marks that are outside all brackets."""
     rows: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
-        depth += _deeper(piece)
-        if piece == mark and not depth:
+        depth += _depth_change(piece)
+        if piece == separator and not depth:
             rows.append([])
         else:
             rows[-1].append(piece)
     return [tuple(part) for part in rows]
 
 
-def _deeper(piece: Layout) -> int:
+def _depth_change(piece: Layout) -> int:
     """Return the change of the bracket depth after a piece; a closing bracket may have a power."""
-    bracket = base(piece)
+    bracket = base_of_script(piece)
     return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

@@ -1,13 +1,13 @@
 """Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.formula.vocabulary import VOCABULARY, pattern
+from qdot.exercises.formula.vocabulary import VOCABULARY, compile_pattern
 
 METRE = "m"
-_ANGLE = pattern("angle")
-_SQUARE = 2
-_NUMBERS = ("number", "decimal")
-_WHOLE: list[str] = VOCABULARY["whole_numbers"]
+_ANGLE = compile_pattern("angle")
+_UNIT_EXPONENT = 2
+_NUMBER_KINDS = ("number", "decimal")
+_WHOLE_NUMBER_NAMES: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
 
 
@@ -16,9 +16,9 @@ def remove_metres(tree: Node) -> Node:
 
     If m multiplies pi or an angle, it is a whole number, and stays.
 
-    >>> from qdot.exercises.formula.parser import read
+    >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.trees import node_text
-    >>> [node_text(read(text).args[1]) for text in ("d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1")]
+    >>> [node_text(parse_formula(text).args[1]) for text in ("d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1")]
     ['(0.2+a1)', '(((2*m)+1)*pi/2)', '(m*a1)']
     """
     results: list[Node] = []
@@ -31,14 +31,14 @@ def remove_metres(tree: Node) -> Node:
             results[len(results) - len(args) :] = [args[0] if is_unit else current.with_args(args)]
         else:
             is_product = current.kind in ("*", "/", "^")
-            has_angle = current.kind != "call" and (has_angle or (is_product and is_last and _turns(current)))
+            has_angle = current.kind != "call" and (has_angle or (is_product and is_last and _contains_angle(current)))
             stack.append((current, True, has_angle, is_last))
             stack += [(arg, False, has_angle, not is_product) for arg in reversed(current.args)]
     return results[0]
 
 
 def _is_metre(node: Node) -> bool:
-    is_power = node.kind == "^" and node.args[1].kind == "number" and node.args[1].value == _SQUARE
+    is_power = node.kind == "^" and node.args[1].kind == "number" and node.args[1].value == _UNIT_EXPONENT
     return (node.args[0] if is_power else node).value == METRE
 
 
@@ -49,12 +49,12 @@ def _has_unit(node: Node, is_last: bool) -> bool:
     """
     last = node.args[1] if node.kind == "*" else node
     if is_last:
-        return last.value not in _WHOLE
-    is_fraction = last.kind == "/" and all(arg.kind in _NUMBERS for arg in last.args)
-    return is_fraction or last.kind in (*_NUMBERS, "list")
+        return last.value not in _WHOLE_NUMBER_NAMES
+    is_fraction = last.kind == "/" and all(arg.kind in _NUMBER_KINDS for arg in last.args)
+    return is_fraction or last.kind in (*_NUMBER_KINDS, "list")
 
 
-def _turns(product: Node) -> bool:
+def _contains_angle(product: Node) -> bool:
     """Return whether a product contains pi or an angle, except in the argument of a function.
 
     Inverse trigonometric functions count as angles.

@@ -7,10 +7,10 @@ from math import isnan, nan, prod
 from qdot.exercises.formula.algebra import ZERO
 from qdot.exercises.formula.trees import Node, fold
 
-NOISE = 1e-12
+MAX_NOISE = 1e-12
 """A term with a smaller coefficient is a rounding error, regardless of its number of digits and of other terms."""
 
-BOUNDED = ("sin", "cos")
+BOUNDED_FUNCTIONS = ("sin", "cos")
 """Functions whose values are of the order of 1 for every argument."""
 
 
@@ -19,12 +19,12 @@ class _Term:
     """A tree, the absolute value of its coefficient (nan if it is unknown), and its value if it is a number."""
 
     tree: Node
-    size: float
+    coefficient_size: float
     value: float | None = None
 
     @property
-    def remaining(self) -> Node:
-        return ZERO if 0 < self.size < NOISE else self.tree
+    def without_noise(self) -> Node:
+        return ZERO if 0 < self.coefficient_size < MAX_NOISE else self.tree
 
 
 def remove_noise(tree: Node) -> Node:
@@ -37,7 +37,7 @@ def remove_noise(tree: Node) -> Node:
     >>> remove_noise(Node("+", (x, Node("*", (tiny, x))))) == Node("+", (x, ZERO))
     True
     """
-    return fold(tree, _combine_terms).remaining
+    return fold(tree, _combine_terms).without_noise
 
 
 def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
@@ -46,24 +46,24 @@ def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
         value = _number_or_nan(lambda: float(node.value))
         return _Term(node, abs(value), value)
     is_product = node.kind in ("neg", "*", "/", "^")
-    tree = node.with_args([arg.tree if is_product else arg.remaining for arg in args])
+    tree = node.with_args([arg.tree if is_product else arg.without_noise for arg in args])
     values = [arg.value for arg in args if arg.value is not None]
     if len(values) == len(args) and node.kind in _OPERATIONS:
         value = _number_or_nan(lambda: _OPERATIONS[node.kind](values))
         return _Term(tree, abs(value), value)
-    return _Term(tree, _size(node, args) if args else 1.0)
+    return _Term(tree, _coefficient_size(node, args) if args else 1.0)
 
 
-def _size(node: Node, args: Sequence[_Term]) -> float:
+def _coefficient_size(node: Node, args: Sequence[_Term]) -> float:
     """Return the size of the coefficient of a tree that contains names."""
-    sizes = [arg.size for arg in args]
+    sizes = [arg.coefficient_size for arg in args]
     if node.kind in ("*", "/"):
         return _number_or_nan(lambda: _OPERATIONS[node.kind](sizes))
     if node.kind == "^" and (exponent := args[1].value) is not None:
         return _number_or_nan(lambda: float(sizes[0] ** exponent))
     if node.kind in ("+", "-", "neg"):
         return nan if any(map(isnan, sizes)) else max(sizes)
-    return 1.0 if node.kind == "call" and node.value in BOUNDED else nan
+    return 1.0 if node.kind == "call" and node.value in BOUNDED_FUNCTIONS else nan
 
 
 _OPERATIONS: dict[str, Callable[[list[float]], float]] = {
@@ -72,9 +72,9 @@ _OPERATIONS: dict[str, Callable[[list[float]], float]] = {
 }  # fmt: skip
 
 
-def _number_or_nan(value: Callable[[], float]) -> float:
+def _number_or_nan(compute: Callable[[], float]) -> float:
     """Return the result of a computation, or nan if it is undefined or too large."""
     try:
-        return value()
+        return compute()
     except (OverflowError, ZeroDivisionError, TypeError):
         return nan

@@ -11,19 +11,19 @@ from functools import lru_cache
 
 import sympy as sp
 
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 
 Key = tuple[object, ...]
 
-NAMED_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
+NAMED_ANGLE_PATTERN = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol for an angle; its index lists the joints whose angles it contains."""
 
-COMPONENT = re.compile(r"[vwfm][xyz]")
-_RATE = re.compile(r"qd\d+")
+COMPONENT_PATTERN = re.compile(r"[vwfm][xyz]")
+_RATE_PATTERN = re.compile(r"qd\d+")
 
 
 @lru_cache(maxsize=4096)
-def natural(name: str) -> Key:
+def natural_sort_key(name: str) -> Key:
     """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
     match = re.fullmatch(r"(.*?)(\d*)", name)
     assert match is not None
@@ -32,37 +32,37 @@ def natural(name: str) -> Key:
 
 def _trig_key(trig: sp.Expr) -> Key:
     """Return a key that sorts sines and cosines by their last joint, then by their number of joints, cosines first."""
-    joints = sorted(joint for s in trig.args[0].free_symbols for joint in joints_of(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), text_of(trig))
+    joints = sorted(joint for s in trig.args[0].free_symbols for joint in find_joints(s))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), expression_text(trig))
 
 
-def joints_of(symbol: sp.Symbol) -> list[int]:
+def find_joints(symbol: sp.Symbol) -> list[int]:
     """Return the joint that a symbol belongs to, or the joints whose angles are summed in a named angle."""
-    named = NAMED_ANGLE.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]
+    named = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
+    return [int(digit) for digit in named.group(1)] if named else [number_in_name(symbol)]
 
 
 @lru_cache(maxsize=4096)
 def _term_key(term: sp.Expr) -> Key:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
-    moving_keys = sorted(_moving_key(s) for s in term.free_symbols if moves(s))
+    moving_keys = sorted(_rate_or_component_key(s) for s in term.free_symbols if is_rate_or_component(s))
     trig_keys = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
-    names = sorted(natural(s.name) for s in term.free_symbols)
+    names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
     is_joint_first = not any(name[0] == "theta" for name in names)
     if not trig_keys and not moving_keys and names:
-        return ([], [], is_joint_first, False, names, text_of(term))
-    return (moving_keys, trig_keys, is_joint_first, term.is_number, names, text_of(term))
+        return ([], [], is_joint_first, False, names, expression_text(term))
+    return (moving_keys, trig_keys, is_joint_first, term.is_number, names, expression_text(term))
 
 
 @lru_cache(maxsize=4096)
-def moves(symbol: sp.Symbol) -> bool:
+def is_rate_or_component(symbol: sp.Symbol) -> bool:
     """Return whether a symbol is a joint rate, or a component of a velocity or force."""
-    return bool(_RATE.fullmatch(symbol.name) or COMPONENT.fullmatch(symbol.name))
+    return bool(_RATE_PATTERN.fullmatch(symbol.name) or COMPONENT_PATTERN.fullmatch(symbol.name))
 
 
-def _moving_key(symbol: sp.Symbol) -> Key:
-    if not COMPONENT.fullmatch(symbol.name):
-        return (0, index_of(symbol))
+def _rate_or_component_key(symbol: sp.Symbol) -> Key:
+    if not COMPONENT_PATTERN.fullmatch(symbol.name):
+        return (0, number_in_name(symbol))
     return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
 
 
@@ -70,40 +70,40 @@ def _factor_key(factor: sp.Expr) -> Key:
     r"""Return a key that sorts factors: number, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
-        return (0, text_of(factor))
+        return (0, expression_text(factor))
     if base.is_Symbol:
-        return (6, _moving_key(base)) if moves(base) else (1, natural(base.name))
+        return (6, _rate_or_component_key(base)) if is_rate_or_component(base) else (1, natural_sort_key(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
-        return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
-    if base.is_Add and all(map(moves, base.free_symbols)):
-        return (6, (2, text_of(base)))  # like a rate, after all other factors
+        return (3 if joint_sum_digits(base.args[0]) is not None else 5, _trig_key(base))
+    if base.is_Add and all(map(is_rate_or_component, base.free_symbols)):
+        return (6, (2, expression_text(base)))  # like a rate, after all other factors
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
-    return (2 if is_length else 4, base.is_Add, text_of(factor))
+    return (2 if is_length else 4, base.is_Add, expression_text(factor))
 
 
 @lru_cache(maxsize=4096)
-def _is_moving(term: sp.Expr) -> bool:
+def _contains_motion(term: sp.Expr) -> bool:
     """Return whether a term contains sines, cosines, rates or velocities."""
-    return any(map(moves, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
+    return any(map(is_rate_or_component, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
 
 
 @dataclass(frozen=True)
 class Product:
     """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
 
-    The signs of the sums in `flips` are changed. No bracket then starts with a minus, and a sum has the same
+    The signs of the sums in `flipped_sums` are changed. No bracket then starts with a minus, and a sum has the same
     signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x + c_1 v_y)/a_1.
     """
 
-    negative: bool
+    is_negative: bool
     number: sp.Expr
-    above: tuple[sp.Expr, ...]
-    below: tuple[sp.Expr, ...]
-    flips: frozenset[sp.Expr]
+    numerator: tuple[sp.Expr, ...]
+    denominator: tuple[sp.Expr, ...]
+    flipped_sums: frozenset[sp.Expr]
 
 
 @lru_cache(maxsize=4096)
-def product(expression: sp.Expr) -> Product:
+def order_product(expression: sp.Expr) -> Product:
     """Return an expression other than a sum as a product with its factors in order."""
     number, rest = expression.as_coeff_Mul()
     is_negative = bool(number.is_negative)
@@ -116,32 +116,32 @@ def product(expression: sp.Expr) -> Product:
             numerator.append(factor)
     flips = set()
     for factor in denominator:
-        if factor.is_Add and terms(factor)[0][0]:
+        if factor.is_Add and order_terms(factor)[0][0]:
             flips.add(factor)
             is_negative = not is_negative
     for factor in numerator:
         if factor.is_Add:
-            signs = [minus for minus, _ in terms(factor)]
-            if all(signs) or (is_negative if _by_velocity(factor) else signs[0]):
+            signs = [minus for minus, _ in order_terms(factor)]
+            if all(signs) or (is_negative if _may_start_with_minus(factor) else signs[0]):
                 flips.add(factor)
                 is_negative = not is_negative
     return Product(is_negative, abs(number), tuple(numerator), tuple(denominator), frozenset(flips))
 
 
-def _by_velocity(factor: sp.Expr) -> bool:
+def _may_start_with_minus(factor: sp.Expr) -> bool:
     """Return whether a factor is a sum of velocities with different signs, which may start with a minus."""
-    return any(map(moves, factor.free_symbols)) and len({minus for minus, _ in terms(factor)}) > 1
+    return any(map(is_rate_or_component, factor.free_symbols)) and len({minus for minus, _ in order_terms(factor)}) > 1
 
 
 @lru_cache(maxsize=4096)
-def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
-    """Return (is subtracted, term) for the terms of a sum in order; if `flip`, all signs are changed."""
+def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
+    """Return (is subtracted, term) for the terms of a sum in order; if `flip_signs`, all signs are changed."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-    signed_terms = [_with_sign(term, flip) for term in in_order]
-    if any(map(_is_moving, in_order)):
+    signed_terms = [_split_sign(term, flip_signs) for term in in_order]
+    if any(map(_contains_motion, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
-        signed_terms.sort(key=lambda term: 1 if _is_moving(term[1]) else 2 * term[0])
-        return tuple(_plus_first(signed_terms))
+        signed_terms.sort(key=lambda term: 1 if _contains_motion(term[1]) else 2 * term[0])
+        return tuple(_move_plus_first(signed_terms))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers come last, and the first term has no minus
     is_first_negative = signed_terms[0][0]
     signed_terms.sort(key=lambda term: (term[1].is_number, is_first_negative and term[0]))
@@ -150,28 +150,35 @@ def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr]
     return tuple(signed_terms)
 
 
-def _with_sign(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
+def _split_sign(term: sp.Expr, flip_signs: bool) -> tuple[bool, sp.Expr]:
     """Return whether a term is subtracted, and the term with the matching signs in its brackets."""
-    if flip and not (changed := -term).is_Add:
-        return product(changed).negative, changed
-    return product(term).negative != flip, term
+    if flip_signs and not (changed := -term).is_Add:
+        return order_product(changed).is_negative, changed
+    return order_product(term).is_negative != flip_signs, term
 
 
-def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
+def _move_plus_first(signed_terms: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
     """Return the terms reordered if the first has a minus and may be swapped with a later positive term.
 
     This applies to sums of rates, and to the sine and cosine of the same angle.
     """
-    if signed[0][0] and all(_RATE.fullmatch(str(symbol)) for _, term in signed for symbol in term.free_symbols):
-        return sorted(signed, key=lambda term: term[0])  # qd2 - qd1
-    if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
-        angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
+    if signed_terms[0][0] and all(
+        _RATE_PATTERN.fullmatch(str(symbol)) for _, term in signed_terms for symbol in term.free_symbols
+    ):
+        return sorted(signed_terms, key=lambda term: term[0])  # qd2 - qd1
+    if (
+        len(signed_terms) > 1
+        and signed_terms[0][0]
+        and not signed_terms[1][0]
+        and not any(map(is_rate_or_component, signed_terms[0][1].free_symbols))
+    ):
+        angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed_terms[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
-            return [signed[1], signed[0], *signed[2:]]
-    return signed
+            return [signed_terms[1], signed_terms[0], *signed_terms[2:]]
+    return signed_terms
 
 
-def decimal(value: sp.Expr) -> str | None:
+def decimal_text(value: sp.Expr) -> str | None:
     """Return the digits of a terminating decimal, as in "0.35", or None for any other number."""
     if not value.is_Rational:
         return None
@@ -187,7 +194,7 @@ def decimal(value: sp.Expr) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def joint_sum(angle: sp.Expr) -> str | None:
+def joint_sum_digits(angle: sp.Expr) -> str | None:
     """Return "12" for theta1 + theta2, and None for an angle that the shorthand c12 can't express."""
     digits = []
     for term in sp.Add.make_args(angle):
@@ -198,7 +205,7 @@ def joint_sum(angle: sp.Expr) -> str | None:
     return "".join(sorted(digits))
 
 
-def index_of(symbol: sp.Symbol) -> int:
+def number_in_name(symbol: sp.Symbol) -> int:
     """Return the number in a symbol's name, or 0."""
     digits = re.sub(r"\D", "", symbol.name)
     return int(digits) if digits else 0

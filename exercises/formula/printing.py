@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 from sympy.printing.str import StrPrinter
 
-MOST_KEPT, LONGEST_KEPT = 4096, 1000
+MAX_CACHED_TEXTS, MAX_CACHED_LENGTH = 4096, 1000
 """Maximum number of cached texts, and maximum length of each; the same angles often recur in an answer."""
 
 _texts: dict[tuple[type, int], tuple[sympy.Basic, str]] = {}
@@ -26,8 +26,8 @@ class Printer(StrPrinter):
         expression, text = _texts.get(key, (None, ""))
         if expression is not expr:
             text = str(super()._print(expr))
-            if len(text) <= LONGEST_KEPT:
-                if len(_texts) >= MOST_KEPT:
+            if len(text) <= MAX_CACHED_LENGTH:
+                if len(_texts) >= MAX_CACHED_TEXTS:
                     _texts.clear()
                 _texts[key] = expr, text
         return text

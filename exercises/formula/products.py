@@ -3,15 +3,23 @@
 from collections.abc import Callable, Sequence
 
 from qdot.exercises.formula.algebra import ONE
-from qdot.exercises.formula.trees import Node, ReadError, combine_from_left, fold, list_of_rows, nodes_of, size_of
+from qdot.exercises.formula.trees import (
+    Node,
+    ParseError,
+    combine_from_left,
+    count_nodes,
+    fold,
+    iterate_nodes,
+    list_of_rows,
+)
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
 
 _OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
-_MOST = LIMITS["worked_out"]
+_MAX_NODES = LIMITS["worked_out"]
 """Maximum number of nodes in the results, because the entries of a product grow with each factor."""
-_LARGEST = 3
+_MAX_INVERTED_ROWS = 3
 """Maximum number of rows of a matrix that is inverted."""
 _TOO_LONG = "the products of matrices are too long; write their entries"
 
@@ -25,7 +33,7 @@ def evaluate_matrices(tree: Node) -> Node:
     >>> [entry.kind for row in column.args for entry in row.args]
     ['*', '*']
     """
-    operations = (node for node in nodes_of(tree) if node.kind in _OPERATIONS or node.kind == "eq")
+    operations = (node for node in iterate_nodes(tree) if node.kind in _OPERATIONS or node.kind == "eq")
     if not any(arg.kind == "list" for node in operations for arg in node.args):
         return tree
     total = 0
@@ -33,11 +41,11 @@ def evaluate_matrices(tree: Node) -> Node:
     def carry_out(node: Node, args: Sequence[Node]) -> Node:
         nonlocal total
         is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
-        result = _equate(args) if is_equation else _operate(node, args)
+        result = _equate_entries(args) if is_equation else _operate(node, args)
         if node.kind in _OPERATIONS and result.kind == "list":
-            total += size_of(result, _MOST - total)
-            if total >= _MOST:
-                raise ReadError(_TOO_LONG)
+            total += count_nodes(result, _MAX_NODES - total)
+            if total >= _MAX_NODES:
+                raise ParseError(_TOO_LONG)
         return result
 
     return fold(tree, carry_out)
@@ -49,7 +57,7 @@ def _operate(node: Node, args: Sequence[Node]) -> Node:
     is_list = [arg.kind == "list" for arg in args]
     if node.kind not in _OPERATIONS or not any(is_list):
         return node.with_args(args)
-    matrices = [_rows(arg) for arg in args if arg.kind == "list"]
+    matrices = [_matrix_rows(arg) for arg in args if arg.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
     if node.kind == "^" and is_list == [True, False]:
@@ -63,18 +71,20 @@ def _operate(node: Node, args: Sequence[Node]) -> Node:
         return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
     if node.kind in "*/" and is_list == [True, False]:
         return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
-    raise _impossible(_OPERATIONS[node.kind], matrices, len(args))
+    raise _impossible_operation(_OPERATIONS[node.kind], matrices, len(args))
 
 
 def _is_bracket(node: Node) -> bool:
     return node.kind == "list" and len(node.args) == 1 and node.args[0].kind != "list"
 
 
-def _rows(node: Node) -> Rows:
+def _matrix_rows(node: Node) -> Rows:
     """Return the rows of a list; a list of entries is a column."""
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows or len({len(row) for row in rows}) != 1 or any(entry.kind == "list" for row in rows for entry in row):
-        raise ReadError("a list that is no matrix stands in a product or a sum; write its rows, as in [[a, b], [c, d]]")
+        raise ParseError(
+            "a list that is no matrix stands in a product or a sum; write its rows, as in [[a, b], [c, d]]"
+        )
     return rows
 
 
@@ -86,22 +96,22 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
     return list_of_rows([[function(entry) for entry in row] for row in rows])
 
 
-def _equate(args: Sequence[Node]) -> Node:
+def _equate_entries(args: Sequence[Node]) -> Node:
     """Return an equation of two vectors or matrices as one equation for each entry, with a name on the left."""
     if _is_bracket(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
-    sides = [_rows(arg) for arg in args]
+    sides = [_matrix_rows(arg) for arg in args]
     shapes = [_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
-        raise _impossible("equation", sides, len(args))
+        raise _impossible_operation("equation", sides, len(args))
     pairs = zip(*([entry for row in rows for entry in row] for rows in sides), strict=True)
     return Node("and", tuple(Node("eq", (b, a) if b.kind == "name" != a.kind else (a, b)) for a, b in pairs))
 
 
 def _multiply(left: Rows, right: Rows) -> Node:
-    if len(left) * len(right) * len(right[0]) >= _MOST:
-        raise ReadError(_TOO_LONG)
+    if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
+        raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
     dot_products = [
         [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]
@@ -115,12 +125,12 @@ def _power(rows: Rows, exponent: Node) -> Node:
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
         return list_of_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
-    if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _LARGEST:
-        raise ReadError(
-            f"a power of a matrix is worked out where it is the inverse of one with up to {_LARGEST} rows; write the "
-            "entries"
+    if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _MAX_INVERTED_ROWS:
+        raise ParseError(
+            f"a power of a matrix is worked out where it is the inverse of one with up to "
+            f"{_MAX_INVERTED_ROWS} rows; write the entries"
         )
-    cofactors = [[_give_sign(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
+    cofactors = [[_apply_cofactor_sign(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
     determinant = _determinant(rows)
     return _map_entries(cofactors, lambda entry: Node("/", (entry, determinant)))
 
@@ -133,15 +143,15 @@ def _determinant(rows: Rows) -> Node:
     if len(rows) < 2:
         return rows[0][0] if rows else ONE
     minors = (Node("*", (entry, _minor(rows, 0, j))) for j, entry in enumerate(rows[0]))
-    return combine_from_left("+", [_give_sign(j, term) for j, term in enumerate(minors)])
+    return combine_from_left("+", [_apply_cofactor_sign(j, term) for j, term in enumerate(minors)])
 
 
-def _give_sign(index: int, node: Node) -> Node:
+def _apply_cofactor_sign(index: int, node: Node) -> Node:
     return Node("neg", (node,)) if index % 2 else node
 
 
-def _impossible(operation: str, matrices: Sequence[Rows], operands: int) -> ReadError:
+def _impossible_operation(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
     shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
-    number_words = "" if len(matrices) == operands else " and a number"
-    return ReadError(f"there is no {operation} of {shapes}{number_words}; write its entries, as in [[a, b], [c, d]]")
+    number_words = "" if len(matrices) == operand_count else " and a number"
+    return ParseError(f"there is no {operation} of {shapes}{number_words}; write its entries, as in [[a, b], [c, d]]")

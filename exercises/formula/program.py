@@ -14,9 +14,9 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.formula.trees import Node, names, no_scalar
+from qdot.exercises.formula.trees import Node, find_names, scalar_expected_error
 
-BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
+BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
 
 Step = tuple[str, tuple[int, ...], Any]
@@ -30,9 +30,9 @@ class Program:
     outputs: tuple[int, ...]
 
     @property
-    def branches(self) -> bool:
+    def has_branches(self) -> bool:
         """Whether the program contains a function with branches."""
-        return any(op in BRANCHING for op, _, _ in self.steps)
+        return any(op in BRANCHING_FUNCTIONS for op, _, _ in self.steps)
 
 
 def compile_program(nodes: Sequence[Node]) -> Program:
@@ -52,23 +52,23 @@ def compile_program(nodes: Sequence[Node]) -> Program:
     outputs = []
     for node in nodes:
         indices: list[int] = []
-        stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_parts(node), False)]
+        stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_terms_or_operands(node), False)]
         while stack:  # no recursion: a long sum is a deep tree
             current, args, signs, is_ready = stack.pop()
             if not args:  # a leaf, as most nodes are
-                indices.append(add(_step(current, ())))
+                indices.append(add(_make_step(current, ())))
             elif is_ready:
                 operands = tuple(indices[len(indices) - len(args) :])
                 del indices[len(indices) - len(args) :]
-                indices.append(add(_total(operands, signs) if signs else _step(current, operands)))
+                indices.append(add(_sum_step(operands, signs) if signs else _make_step(current, operands)))
             else:
                 stack.append((current, args, signs, True))
-                stack.extend((arg, *_parts(arg), False) for arg in reversed(args))
+                stack.extend((arg, *_terms_or_operands(arg), False) for arg in reversed(args))
         outputs.append(indices[0])
     return Program(tuple(steps), tuple(outputs))
 
 
-def _parts(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
+def _terms_or_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
     """Return the terms of a nested sum and their signs, or the operands of any other node and no signs."""
     if node.kind not in ("+", "-"):
         return node.args, ()
@@ -85,14 +85,14 @@ def _parts(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
     return tuple(terms), tuple(signs)
 
 
-def _total(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
+def _sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
     counts: dict[int, int] = {}
     for operand, sign in zip(operands, signs, strict=True):
         counts[operand] = counts.get(operand, 0) + sign
     return ("sum", tuple(counts), tuple(counts.values()))
 
 
-def _step(node: Node, operands: tuple[int, ...]) -> Step:
+def _make_step(node: Node, operands: tuple[int, ...]) -> Step:
     if node.kind in ("number", "decimal"):
         return ("number", (), node.value)
     if node.kind == "name":
@@ -108,12 +108,12 @@ def _step(node: Node, operands: tuple[int, ...]) -> Step:
         return ("power", operands, None)
     if node.kind in ("neg", "*", "/"):
         return (node.kind, operands, None)
-    raise no_scalar(node)
+    raise scalar_expected_error(node)
 
 
 _CONSTANTS = {"pi": np.pi, "E": np.e, "I": 1j}
 
-_NUMPY: dict[str, Callable[..., Any]] = {
+_NUMPY_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "log": np.log, "sqrt": np.sqrt,
     "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
     "abs": np.abs, "cot": lambda x: 1 / np.tan(x), "sec": lambda x: 1 / np.cos(x), "csc": lambda x: 1 / np.sin(x),
@@ -122,7 +122,7 @@ _NUMPY: dict[str, Callable[..., Any]] = {
     "atan2": lambda y, x: np.where((x.imag == 0) & (y.imag == 0), np.arctan2(y.real, x.real), np.nan),
 }  # fmt: skip
 
-_SLOPES: dict[str, Callable[..., Any]] = {
+_DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
     "sin": np.cos, "cos": np.sin, "tan": lambda x: 1 / np.cos(x) ** 2, "exp": np.exp, "log": lambda x: 1 / x,
     "sqrt": lambda x: 0.5 / np.sqrt(x), "asin": lambda x: 1 / np.sqrt(1 - x * x),
     "acos": lambda x: 1 / np.sqrt(1 - x * x), "atan": lambda x: 1 / (1 + x * x), "sinh": np.cosh, "cosh": np.sinh,
@@ -132,56 +132,64 @@ _SLOPES: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
-ValueAndSize = tuple[np.ndarray, np.ndarray]
+ValueAndMagnitude = tuple[np.ndarray, np.ndarray]
 
 
-def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
+def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
 
     `values` maps every name to its values at the points; a missing name raises KeyError. Undefined values are nan.
     """
-    return select_outputs(program, evaluate_steps(program, values, points))
+    return select_outputs(program, evaluate_steps(program, values, point_count))
 
 
-def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the values (trees, points) of trees that share subtrees (the same objects), without magnitudes.
 
     This is faster than a program for many variants of one tree that differ in a single node.
     """
     known_values: dict[int, np.ndarray] = {}
 
-    def value_of(node: Node) -> np.ndarray:
+    def evaluate_node(node: Node) -> np.ndarray:
         value = known_values.get(id(node))
         if value is None:
-            step = _total((0, 1), (1, 1 if node.kind == "+" else -1)) if node.kind in ("+", "-") else _step(node, ())
-            value = known_values[id(node)] = _value(step, [value_of(arg) for arg in node.args], values, points)
+            step = (
+                _sum_step((0, 1), (1, 1 if node.kind == "+" else -1))
+                if node.kind in ("+", "-")
+                else _make_step(node, ())
+            )
+            value = known_values[id(node)] = _step_value(
+                step, [evaluate_node(arg) for arg in node.args], values, point_count
+            )
         return value
 
     with np.errstate(all="ignore"):
-        return np.array([value_of(node) for node in nodes])
+        return np.array([evaluate_node(node) for node in nodes])
 
 
-def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> list[ValueAndSize]:
+def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> list[ValueAndMagnitude]:
     """Return the value and magnitude of every step of a program, as `evaluate` does for the results."""
-    results: list[ValueAndSize] = []
+    results: list[ValueAndMagnitude] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
             args = [results[i] for i in step[1]]
-            value = _value(step, [arg for arg, _ in args], values, points)
-            results.append((value, _magnitude(step, value, args)))
+            value = _step_value(step, [arg for arg, _ in args], values, point_count)
+            results.append((value, _step_magnitude(step, value, args)))
     return results
 
 
-def select_outputs(program: Program, steps: list[ValueAndSize]) -> tuple[np.ndarray, np.ndarray]:
+def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> tuple[np.ndarray, np.ndarray]:
     """Return the values and magnitudes of a program's results from those of all its steps."""
     return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
 
 
-def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], points: int) -> np.ndarray:
+def number_regions(
+    evaluated_programs: Sequence[tuple[Program, list[ValueAndMagnitude]]], point_count: int
+) -> np.ndarray:
     """Return the number of each point's region, in which the operands of functions with branches keep their signs."""
-    region_numbers = np.zeros(points, dtype=np.int64)
-    for program, steps in evaluated:
-        branching = (operands for op, operands, _ in program.steps if op in BRANCHING)
+    region_numbers = np.zeros(point_count, dtype=np.int64)
+    for program, steps in evaluated_programs:
+        branching = (operands for op, operands, _ in program.steps if op in BRANCHING_FUNCTIONS)
         for value in (steps[i][0] for operands in branching for i in operands):
             with np.errstate(invalid="ignore"):
                 imaginary_signs = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
@@ -190,23 +198,23 @@ def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], poin
     return region_numbers
 
 
-def _value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+def _step_value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the value of a step from those of its operands."""
     op, _, constant = step
     if op in ("number", "name"):
         number = _as_float(constant) if op == "number" else _CONSTANTS.get(constant)
-        return np.asarray(values[constant], complex) if number is None else np.full(points, number, complex)
+        return np.asarray(values[constant], complex) if number is None else np.full(point_count, number, complex)
     if op == "sum":
         terms = (count * arg for count, arg in zip(constant, args, strict=True))
-        return sum(terms, np.zeros(points, dtype=complex))
-    if op in BRANCHING:  # -1 - 0j lies below the branch cut, and its root would be -i
+        return sum(terms, np.zeros(point_count, dtype=complex))
+    if op in BRANCHING_FUNCTIONS:  # -1 - 0j lies below the branch cut, and its root would be -i
         args = [arg + 0.0 for arg in args]
     if op == "integer power":
         return np.asarray(args[0] ** constant if constant > 0 else 1 / args[0] ** -constant)
-    return np.asarray(_NUMPY[op](*args), dtype=complex)
+    return np.asarray(_NUMPY_FUNCTIONS[op](*args), dtype=complex)
 
 
-def _magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndSize]) -> np.ndarray:
+def _step_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnitude]) -> np.ndarray:
     """Return the magnitude of a step's value: the size of the terms that were added to obtain it."""
     op, _, constant = step
     if not args:
@@ -219,21 +227,21 @@ def _magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndSize]) -> n
     if op == "integer power":
         if constant > 0:  # defined at x = 0, where the ratio below is not
             return np.asarray(np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx))
-        return np.asarray(np.abs(value) * (1 + abs(constant) * _ratio(mx, x)))
+        return np.asarray(np.abs(value) * (1 + abs(constant) * _relative_magnitude(mx, x)))
     if len(args) == 1:
-        return np.asarray(np.abs(value) + np.abs(_SLOPES[op](x)) * mx)
+        return np.asarray(np.abs(value) + np.abs(_DERIVATIVE_SIZES[op](x)) * mx)
     y, my = args[1]
     if op == "*":
         return mx * my
     if op == "/":
         return np.asarray(mx * my / np.abs(y) ** 2)
     if op == "power":
-        return np.asarray(np.abs(value) * (1 + np.abs(y) * _ratio(mx, x) + np.abs(np.log(x)) * my))
+        return np.asarray(np.abs(value) * (1 + np.abs(y) * _relative_magnitude(mx, x) + np.abs(np.log(x)) * my))
     assert op == "atan2"
     return np.asarray(1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2))
 
 
-def _ratio(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
+def _relative_magnitude(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
     return np.where(magnitude == 0, 1.0, magnitude / np.abs(value))
 
 
@@ -251,27 +259,30 @@ _LARGEST_ANGLE = 1e60
 """Largest angle; reducing a larger one to a single turn would take more digits than are computed."""
 
 
-def _limit_argument(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
-    return lambda x: function(x) if abs(x) < largest else mpmath.nan
+def _limit_argument(function: Callable[[Any], Any], limit: float) -> Callable[[Any], Any]:
+    return lambda x: function(x) if abs(x) < limit else mpmath.nan
 
 
-def _trigonometric(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def _limit_trigonometric_argument(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     limited = _limit_argument(function, _LARGEST_ANGLE)
     return lambda x: limited(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
-def _power(x: Any, y: Any) -> Any:
+def _limited_power(x: Any, y: Any) -> Any:
     if x == 0 or not mpmath.isfinite(x) or not mpmath.isfinite(y):
         return x**y if mpmath.isfinite(x) and mpmath.isfinite(y) else mpmath.nan
     return x**y if abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT else mpmath.nan
 
 
-_MP: dict[str, Callable[..., Any]] = {
-    **{name: _trigonometric(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
+_MPMATH_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{
+        name: _limit_trigonometric_argument(getattr(mpmath, name))
+        for name in ("sin", "cos", "tan", "cot", "sec", "csc")
+    },
     **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
-    "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _power,
+    "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _limited_power,
 }  # fmt: skip
 
 
@@ -295,24 +306,24 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
                 elif op == "name":
                     results.append(+constants[constant] if constant in constants else _to_mpmath(values[constant]))
                 elif op == "integer power":
-                    results.append(_power(args[0], constant))
+                    results.append(_limited_power(args[0], constant))
                 elif op == "sum":
                     results.append(sum((count * arg for arg, count in zip(args, constant, strict=True)), mpmath.mpf(0)))
                 else:
-                    results.append(_MP[op](*args))
+                    results.append(_MPMATH_FUNCTIONS[op](*args))
             except (ZeroDivisionError, ValueError, OverflowError):
                 results.append(mpmath.nan)
         return [results[i] for i in program.outputs]
 
 
-DIGITS = 50
-SAME = 1e-40
+PRECISE_DIGITS = 50
+PRECISE_TOLERANCE = 1e-40
 """Values of DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
 
 
-def value_of(node: Node) -> Any:
+def constant_value(node: Node) -> Any:
     """Return the real value of a tree as an mpmath number; None if it has symbols or no real value."""
-    if names(node):
+    if find_names(node):
         return None
-    value = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]
-    return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < SAME else None
+    value = evaluate_precisely(compile_program([node]), {}, PRECISE_DIGITS)[0]
+    return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < PRECISE_TOLERANCE else None

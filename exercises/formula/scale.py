@@ -13,56 +13,60 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ZERO, negative, times
-from qdot.exercises.formula.identity import READABLE, Domain, Rounding, compare_entries
+from qdot.exercises.formula.algebra import ZERO, multiply_nodes, negate
+from qdot.exercises.formula.identity import READABLE_POINTS, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, replace_names
 
-POINTS = 6
+EXTRA_POINTS = 6
 
 
 @dataclass(frozen=True)
-class Factor:
+class ConstantFactor:
     """The factor between an answer and its reference: whether signs are wrong, and whether it differs from 1 and -1."""
 
     is_negative: bool
-    is_other: bool
+    changes_size: bool
 
 
-def constant_factor(
+def find_constant_factor(
     entries: Sequence[Node],
     reference: Sequence[Node],
     domain: Domain,
-    varying: AbstractSet[str],
+    varying_names: AbstractSet[str],
     seed: str,
     rounding: Rounding | None = None,
-) -> Factor | None:
+) -> ConstantFactor | None:
     """Return the constant factor between all entries and the reference, up to signs; None if there is none."""
     pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None
-    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
-    values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
-    evaluated = evaluate(compile_program([*entries, *reference]), values, READABLE + POINTS)[0]
+    sampled = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
+    values = {name: column if name in varying_names else np.abs(column) for name, column in sampled.items()}
+    evaluated = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS)[0]
     with np.errstate(all="ignore"):
         ratios = evaluated[: len(reference)] / evaluated[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed = [negative(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
-    if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).equal):
-        return Factor(is_negative=True, is_other=False)
-    extended_domain = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
-    renamed = {name: Node("name", value=_elsewhere(name)) for name in varying}
+    signed = [negate(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
+    if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).is_correct):
+        return ConstantFactor(is_negative=True, changes_size=False)
+    extended_domain = Domain(
+        {**domain.roles, **{_name_at_second_configuration(name): domain.roles[name] for name in varying_names}}
+    )
+    renamed = {name: Node("name", value=_name_at_second_configuration(name)) for name in varying_names}
     answered, expected = (replace_names(tree, renamed) for tree in (entries[pivot], signed[pivot]))
-    products = [times(entry, expected) for entry in entries]
+    products = [multiply_nodes(entry, expected) for entry in entries]
     if not all(
-        compare_entries(products, [times(entry, answered) for entry in signed], extended_domain, f"{seed}/moved").equal
+        compare_entries(
+            products, [multiply_nodes(entry, answered) for entry in signed], extended_domain, f"{seed}/moved"
+        ).is_correct
     ):
         return None
     finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real
     if not len(finite_ratios) or not np.all(np.abs(finite_ratios) > 0):
         return None
-    return Factor(is_negative=bool(is_negative.any()), is_other=True)
+    return ConstantFactor(is_negative=bool(is_negative.any()), changes_size=True)
 
 
-def _elsewhere(name: str) -> str:
+def _name_at_second_configuration(name: str) -> str:
     return f"{name}'"

@@ -9,32 +9,32 @@ from dataclasses import dataclass
 from itertools import product
 
 from qdot.exercises.formula.algebra import number
-from qdot.exercises.formula.angles import turns_of
+from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import Node, ReadError, names, replace_names, size_of
+from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, replace_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 
-WHOLE_NUMBERS: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
-WHOLE = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range(-6, 7))
+WHOLE_NUMBER_NAMES: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
+WHOLE_NUMBER_VALUES = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range(-6, 7))
 """The whole numbers from -6 to 6."""
-_MOST_PIECES = 500
-_MOST_NODES, _MOST_STEPS = 100_000, 6000
+_MAX_PIECES = 500
+_MAX_NODES, _MAX_STEPS = 100_000, 6000
 """Maximum number of nodes in all cases of whole numbers, and of steps in searches for zeros (some seconds each)."""
-_PIECE = 10
+_FIXED_COST = 10
 """Fixed cost that is added to the number of nodes of a case, and to the number of steps of a piece."""
-_TOO_LONG = "the conditions are too long, or there are too many whole numbers in them"
-_NO_JOINT = "a value stands there without a joint; write it as in theta1 = pi/3"
+_TOO_LONG_MESSAGE = "the conditions are too long, or there are too many whole numbers in them"
+_NO_JOINT_MESSAGE = "a value stands there without a joint; write it as in theta1 = pi/3"
 
 
 @dataclass(frozen=True)
 class Atom:
-    """One condition: `zero` vanishes (if `joint` is None), or it is the value of `joint`.
+    """One condition: `expression` vanishes (if `joint` is None), or it is the value of `joint`.
 
     The value of an angle counts modulo 2 pi.
     """
 
-    zero: Node
+    expression: Node
     joint: str | None = None
 
 
@@ -48,44 +48,44 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     lists of these, `k*pi` for every whole number k. Raises ReadError.
     """
     if node.kind in ("or", "list", "set"):
-        return _alternatives(node, joints)
+        return _parse_alternatives(node, joints)
     if node.kind == "and":
-        if not any(names(arg) & set(joints) for arg in node.args):
-            raise ReadError(_NO_JOINT)
+        if not any(find_names(arg) & set(joints) for arg in node.args):
+            raise ParseError(_NO_JOINT_MESSAGE)
         return _refuse_two_values(_intersect([parse_pieces(arg, joints) for arg in node.args]))
     if node.kind == "dict":
-        return _intersect([_assign(pair.args[0], pair.args[1], joints) for pair in node.args])
+        return _intersect([_parse_assignment(pair.args[0], pair.args[1], joints) for pair in node.args])
     if node.kind == "in":
-        return _assign(node.args[0], node.args[1], joints)
+        return _parse_assignment(node.args[0], node.args[1], joints)
     if node.kind == "eq":
         left_side, right_side = node.args
         if right_side.kind in ("list", "set"):
-            return _assign(left_side, right_side, joints)
+            return _parse_assignment(left_side, right_side, joints)
         for joint, value in ((left_side, right_side), (right_side, left_side)):
-            if joint.kind == "name" and joint.value in joints and joint.value not in names(value):
-                return _assign(joint, value, joints)
-        return _vanish(Node("-", (left_side, right_side)))
+            if joint.kind == "name" and joint.value in joints and joint.value not in find_names(value):
+                return _parse_assignment(joint, value, joints)
+        return _parse_vanishing_expression(Node("-", (left_side, right_side)))
     if node.kind == "name" and node.value in joints:
-        raise ReadError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
-    return _vanish(node)
+        raise ParseError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
+    return _parse_vanishing_expression(node)
 
 
-def _refuse_two_values(union: list[Piece]) -> list[Piece]:
+def _refuse_two_values(pieces: list[Piece]) -> list[Piece]:
     """Return the pieces unchanged; raise ReadError if every piece gives a joint two values at once."""
-    joints = [_joint_with_two_values(piece) for piece in union]
-    if union and None not in joints:
-        raise ReadError(f"{joints[0]} can't have two values at once; write {joints[0]} = 0 or {joints[0]} = pi/3")
-    return union
+    joints = [_joint_with_two_values(piece) for piece in pieces]
+    if pieces and None not in joints:
+        raise ParseError(f"{joints[0]} can't have two values at once; write {joints[0]} = 0 or {joints[0]} = pi/3")
+    return pieces
 
 
 def _joint_with_two_values(piece: Piece) -> str | None:
     """Return a joint to which a piece gives two different values, or None."""
     values: dict[str, object] = {}
-    multiples = ((atom.joint, turns_of(atom.zero)) for atom in piece if atom.joint is not None)
+    multiples = ((atom.joint, find_multiple_of_pi(atom.expression)) for atom in piece if atom.joint is not None)
     return next((j for j, k in multiples if k is not None and values.setdefault(j, k) != k), None)
 
 
-def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
+def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of a list's entries.
 
     A bare value belongs to the joint before it, as in theta3 = 0, pi, or (theta3, [0, pi]).
@@ -93,46 +93,48 @@ def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
     union: list[Piece] = []
     joint: Node | None = None
     for arg in node.args:
-        is_condition = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
+        is_condition = bool(find_names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
         if is_condition:
-            joint = _joint_of(arg, joints)
+            joint = _find_joint(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
-                raise ReadError(
+                raise ParseError(
                     f"a pair may be a joint and its value, or the values of {joints[0]} and {joints[1]}; write "
                     f"{joints[0]} = 0 or {joints[1]} = 0"
                 )
-            if not is_label or names(node.args[1]) & set(joints):
+            if not is_label or find_names(node.args[1]) & set(joints):
                 union += parse_pieces(arg, joints)
         elif joint is not None:
-            union += _assign(joint, arg, joints)
+            union += _parse_assignment(joint, arg, joints)
         else:
-            raise ReadError(_NO_JOINT)
+            raise ParseError(_NO_JOINT_MESSAGE)
     return union
 
 
-def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
+def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
     """Return the joint that a condition assigns a value to, or that is a bare name; None if there is none.
 
     For alternatives it is the joint of the last one.
     """
     if node.kind == "or":
-        return _joint_of(node.args[-1], joints)
+        return _find_joint(node.args[-1], joints)
     joint = node.args[0] if node.kind in ("eq", "in") else node
     return joint if joint.kind == "name" and joint.value in joints else None
 
 
-def _intersect(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
+def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
     """Return the pieces of the intersection: every combination of one piece from each set."""
-    count = math.prod(len(pieces) for pieces in sets)
-    if count > _MOST_PIECES:
-        raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
-    return [sum(combination, ()) for combination in product(*sets)]
+    count = math.prod(len(pieces) for pieces in unions)
+    if count > _MAX_PIECES:
+        raise ParseError(f"the conditions make {count} cases; more than {_MAX_PIECES} are not read")
+    return [sum(combination, ()) for combination in product(*unions)]
 
 
-def _assign(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
+def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
     if joint.kind != "name" or joint.value not in joints:
-        return [piece for value in _list_values(values) for piece in _vanish(Node("-", (joint, value)))]
+        return [
+            piece for value in _list_values(values) for piece in _parse_vanishing_expression(Node("-", (joint, value)))
+        ]
     cases = [case for value in _list_values(values) for case in _whole_number_cases(value)]
     compile_program(cases)  # raises ReadError for anything but a formula
     return [(Atom(case, str(joint.value)),) for case in cases]
@@ -145,7 +147,7 @@ def _list_values(values: Node) -> list[Node]:
     return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
 
 
-def _vanish(node: Node) -> list[Piece]:
+def _parse_vanishing_expression(node: Node) -> list[Piece]:
     node = _strip_powers(node)
     compile_program([node])
     return [(Atom(case),) for case in _whole_number_cases(node)]
@@ -164,10 +166,10 @@ def _strip_powers(node: Node) -> Node:
 
 def _whole_number_cases(node: Node) -> list[Node]:
     """Return the distinct cases of a node with whole numbers k; those of k*pi/6 are complete modulo 2 pi."""
-    whole_numbers = [name for name in WHOLE_NUMBERS if name in names(node)]
-    combinations = product(WHOLE, repeat=len(whole_numbers))
+    whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
+    combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
-    multiples = [turns_of(case) for case in cases]
+    multiples = [find_multiple_of_pi(case) for case in cases]
     return list({(k, i if k is None else 0): cases[i] for i, k in enumerate(multiples)}.values())
 
 
@@ -176,28 +178,28 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
 
     An example is q1 = q2 and c1 = 0.
     """
-    depends_on_joints = bool(names(atom.zero) & set(joints))
+    depends_on_joints = bool(find_names(atom.expression) & set(joints))
     return depends_on_joints and any(
-        atom.joint in names(other.zero) | {other.joint} for other in piece if other is not atom
+        atom.joint in find_names(other.expression) | {other.joint} for other in piece if other is not atom
     )
 
 
 def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the pieces of an answer. Raises ReadError also if checking all of them would take too long."""
     node = remove_noise(node)
-    if _nodes_of_cases(node) > _MOST_NODES:
-        raise ReadError(_TOO_LONG)
+    if _count_nodes_of_cases(node) > _MAX_NODES:
+        raise ParseError(_TOO_LONG_MESSAGE)
     claims, work = parse_pieces(node, joints), 0
     for piece in claims:
-        steps = _PIECE + sum(len(compile_program([atom.zero]).steps) for atom in piece)
+        steps = _FIXED_COST + sum(len(compile_program([atom.expression]).steps) for atom in piece)
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
         work += steps if is_searched else steps // 10  # a value needs no search
-        if work > _MOST_STEPS:
-            raise ReadError(f"the conditions are too long, with their {len(claims)} cases")
+        if work > _MAX_STEPS:
+            raise ParseError(f"the conditions are too long, with their {len(claims)} cases")
     return claims
 
 
-def _nodes_of_cases(node: Node) -> int:
+def _count_nodes_of_cases(node: Node) -> int:
     """Return the total number of nodes in all cases of all conditions."""
     alternatives = ("list", "set", "or")
     count, stack = 0, [node]
@@ -208,5 +210,7 @@ def _nodes_of_cases(node: Node) -> int:
         ):
             stack.extend(current.args)
         else:
-            count += (_PIECE + size_of(current)) * len(WHOLE) ** len(names(current) & set(WHOLE_NUMBERS))
+            count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(
+                find_names(current) & set(WHOLE_NUMBER_NAMES)
+            )
     return count

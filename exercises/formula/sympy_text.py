@@ -10,27 +10,27 @@ from qdot.exercises.formula.printing import Printer
 
 
 @lru_cache(maxsize=1024, typed=True)
-def text_of(expression: sp.Expr) -> str:
+def expression_text(expression: sp.Expr) -> str:
     """Return an expression as text; cached, because the record, its digest, the tests and the grader need it."""
-    return _known.get((type(expression), expression)) or Printer().doprint(expression)
+    return _stored_texts.get((type(expression), expression)) or Printer().doprint(expression)
 
 
-_known: dict[tuple[type[sp.Expr], sp.Expr], str] = {}
-_MOST_KNOWN = 8192
+_stored_texts: dict[tuple[type[sp.Expr], sp.Expr], str] = {}
+_MAX_STORED_TEXTS = 8192
 
 
-def know_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
+def store_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
     """Remember stored texts of expressions, because printing the references would take half as long as grading."""
-    if len(_known) > _MOST_KNOWN:
-        _known.clear()
-    _known.update(((type(expression), expression), text) for expression, text in texts)
+    if len(_stored_texts) > _MAX_STORED_TEXTS:
+        _stored_texts.clear()
+    _stored_texts.update(((type(expression), expression), text) for expression, text in texts)
 
 
-def rows_of_text(matrix: sp.Matrix) -> list[list[str]]:
+def matrix_rows_as_text(matrix: sp.Matrix) -> list[list[str]]:
     """Return the entries of a matrix as text, row by row."""
-    return [[text_of(entry) for entry in row] for row in matrix.tolist()]
+    return [[expression_text(entry) for entry in row] for row in matrix.tolist()]
 
 
 def matrix_json(matrix: sp.Matrix) -> list[Any]:
     """Return a matrix as a list of rows of text, a column as a plain list."""
-    return [text_of(entry) for entry in matrix] if matrix.cols == 1 else rows_of_text(matrix)
+    return [expression_text(entry) for entry in matrix] if matrix.cols == 1 else matrix_rows_as_text(matrix)

@@ -14,7 +14,7 @@ from qdot.exercises.formula.names import CONSTANTS
 Result = TypeVar("Result")
 
 
-class ReadError(ValueError):
+class ParseError(ValueError):
     """Raised for a text that can't be parsed; the message says what was found, where, and what to write instead."""
 
 
@@ -35,20 +35,20 @@ class Node:
         return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
 
-CHAIN = "="
+EQUATION_CHAIN = "="
 """The value of an "and" node that was typed as a chain of equations, A = B = C."""
 
 
-def chain_of(node: Node) -> list[Node]:
+def equation_sides(node: Node) -> list[Node]:
     """Return the sides of A = B = C; [] for anything else."""
     if node.kind == "eq":
         return list(node.args)
-    if node.kind != "and" or node.value != CHAIN or any(arg.kind != "eq" for arg in node.args):
+    if node.kind != "and" or node.value != EQUATION_CHAIN or any(arg.kind != "eq" for arg in node.args):
         return []
     return [node.args[0].args[0], *(arg.args[1] for arg in node.args)]
 
 
-def nodes_of(tree: Node) -> Iterator[Node]:
+def iterate_nodes(tree: Node) -> Iterator[Node]:
     """Yield every node of a tree, each before its arguments."""
     stack = [tree]
     while stack:
@@ -90,12 +90,12 @@ def list_of_rows(rows: Iterable[Sequence[Node]]) -> Node:
     return Node("list", tuple(Node("list", tuple(row)) for row in rows))
 
 
-def names(tree: Node) -> set[str]:
+def find_names(tree: Node) -> set[str]:
     """Return the names in a tree that are not constants."""
-    return {node.value for node in nodes_of(tree) if node.kind == "name" and node.value not in CONSTANTS}
+    return {node.value for node in iterate_nodes(tree) if node.kind == "name" and node.value not in CONSTANTS}
 
 
-def _whole(decimal: Fraction) -> tuple[int, int]:
+def _split_decimal(decimal: Fraction) -> tuple[int, int]:
     """Return the digits of a positive decimal as a whole number, and the number of digits after the point."""
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1
     fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
@@ -103,52 +103,52 @@ def _whole(decimal: Fraction) -> tuple[int, int]:
     return decimal.numerator * (10**places // decimal.denominator), places
 
 
-def digits_of(decimal: Fraction) -> int:
+def count_digits(decimal: Fraction) -> int:
     """Return the number of significant digits of a decimal."""
-    return len(str(_whole(abs(decimal))[0]).rstrip("0"))
+    return len(str(_split_decimal(abs(decimal))[0]).rstrip("0"))
 
 
-def digits_of_decimals(node: Node) -> int:
+def count_decimal_digits(node: Node) -> int:
     """Return the number of significant digits of the longest decimal in a tree; 0 if there is none.
 
-    >>> digits_of_decimals(Node("neg", (Node("decimal", value=Fraction("3.14159")),)))
+    >>> count_decimal_digits(Node("neg", (Node("decimal", value=Fraction("3.14159")),)))
     6
     """
-    return max((digits_of(decimal.value) for decimal in nodes_of(node) if decimal.kind == "decimal"), default=0)
+    return max((count_digits(decimal.value) for decimal in iterate_nodes(node) if decimal.kind == "decimal"), default=0)
 
 
-def size_of(tree: Node, most: int | None = None) -> int:
-    """Return the number of nodes in a tree, or `most` if there are more."""
-    return sum(1 for _ in islice(nodes_of(tree), most))
+def count_nodes(tree: Node, max_count: int | None = None) -> int:
+    """Return the number of nodes in a tree, or `max_count` if there are more."""
+    return sum(1 for _ in islice(iterate_nodes(tree), max_count))
 
 
 def has_blank(tree: Node) -> bool:
     """Return whether the tree contains a blank."""
-    return any(node.kind == "blank" for node in nodes_of(tree))
+    return any(node.kind == "blank" for node in iterate_nodes(tree))
 
 
-_SCALARS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
-_SAID = {
+_SCALAR_KINDS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
+_KIND_DESCRIPTIONS = {
     "list": "a list", "set": "a set", "dict": "a dictionary", "pair": "a name with a colon", "eq": "an equation",
     "blank": "a blank", "or": "an alternative", "and": "a condition", "in": "a condition",
 }  # fmt: skip
 
 
-def statement_in(node: Node) -> Node | None:
+def find_statement(node: Node) -> Node | None:
     """Return a list, condition or blank in a tree; None if the tree is a single expression."""
-    return next((statement for statement in nodes_of(node) if statement.kind not in _SCALARS), None)
+    return next((statement for statement in iterate_nodes(node) if statement.kind not in _SCALAR_KINDS), None)
 
 
 def refuse_statements(node: Node) -> None:
     """Raise ReadError if a tree is not a single expression."""
-    if (statement := statement_in(node)) is not None:
-        raise no_scalar(statement)
+    if (statement := find_statement(node)) is not None:
+        raise scalar_expected_error(statement)
 
 
-def no_scalar(node: Node) -> ReadError:
+def scalar_expected_error(node: Node) -> ParseError:
     """Return the error for a node that can't be part of a single expression."""
     advice = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
-    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{advice}")
+    return ParseError(f"{_KIND_DESCRIPTIONS.get(node.kind, node.kind)} stands where a single expression is due{advice}")
 
 
 def _is_column(node: Node) -> bool:
@@ -186,26 +186,26 @@ def as_matrix(node: Node) -> list[list[Node]]:
             return [list(row) for row in zip(*columns, strict=True)]
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows:
-        raise ReadError("the list is empty")
+        raise ParseError("the list is empty")
     if len({len(row) for row in rows}) != 1:
-        raise ReadError(f"the rows of the matrix have different lengths: {', '.join(str(len(row)) for row in rows)}")
+        raise ParseError(f"the rows of the matrix have different lengths: {', '.join(str(len(row)) for row in rows)}")
     if any(entry.kind in ("list", "set", "dict") for row in rows for entry in row):
-        raise ReadError("an entry of the matrix is itself a list")
+        raise ParseError("an entry of the matrix is itself a list")
     return rows
 
 
 def node_text(node: Node) -> str:
     """Return a text that is parsed as the same tree, without nested brackets in long sums and products."""
-    return fold(node, _text)
+    return fold(node, _combine_texts)
 
 
-_FROM_THE_LEFT = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
+_FIRST_OPERANDS_WITHOUT_BRACKETS = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
 """For each operator, the kinds of a first operand that need no brackets."""
 
 
-def _text(node: Node, inner: list[str]) -> str:
+def _combine_texts(node: Node, arg_texts: list[str]) -> str:
     if node.kind == "decimal":
-        digits, places = _whole(node.value)
+        digits, places = _split_decimal(node.value)
         text = str(digits).rjust(places + 1, "0")
         return f"{text[: len(text) - places]}.{text[len(text) - places :] or '0'}"
     if node.kind == "number":
@@ -214,8 +214,10 @@ def _text(node: Node, inner: list[str]) -> str:
     if node.kind == "name":
         return str(node.value)
     if node.kind == "call":
-        return f"{node.value}({', '.join(inner)})"
+        return f"{node.value}({', '.join(arg_texts)})"
     if node.kind == "neg":
-        return f"(-{inner[0]})"
-    first = inner[0][1:-1] if node.args[0].kind in _FROM_THE_LEFT.get(node.kind, ()) else inner[0]
-    return f"({first}{node.kind}{inner[1]})"
+        return f"(-{arg_texts[0]})"
+    first = (
+        arg_texts[0][1:-1] if node.args[0].kind in _FIRST_OPERANDS_WITHOUT_BRACKETS.get(node.kind, ()) else arg_texts[0]
+    )
+    return f"({first}{node.kind}{arg_texts[1]})"

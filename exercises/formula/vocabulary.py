@@ -14,6 +14,6 @@ SPACES: str = VOCABULARY["spaces"]
 """All characters that count as spaces, because `\\s` matches other characters in Python than in a browser."""
 
 
-def pattern(name: str) -> re.Pattern[str]:
+def compile_pattern(name: str) -> re.Pattern[str]:
     """Return one of the vocabulary's patterns, compiled."""
     return re.compile(VOCABULARY["patterns"][name])

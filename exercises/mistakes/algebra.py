@@ -8,33 +8,33 @@ from itertools import product as product_of
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, determinant, product, signs
+from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, singular_vectors
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, scale_at
+from qdot.exercises.mistakes.base import AnswerShape, Mistake, MistakeVariant, VariantGenerator, scale_entries
 
 
-def _is_square(chain: Chain, least: int = 2, most: int = 6) -> bool:
-    return len(chain.task) == chain.n and least <= chain.n <= most
+def _is_square(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
+    return len(chain.task) == chain.n and min_joints <= chain.n <= max_joints
 
 
 def _is_wide(chain: Chain) -> bool:
     return chain.n > len(chain.task)
 
 
-def _if(suits: Callable[[Chain], bool], stage: str, *changes: Change) -> Variants:
-    """Return a function that yields one variant per change of `stage`, for arms that satisfy `suits`."""
-    return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if suits(chain) else ()))
+def _variants_if(applies: Callable[[Chain], bool], stage: str, *changes: Change) -> VariantGenerator:
+    """Return a function that yields one variant per change of `stage`, for arms that satisfy `applies`."""
+    return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if applies(chain) else ()))
 
 
-def _combine(*all_variants: Variants) -> Variants:
+def _combine(*all_variants: VariantGenerator) -> VariantGenerator:
     """Return a function that yields the variants of all the given functions, one after another."""
     return lambda chain, shape: (variant for variants in all_variants for variant in variants(chain, shape))
 
 
-def _if_square(stage: str, change: Change, least: int = 2, most: int = 6) -> Variants:
-    return _if(partial(_is_square, least=least, most=most), stage, change)
+def _variants_if_square(stage: str, change: Change, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
+    return _variants_if(partial(_is_square, min_joints=min_joints, max_joints=max_joints), stage, change)
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
@@ -49,7 +49,7 @@ def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
     return np.asarray(diagonal_product)
 
 
-def _arm_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
+def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _is_square(chain, 1):
         return []
@@ -57,28 +57,28 @@ def _arm_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
     return [(factor.xreplace(values), power) for factor, power in derive(chain).generic_minors[0].factors]
 
 
-def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    factors = _arm_factors(chain)
+def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    factors = _factor_determinant(chain)
     for factor, _power in factors if len(factors) > 1 else ():
         if not factor.is_number:
             yield _variant_without_factor("determinant", chain, factor, factor)
 
 
-def _lose_square(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_repeated_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without one of the repeated factors of |det J|, the manipulability."""
-    for factor, power in _arm_factors(chain):
+    for factor, power in _factor_determinant(chain):
         if power > 1 and not factor.is_number:
             yield _variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
-def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with sine and cosine exchanged in a factor of the determinant that contains only one of them.
 
     If the angle contains a constant offset, the factor can be written as a sine or as a cosine. Swapping them can then
     give either sign, so both are yielded.
     """
     offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
-    for factor, _power in _arm_factors(chain):
+    for factor, _power in _factor_determinant(chain):
         trig_terms = factor.atoms(sp.sin, sp.cos)
         if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
             cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
@@ -96,14 +96,16 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
     joint_symbols = symbols & set(map(str, chain.q))
     factor_words = "one that depends on the joints" if joint_symbols else "a length"
     return MistakeVariant(
-        {stage: _divide_by(divisor)}, {"factor": factor_words}, missing=", ".join(sorted(joint_symbols or symbols))
+        {stage: _divide_by(divisor)},
+        {"factor": factor_words},
+        missing_symbols=", ".join(sorted(joint_symbols or symbols)),
     )
 
 
-def _divide_by(factor: sp.Expr) -> Change:
-    def divide(w: Working, right: np.ndarray) -> np.ndarray:
+def _divide_by(divisor: sp.Expr) -> Change:
+    def divide(w: Working, correct_value: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
-            return np.asarray(right / w.arithmetic.value(w.arithmetic.table_entry(factor)))
+            return np.asarray(correct_value / w.arithmetic.drop_derivatives(w.arithmetic.table_entry(divisor)))
 
     return divide
 
@@ -114,45 +116,45 @@ def _take_reciprocals(w: Working, _: np.ndarray) -> np.ndarray:
         return np.asarray(np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian)))
 
 
-def _divide_again(w: Working, right: np.ndarray) -> np.ndarray:
+def _divide_again(w: Working, correct_value: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
-        return np.asarray(right / w["determinant"])
+        return np.asarray(correct_value / w["determinant"])
 
 
-def _minor(w: Working, columns: Sequence[int]) -> np.ndarray:
+def _maximal_minor(w: Working, columns: Sequence[int]) -> np.ndarray:
     return np.asarray(determinant(w["jacobian"][:, list(columns)]))
 
 
-def _sum_of_minors(w: Working, sign: int = 1) -> np.ndarray:
+def _add_minors(w: Working, sign: int = 1) -> np.ndarray:
     """Return the sum of the maximal minors of J, or their alternating sum if `sign` is -1."""
     column_sets = combinations(range(w.n), len(w.chain.task))
-    return np.asarray(sum(sign**k * _minor(w, columns) for k, columns in enumerate(column_sets)))
+    return np.asarray(sum(sign**k * _maximal_minor(w, columns) for k, columns in enumerate(column_sets)))
 
 
-def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with a wrong sum of the squared maximal minors.
 
     Only one square is used instead of the sum, or one square is omitted from it.
     """
 
-    def take(w: Working, value: np.ndarray, columns: Sequence[int], leaves_out: bool) -> np.ndarray:
-        square = _minor(w, columns) * _minor(w, columns)
-        return value - square if leaves_out else square
+    def miscount(w: Working, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool) -> np.ndarray:
+        square = _maximal_minor(w, columns) * _maximal_minor(w, columns)
+        return gram_determinant - square if is_omitted else square
 
     for columns in combinations(range(chain.n), len(chain.task)) if _is_wide(chain) else ():
         for leaves_out in (False, True):
-            yield MistakeVariant({"gram determinant": partial(take, columns=columns, leaves_out=leaves_out)})
+            yield MistakeVariant({"gram determinant": partial(miscount, columns=columns, is_omitted=leaves_out)})
 
 
-def _flip_product_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the sign of one term of the cofactor expansion flipped.
 
     A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
     """
 
-    def flip(w: Working, value: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
+    def flip(w: Working, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
         entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, task_rows[i]]
-        return np.asarray(value - 2 * entry * w["cofactors"][i, j])
+        return np.asarray(correct_determinant - 2 * entry * w["cofactors"][i, j])
 
     task_rows = [TASK_ROWS.index(row) for row in chain.task]
     for i, j in product_of(range(chain.n), repeat=2) if _is_square(chain, 2, 3) else ():
@@ -161,107 +163,113 @@ def _flip_product_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 
-def _flip_velocity_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_velocity_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, name in enumerate(chain.task):
-        yield MistakeVariant({"wanted velocity": scale_at(i, -1)}, {"name": name})
+        yield MistakeVariant({"wanted velocity": scale_entries(i, -1)}, {"name": name})
 
 
 MISTAKES = (
     Mistake("determinant-plus", "Plus for minus in the determinant",
             "The products of the determinant seem to be added throughout: every other one is subtracted.", "appendix",
-            _if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3)),
+            _variants_if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3)),
     Mistake("expansion-signs", "Signs of the expansion left out",
             "The minors of the expansion seem to be added throughout: their signs alternate.", "appendix",
-            _if_square("determinant", _expand_without_signs, 3, 3)),
+            _variants_if_square("determinant", _expand_without_signs, 3, 3)),
     Mistake("diagonal-only", "Product of the diagonal for the determinant",
             "The determinant seems to be the product of the diagonal, which holds for triangular matrices only.",
-            "appendix", _if_square("determinant", _multiply_diagonal)),
+            "appendix", _variants_if_square("determinant", _multiply_diagonal)),
     Mistake("determinant-sign", "Determinant with the wrong sign",
             "The determinant seems to have the wrong sign: were two rows or columns exchanged?", "appendix",
-            _if_square("determinant", lambda w, value: -value, 1)),
+            _variants_if_square("determinant", lambda w, value: -value, 1)),
     Mistake("wave-exchanged", "Sine and cosine exchanged in the determinant",
-            "Sine and cosine seem to be exchanged in the determinant.", "6.8", _exchange_trig),
+            "Sine and cosine seem to be exchanged in the determinant.", "6.8", _exchange_sine_and_cosine),
     Mistake("factor-lost", "Factor of the determinant lost", "The determinant seems to lack a factor: {factor}.", "6.8",
-            _lose_factor),
+            _drop_factor),
     Mistake("transpose-for-inverse", "Transpose for the inverse",
             "The transpose of J seems to stand for its inverse. They are the same for rotations, not for a Jacobian.",
             "6.7",
             _combine(
-                    _if_square("inverse", lambda w, _: w["transposed jacobian"]),
-                    _if(_is_wide, "pseudo-inverse", lambda w, _: w["transposed jacobian"]),
+                    _variants_if_square("inverse", lambda w, _: w["transposed jacobian"]),
+                    _variants_if(_is_wide, "pseudo-inverse", lambda w, _: w["transposed jacobian"]),
                 )),
     Mistake("gram-not-inverted", "J J^T not inverted",
             "J J^T seems to be multiplied by and not inverted: the pseudo-inverse holds its inverse.", "6.7",
-            _if(_is_wide, "pseudo-inverse", lambda w, _: product(w["transposed jacobian"], w["gram matrix"]))),
+            _variants_if(
+                    _is_wide, "pseudo-inverse",
+                    lambda w, _: matrix_product(w["transposed jacobian"], w["gram matrix"]),
+                )),
     Mistake("determinant-forgotten", "Division by the determinant forgotten",
             "The division by det J seems to be forgotten.", "appendix",
-            _if_square("inverse", lambda w, _: w["adjugate"])),
+            _variants_if_square("inverse", lambda w, _: w["adjugate"])),
     Mistake("determinant-multiplied", "Multiplied by the determinant",
             "The adjugate seems to be multiplied by det J: it is to be divided by it.", "appendix",
-            _if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1)),
+            _variants_if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1)),
     Mistake("determinant-squared", "Divided twice by the determinant", "The division by det J seems to be done twice.",
-            "appendix", _if_square("inverse", _divide_again, 1)),
+            "appendix", _variants_if_square("inverse", _divide_again, 1)),
     Mistake("adjugate-not-transposed", "Adjugate without the transpose",
             "The cofactors seem to stand where they were worked out: the adjugate is their transpose.", "appendix",
-            _if_square("adjugate", lambda w, _: w["cofactors"])),
+            _variants_if_square("adjugate", lambda w, _: w["cofactors"])),
     Mistake("cofactor-signs", "Signs of the cofactors left out",
             "The cofactors seem to lack their signs: every other minor counts negative.", "appendix",
             _combine(
-                    _if_square("cofactors", lambda w, _: w["minors"]),
-                    _if(
+                    _variants_if_square("cofactors", lambda w, _: w["minors"]),
+                    _variants_if(
                         lambda chain: chain.n == len(chain.task) + 1, "self-motion",
-                        lambda w, motion: motion * signs(w.n)[0][:, None],
+                        lambda w, motion: motion * cofactor_signs(w.n)[0][:, None],
                     ),
                 )),
     Mistake("reciprocal-entries", "Reciprocals of the entries for the inverse",
             "Each entry of J seems to be turned over by itself: the inverse of a matrix is not that.", "appendix",
-            _if_square("inverse", _take_reciprocals)),
+            _variants_if_square("inverse", _take_reciprocals)),
     Mistake("jacobian-for-inverse", "J for its inverse",
             "The rates seem to be J times the velocity: they are J's inverse times it.", "6.7",
-            _if_square("rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"]))),
+            _variants_if_square("rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"]))),
     Mistake("minor-missing", "Minor missing",
             "By Cauchy and Binet all maximal minors count, each squared. One or more seem to be missing.", "6.8",
             _miscount_minors),
     Mistake("minors-not-squared", "Minors not squared",
             "The maximal minors seem to be added as they are: by Cauchy and Binet their squares are.", "6.8",
-            _if(_is_wide, "gram determinant", lambda w, _: _sum_of_minors(w))),
+            _variants_if(_is_wide, "gram determinant", lambda w, _: _add_minors(w))),
     Mistake("root-taken", "Root taken", "A square root seems to be taken that is not asked for.", "6.8",
-            _if(_is_wide, "gram determinant", lambda w, value: w.arithmetic.sqrt(value))),
+            _variants_if(_is_wide, "gram determinant", lambda w, value: w.arithmetic.sqrt(value))),
     Mistake("direction-that-moves", "A direction that is not lost",
             "That is the direction in which the arm can still move. The lost one has no part along any column of J.",
             "6.8",
-            _if(lambda chain: len(chain.task) == 2, "lost direction", lambda w, _: singular_vectors(w)[0][:, 0])),
+            _variants_if(
+                    lambda chain: len(chain.task) == 2, "lost direction", lambda w, _: singular_vectors(w)[0][:, 0]
+                )),
     Mistake("null-vector-of-jacobian", "Joint rates for a direction of motion",
             "These seem to be joint rates that J takes to zero. A lost direction is a vector u with u J = 0.", "6.8",
-            _if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1])),
+            _variants_if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1])),
     Mistake("jacobian-for-transpose", "J for its transpose",
             "The torques seem to be J times the load: by virtual work it is the transpose of J.", "dual of 6.4",
-            _if_square("transposed jacobian", lambda w, _: w["jacobian"])),
+            _variants_if_square("transposed jacobian", lambda w, _: w["jacobian"])),
     Mistake("product-sign", "Sign of one product of the determinant",
             "One product of the determinant seems to have the wrong sign: did terms add up that are to cancel?",
             "appendix", _flip_product_sign, rare=True),
     Mistake("blocks-added", "Determinants of the blocks added",
             "The determinants of the blocks seem to be added: that of a block triangular matrix is their product.",
             "6.8",
-            _if_square(
+            _variants_if_square(
                     "determinant", lambda w, _: determinant(w["arm block"]) + determinant(w["wrist block"]), 6
                 ), rare=True),
     Mistake("wrist-alone", "Wrist solved with the whole angular velocity",
             "The wrist seems to be solved with the whole angular velocity: what joints 1 to 3 turn is subtracted "
-            "first.", "6.7", _if_square("jacobian", scale_at((slice(3, None), slice(3)), 0), 6), rare=True),
+            "first.", "6.7", _variants_if_square("jacobian", scale_entries((slice(3, None), slice(3)), 0), 6),
+            rare=True),
     Mistake("sum-squared", "Square of the sum of the minors",
             "The maximal minors seem to be added before they are squared: by Cauchy and Binet each square counts.",
-            "6.8", _if(
+            "6.8", _variants_if(
                 _is_wide, "gram determinant",
-                lambda w, _: _sum_of_minors(w) ** 2, lambda w, _: _sum_of_minors(w, -1) ** 2,
+                lambda w, _: _add_minors(w) ** 2, lambda w, _: _add_minors(w, -1) ** 2,
             ), rare=True),
     Mistake("square-lost", "Square of a factor lost",
-            "The determinant seems to hold a factor once that it holds more than once: {factor}.", "6.8", _lose_square,
-            rare=True),
+            "The determinant seems to hold a factor once that it holds more than once: {factor}.", "6.8",
+            _drop_repeated_factor, rare=True),
     Mistake("velocity-sign", "Component of the velocity with the wrong sign",
             "The component {name} of the velocity seems to have the wrong sign.", "6.7", _flip_velocity_sign,
             rare=True),
     Mistake("velocity-components-exchanged", "Components of the velocity exchanged",
             "The components of the velocity seem to be exchanged.", "6.7",
-            _if_square("wanted velocity", lambda w, velocity: velocity[::-1], most=2)),
+            _variants_if_square("wanted velocity", lambda w, velocity: velocity[::-1], max_joints=2)),
 )  # fmt: skip

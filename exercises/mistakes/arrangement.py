@@ -8,50 +8,58 @@ import numpy as np
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, always, exchange, scale_at
+from qdot.exercises.mistakes.base import (
+    AnswerShape,
+    Mistake,
+    MistakeVariant,
+    VariantGenerator,
+    exchange,
+    scale_entries,
+    single_variant,
+)
 
 PLANAR_ROWS = ("vx", "vy", "wz")
 """The components of velocity that a planar arm can have: the other rows of its Jacobian are zero."""
 
 
-def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 0) -> Variants:
-    """Return a function that yields variants with two of `count` rows (axis 0) or columns (axis 1) exchanged."""
+def _exchange_two(stage: str, count_of: Callable[[Chain, AnswerShape], int], axis: int = 0) -> VariantGenerator:
+    """Return a function that yields variants with two of `count_of` rows (axis 0) or columns (axis 1) exchanged."""
     return lambda chain, shape: (
         MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
-        for i, j in combinations(range(count(chain, shape)), 2)
+        for i, j in combinations(range(count_of(chain, shape)), 2)
     )
 
 
-def _flip_one(axis: int) -> Variants:
+def _negate_one(axis: int) -> VariantGenerator:
     """Return a function that yields variants with one row (axis 0) or column (axis 1) of several negated."""
 
-    def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         for i in range(shape[axis]) if shape[axis] > 1 else ():
-            yield MistakeVariant({RESULT: scale_at((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
+            yield MistakeVariant({RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
 
     return variants
 
 
 def _change_result(
-    change: Callable[[Working, np.ndarray], np.ndarray], suits: Callable[[Chain, Shape], bool]
-) -> Variants:
-    """Return a function that yields the variant with the finished result changed, if `suits` accepts its shape."""
-    return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if suits(chain, shape) else [])
+    change: Callable[[Working, np.ndarray], np.ndarray], applies: Callable[[Chain, AnswerShape], bool]
+) -> VariantGenerator:
+    """Return a function that yields the variant with the finished result changed, if `applies` accepts its shape."""
+    return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if applies(chain, shape) else [])
 
 
-def _select_rows(chosen: list[int], of_answer: bool) -> Change:
+def _select_rows(row_indices: list[int], from_answer: bool) -> Change:
     def apply_change(w: Working, values: np.ndarray) -> np.ndarray:
-        return (values if of_answer else w["geometric"])[chosen]
+        return (values if from_answer else w["geometric"])[row_indices]
 
     return apply_change
 
 
-def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all six rows of J, or its three linear or angular rows, instead of the task's rows.
 
     If all six rows are expected, yield variants with only some of them.
     """
-    all_rows = convention_of(chain).velocities
+    all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
     if expected_rows is None:
         return
@@ -67,7 +75,7 @@ def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
     for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):
             row_indices = [order.index(row) for row in rows]
-            yield MistakeVariant({RESULT: _select_rows(row_indices, of_answer=expects_all_rows)}, {"rows": words})
+            yield MistakeVariant({RESULT: _select_rows(row_indices, from_answer=expects_all_rows)}, {"rows": words})
 
 
 MISTAKES = (
@@ -84,18 +92,20 @@ MISTAKES = (
             "The columns seem to be in reverse order: column i belongs to joint i.", "6.4",
             _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2)),
     Mistake("sign", "Everything with the wrong sign", "Everything seems to have the wrong sign.", "6.4",
-            always({RESULT: lambda w, values: -values})),
+            single_variant({RESULT: lambda w, values: -values})),
     Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
-            _flip_one(axis=1)),
-    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _flip_one(axis=0)),
+            _negate_one(axis=1)),
+    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4",
+            _negate_one(axis=0)),
     Mistake("rates-left-in", "Joint rates left in the Jacobian",
             "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4",
             _change_result(
-                lambda w, values: values * w.symbols(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
+                lambda w, values: values * w.symbol_vector(w.chain.rates)[None],
+                lambda chain, shape: shape[1] == chain.n > 1,
             )),
     Mistake("rates-left-out", "Joint rates left out",
             "The joint rates seem to be left out: every column is multiplied by its joint's rate.", "6.4",
-            always({"joint rates": lambda w, rates: rates * 0 + 1})),
+            single_variant({"joint rates": lambda w, rates: rates * 0 + 1})),
     Mistake("rates-exchanged", "Joint rates exchanged", "The rates of joints {one} and {other} seem to be exchanged.",
             "6.4", _exchange_two("joint rates", lambda chain, shape: chain.n), rare=True),
 )  # fmt: skip

@@ -14,32 +14,32 @@ from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
 
-Shape = tuple[int, int]
+AnswerShape = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class MistakeVariant:
     """One variant of a mistake on an arm: the changed stages of the derivation, and the words for the message.
 
-    `missing` lists the symbols of an omitted factor. The message can't name them, because quizzes contain it and a quiz
-    id must always give the same text.
+    `missing_symbols` lists the symbols of an omitted factor. The message can't name them, because quizzes contain it
+    and a quiz id must always give the same text.
 
-    If the mistake can be made at several joints, `places` are the joints (from 0) at which this variant makes it. `at`
-    returns the variant for other joints.
+    If the mistake can be made at several joints, `joints` are the joints (from 0) at which this variant makes it.
+    `at_joints` returns the variant for other joints.
     """
 
     changes: Mapping[str, Change]
     words: Mapping[str, object] = field(default_factory=dict)
-    missing: str = ""
-    places: tuple[int, ...] = ()
-    at: "Callable[[Sequence[int]], MistakeVariant] | None" = None
+    missing_symbols: str = ""
+    joints: tuple[int, ...] = ()
+    at_joints: "Callable[[Sequence[int]], MistakeVariant] | None" = None
 
-    def but_at(self, idle: AbstractSet[int]) -> "MistakeVariant | None":
+    def without_idle_joints(self, idle_joints: AbstractSet[int]) -> "MistakeVariant | None":
         """Return the variant without the joints at which it changes nothing; None if fewer than two remain."""
-        remaining_joints = [joint for joint in self.places if joint not in idle]
+        remaining_joints = [joint for joint in self.joints if joint not in idle_joints]
         return (
-            replace(self.at(remaining_joints), places=tuple(remaining_joints))
-            if self.at and len(remaining_joints) > 1
+            replace(self.at_joints(remaining_joints), joints=tuple(remaining_joints))
+            if self.at_joints and len(remaining_joints) > 1
             else None
         )
 
@@ -52,10 +52,10 @@ class MistakenAnswer:
     words: Mapping[str, object] = field(default_factory=dict)
 
 
-Variants = Callable[[Chain, Shape], Iterator[MistakeVariant]]
+VariantGenerator = Callable[[Chain, AnswerShape], Iterator[MistakeVariant]]
 """Yields the variants of a mistake on an arm, for an answer of the given shape."""
 
-Answers = Callable[[Chain, Part], Iterator[MistakenAnswer]]
+AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 """Yields the wrong answers that a mistake gives to a part."""
 
 
@@ -63,48 +63,49 @@ Answers = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 class Mistake:
     """A kind of mistake.
 
-    `says` is the message to the student: what seems to have happened, and where to look. It gives no answer away. The
-    variant's words replace the names in braces. `source` is the section or equation in the chapter. A rare mistake is
-    named only if no other mistake gives the same answer.
+    `message` is the message to the student: what seems to have happened, and where to look. It gives no answer away.
+    The variant's words replace the names in braces. `source` is the section or equation in the chapter. A rare mistake
+    is named only if no other mistake gives the same answer.
     """
 
     name: str
     title: str
-    says: str
+    message: str
     source: str
-    variants: Variants = lambda chain, shape: iter(())
-    answers: Answers = lambda chain, part: iter(())
+    variants: VariantGenerator = lambda chain, shape: iter(())
+    answers: AnswerGenerator = lambda chain, part: iter(())
     rare: bool = False
 
     def sentence(self, words: Mapping[str, object]) -> str:
         """Return the message to the student, including a reference to the chapter."""
-        return f"{self.says.format(**words)} See {self.where}."
+        return f"{self.message.format(**words)} See {self.chapter_reference}."
 
     @property
-    def where(self) -> str:
+    def chapter_reference(self) -> str:
         """The reference to the chapter that follows "See"; equation numbers are in brackets."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
 
 
 # --- restriction of mistakes to some arms ---
 
-MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
+MISREADINGS = frozenset().union(*(each.specific_mistakes for each in REGISTRY.values()))
 """The mistakes that come from reading an arm's description in another convention."""
 
 
-def only_if_described_by(
-    feature: str, mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None
+def restrict_to_feature(
+    feature: str, mistakes: Iterable[Mistake], restricted_names: AbstractSet[str] | None = None
 ) -> tuple[Mistake, ...]:
     """Restrict mistakes to arms whose convention has a feature, such as frames on the links.
 
-    If `names` are given, only the mistakes with these names are restricted. The others are returned unchanged.
+    If `restricted_names` are given, only the mistakes with these names are restricted. The others are returned
+    unchanged.
     """
 
     def restrict(mistake: Mistake) -> Mistake:
         def is_possible(chain: Chain) -> bool:
             convention = convention_of(chain)
-            return feature in convention.has and (
-                mistake.name in convention.misreadings or mistake.name not in MISREADINGS
+            return feature in convention.features and (
+                mistake.name in convention.specific_mistakes or mistake.name not in MISREADINGS
             )
 
         return replace(
@@ -113,44 +114,51 @@ def only_if_described_by(
             answers=lambda chain, part: mistake.answers(chain, part) if is_possible(chain) else iter(()),
         )
 
-    return tuple(restrict(mistake) if names is None or mistake.name in names else mistake for mistake in mistakes)
+    return tuple(
+        restrict(mistake) if restricted_names is None or mistake.name in restricted_names else mistake
+        for mistake in mistakes
+    )
 
 
-def only_for_tables(mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None) -> tuple[Mistake, ...]:
+def restrict_to_tables(
+    mistakes: Iterable[Mistake], restricted_names: AbstractSet[str] | None = None
+) -> tuple[Mistake, ...]:
     """Restrict mistakes, or only those with the given names, to arms that are described by a DH table.
 
     An arm that is described by its axes has no frames on its links.
     """
-    return only_if_described_by(FRAMES, mistakes, names)
+    return restrict_to_feature(FRAMES, mistakes, restricted_names)
 
 
 # --- helpers for variants ---
 
 
-def always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> Variants:
+def single_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
     """Return a function that yields the same single variant for every arm."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
 
 
-def by_propagation(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
+def propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
     """Return a variant in which the linear rows of the Jacobian are computed by propagation after the changes."""
     return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
 
 
-def at_each_and_all(places: Sequence[int], at: Callable[[Sequence[int]], MistakeVariant]) -> Iterator[MistakeVariant]:
+def vary_each_joint_and_all(
+    joints: Sequence[int], variant_at: Callable[[Sequence[int]], MistakeVariant]
+) -> Iterator[MistakeVariant]:
     """Yield one variant for each of the given joints, and then one for all of them together if there are several."""
-    for joint in places:
-        yield replace(at([joint]), places=(joint,))
-    if len(places) > 1:
-        yield replace(at(places), places=tuple(places), at=at)
+    for joint in joints:
+        yield replace(variant_at([joint]), joints=(joint,))
+    if len(joints) > 1:
+        yield replace(variant_at(joints), joints=tuple(joints), at_joints=variant_at)
 
 
-def scale_at(index: Any, factor: int) -> Change:
+def scale_entries(entry_index: Any, factor: int) -> Change:
     """Return the change that multiplies the entries at an index of an array by a factor."""
 
     def scale(w: Working, values: np.ndarray) -> np.ndarray:
         scaled = np.array(values)
-        scaled[index] = factor * scaled[index]
+        scaled[entry_index] = factor * scaled[entry_index]
         return scaled
 
     return scale

@@ -22,7 +22,7 @@ from qdot.exercises.mistakes import (
 )
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
+from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 
 SECTIONS: dict[str, ModuleType] = {
     "Adding up the links": position, "Columns of the Jacobian": columns, "Screws and exponentials": screws,
@@ -32,21 +32,23 @@ SECTIONS: dict[str, ModuleType] = {
     "Singular configurations": sets, "Options and counts": choices,
 }  # fmt: skip
 
-_ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
+_ALL_MISTAKES: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
 
-CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
+CATALOGUE: dict[str, Mistake] = {
+    mistake.name: mistake for mistake in sorted(_ALL_MISTAKES, key=lambda mistake: mistake.rare)
+}
 """All mistakes by name. Likelier ones come first, because the first mistake that gives an answer is named."""
 
-_LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
+_LAST_STEP_MISTAKES = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
 
-_IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
+_NUMERIC_MISTAKES = [mistake.name for mistake in numeric.MISTAKES]
 
-ONE_NUMBER = frozenset(
-    {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
+MISTAKES_FOR_ONE_NUMBER = frozenset(
+    {*_NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
 """The mistakes considered if the answer is a single number, which many others would match by chance."""
 
-PRIORS: dict[str, float] = {
+FREQUENCIES: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
     "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
     "link-not-rotated": 0.5, "own-link-only": 0.5, "arm-of-one-link": 0.5, "screw-sign": 2.0,
@@ -59,11 +61,11 @@ PRIORS: dict[str, float] = {
 """How often a mistake is made, relative to others that give the same answer.
 
 Mistakes that are not listed have frequency 1, or RARE if they are rare."""
-RARE = 0.3
-BY_PROPAGATION = 0.5
+RARE_FREQUENCY = 0.3
+PROPAGATION_FACTOR = 0.5
 """The frequency of a mistake in adding up the links is multiplied by this if the columns are propagated."""
 
-ALIKE: dict[str, tuple[str, ...]] = {
+EQUIVALENT_MISTAKES: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
     "link-left-out": ("point-forgotten", "chain-rule", "offset-forgotten", "base-forgotten"),
     "link-subtracted": ("offset-forgotten", "slide-offset-sign"),
@@ -77,11 +79,11 @@ ALIKE: dict[str, tuple[str, ...]] = {
 
 The likeliest of them is named, or two if they are equally likely."""
 
-_POSITIONS = frozenset({"table", "rotations", "own links", "links"})
+_POSITION_STAGES = frozenset({"table", "rotations", "own links", "links"})
 
 
 @dataclass(frozen=True)
-class Wrong:
+class PredictedAnswer:
     """The wrong answer that a variant of a mistake gives, (rows, columns, …), in the arithmetic of `working`."""
 
     mistake: Mistake
@@ -97,85 +99,91 @@ class Wrong:
 
 def mistake_frequency(mistake: Mistake) -> float:
     """Return how often a mistake is made, relative to others that give the same answer."""
-    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0)
+    return FREQUENCIES.get(mistake.name, RARE_FREQUENCY if mistake.rare else 1.0)
 
 
-def variant_frequency(wrong: Wrong) -> float:
+def variant_frequency(predicted: PredictedAnswer) -> float:
     """Return how often this variant is made, relative to other variants that give the same answer."""
-    frequency = mistake_frequency(wrong.mistake)
-    propagates = any(stage == "linear" for stage, _ in wrong.working.changes)
-    if "linear" in wrong.variant.changes:  # a propagated quantity such as p* may itself be the answer
-        return frequency if wrong.working.depends_on("linear") else max(frequency, 1.0)
-    return frequency * BY_PROPAGATION if propagates else frequency
+    frequency = mistake_frequency(predicted.mistake)
+    propagates = any(stage == "linear" for stage, _ in predicted.working.changes)
+    if "linear" in predicted.variant.changes:  # a propagated quantity such as p* may itself be the answer
+        return frequency if predicted.working.depends_on("linear") else max(frequency, 1.0)
+    return frequency * PROPAGATION_FACTOR if propagates else frequency
 
 
-def likely_mistakes(part: Part, precise: bool = False) -> list[Mistake]:
+def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     """Return the mistakes to consider for a wrong answer to a part, the more likely ones first.
 
     Mistakes in the last step come before mistakes in the derivation of J. If the answer is a single number, all
-    mistakes are considered only if the number is `precise`.
+    mistakes are considered only if `is_precise` says that it has enough digits.
     """
     mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
-        mistakes = sorted(mistakes, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
+        mistakes = sorted(mistakes, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEP_MISTAKES))
     if part.type != "number":
-        return [mistake for mistake in mistakes if mistake.name not in _IN_NUMBERS]
-    return [mistake for mistake in mistakes if precise or part.shape != (1, 1) or mistake.name in ONE_NUMBER]
+        return [mistake for mistake in mistakes if mistake.name not in _NUMERIC_MISTAKES]
+    return [
+        mistake for mistake in mistakes if is_precise or part.shape != (1, 1) or mistake.name in MISTAKES_FOR_ONE_NUMBER
+    ]
 
 
-def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
+def predict_wrong_answers(w: Working, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
     """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct."""
     if is_derived(part):
-        reference = _result(w, part)
-        for mistake in likely_mistakes(part, precise):
-            yield from make_mistake(mistake, w, part, reference)
+        reference = _compute_result(w, part)
+        for mistake in list_likely_mistakes(part, is_precise):
+            yield from apply_mistake(mistake, w, part, reference)
 
 
-def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
+def apply_mistake(
+    mistake: Mistake, w: Working, part: Part, correct_answer: np.ndarray | None = None
+) -> Iterator[PredictedAnswer]:
     """Yield the answers to a part that the variants of one mistake give.
 
     After a mistake in adding up the links, J is derived by differentiation first, and then by propagation. A mistake at
     several joints is made only at the joints at which it changes the answer, and its message names only these.
     """
-    right = _result(w, part) if right is None else right
-    if right is None:
+    correct_answer = _compute_result(w, part) if correct_answer is None else correct_answer
+    if correct_answer is None:
         return
     idle_joints = set[int]()
-    for variant in mistake.variants(w.chain, (right.shape[0], right.shape[1])):
-        effective_variant = variant if variant.at is None else variant.but_at(idle_joints)
-        if variant.at is not None:
+    for variant in mistake.variants(w.chain, (correct_answer.shape[0], correct_answer.shape[1])):
+        effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
+        if variant.at_joints is not None:
             idle_joints = set()
         if effective_variant is None:
             continue
         change_sets: list[dict[str, Change]] = [dict(effective_variant.changes)]
-        if _POSITIONS & set(effective_variant.changes) and "linear" not in effective_variant.changes:
+        if _POSITION_STAGES & set(effective_variant.changes) and "linear" not in effective_variant.changes:
             change_sets.append({**effective_variant.changes, "linear": propagate_linear_rows})
-        answers = [(working, _result(working, part)) for working in map(w.with_mistakes, change_sets)]
+        answers = [(working, _compute_result(working, part)) for working in map(w.with_mistakes, change_sets)]
         predictions = [
-            Wrong(mistake, effective_variant, working, answer) for working, answer in answers if answer is not None
+            PredictedAnswer(mistake, effective_variant, working, answer)
+            for working, answer in answers
+            if answer is not None
         ]
         yield from predictions
-        if all(_is_same(wrong.answer, right) for wrong in predictions):
-            idle_joints.update(effective_variant.places)
+        if all(_is_same_answer(wrong.answer, correct_answer) for wrong in predictions):
+            idle_joints.update(effective_variant.joints)
 
 
-def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
-    if answer.shape != right.shape:
+def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
+    if answer.shape != correct_answer.shape:
         return False
     if answer.dtype == object:
-        return bool((answer == right).all())
-    return np.allclose(answer, right, rtol=1e-9, atol=1e-9, equal_nan=True)
+        return bool((answer == correct_answer).all())
+    return np.allclose(answer, correct_answer, rtol=1e-9, atol=1e-9, equal_nan=True)
 
 
-def _result(working: Working, part: Part) -> np.ndarray | None:
+def _compute_result(working: Working, part: Part) -> np.ndarray | None:
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
-            return result(working, part)
+            return compute_answer(working, part)
     except IndexError:  # the joint of the mistake comes after the frame that the question asks about
         return None
 
 
-def mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
+def generate_mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
     """Yield the wrong answers to a part that mistakes give without a step-by-step derivation."""
     for mistake in CATALOGUE.values():
         for mistaken_answer in mistake.answers(chain, part):

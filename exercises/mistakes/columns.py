@@ -21,47 +21,47 @@ from qdot.exercises.arm.derivation_graph import (
     rotate_rows,
 )
 from qdot.exercises.mistakes.base import (
+    AnswerShape,
     Mistake,
     MistakeVariant,
-    Shape,
-    Variants,
-    always,
-    at_each_and_all,
-    by_propagation,
+    VariantGenerator,
     exchange,
-    only_for_tables,
-    scale_at,
+    propagated_variant,
+    restrict_to_tables,
+    scale_entries,
+    single_variant,
+    vary_each_joint_and_all,
 )
-from qdot.exercises.mistakes.position import link_words, moving_links, run_start
+from qdot.exercises.mistakes.position import first_joint_of_run, link_words, moving_links
 
 # --- differentiation ---
 
 
-def _scale_term(factor: int, least_terms: int) -> Variants:
+def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
     """Return a function that yields variants with one link's contribution to one column multiplied by a factor.
 
-    The column must have contributions from at least `least_terms` links.
+    The column must have contributions from at least `min_terms` links.
     """
 
-    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for joint in range(chain.n):
             links = [link for link in moving_links(chain) if link >= joint]
-            for link in links if len(links) >= least_terms else ():
+            for link in links if len(links) >= min_terms else ():
                 words = {"joint": joint + 1, **link_words(chain, link)}
-                yield MistakeVariant({"effects": scale_at((joint, link), factor)}, words)
+                yield MistakeVariant({"effects": scale_entries((joint, link), factor)}, words)
 
     return variants
 
 
 def _keep_own_link(w: Working, effects: np.ndarray) -> np.ndarray:
     other_links = ~np.eye(w.n, w.n + 1, dtype=bool)
-    return np.asarray(scale_at(other_links, 0)(w, effects))
+    return np.asarray(scale_entries(other_links, 0)(w, effects))
 
 
-def _keep_last_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     links = moving_links(chain)
     if len(links) > 1:
-        yield MistakeVariant({"effects": scale_at((slice(None), links[:-1]), 0)})
+        yield MistakeVariant({"effects": scale_entries((slice(None), links[:-1]), 0)})
 
 
 def _mirror_effects(w: Working, joint: int) -> np.ndarray:
@@ -70,16 +70,20 @@ def _mirror_effects(w: Working, joint: int) -> np.ndarray:
     The run consists of the consecutive parallel joints that the joint belongs to. An effect is the derivative of a
     link's vector with respect to the joint's variable.
     """
-    run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint) and w["kinds"][i] == "R"]
+    run = [
+        i
+        for i in range(w.n)
+        if first_joint_of_run(w.chain, i) == first_joint_of_run(w.chain, joint) and w["kinds"][i] == "R"
+    ]
 
     def mirror(_: Working, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
         return replace(table, rows=tuple(rows))
 
-    return np.asarray(w.without("effects").with_mistakes({"table": mirror})["effects"][joint])
+    return np.asarray(w.without_changes_of("effects").with_mistakes({"table": mirror})["effects"][joint])
 
 
-def _flip_derivative(sign: int) -> Variants:
+def _flip_derivative(sign: int) -> VariantGenerator:
     def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
         revolute_joints = [i for i in range(w.n) if w["kinds"][i] == "R"]
         return np.stack([sign * _mirror_effects(w, i) if i in revolute_joints else effects[i] for i in range(w.n)])
@@ -90,7 +94,7 @@ def _flip_derivative(sign: int) -> Variants:
 
 
 def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
-    new_effects, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
+    new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
     for joint in range(w.n):
         if w["kinds"][joint] == "R":
             later_links = [k for k in links_to_point(w.chain) if k >= joint]
@@ -101,14 +105,14 @@ def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
 # --- propagation ---
 
 
-def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Variants:
+def _propagated_variants(changes: Mapping[str, Change], names_axis: bool = False) -> VariantGenerator:
     """Return a function that yields one variant, in which the linear rows are propagated after the changes.
 
-    If `has_words`, the message names frame i and axis i.
+    If `names_axis`, the message names frame i and axis i.
     """
 
-    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-        yield by_propagation(changes, _axis_words(chain) if has_words else {})
+    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+        yield propagated_variant(changes, _axis_words(chain) if names_axis else {})
 
     return variants
 
@@ -119,21 +123,21 @@ def _axis_words(chain: Chain) -> dict[str, object]:
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
 
-def _take_next(w: Working, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_next(w: Working, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[1:], vectors[-1:]])
 
 
-def _take_previous(w: Working, vectors: np.ndarray) -> np.ndarray:
+def _shift_to_previous(w: Working, vectors: np.ndarray) -> np.ndarray:
     return np.concatenate([vectors[:1], vectors[:-1]])
 
 
-def _use_next_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    yield by_propagation({"axes": _take_next}, _axis_words(chain))
+def _use_next_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    yield propagated_variant({"axes": _shift_to_next}, _axis_words(chain))
     products: Change = lambda w, _: [cross(w["axes"][i + 1], w["arms"][i]) for i in range(w.n)]  # noqa: E731
-    yield by_propagation({"products": products}, _axis_words(chain))
+    yield propagated_variant({"products": products}, _axis_words(chain))
 
 
-def _start_at_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, j in permutations(range(chain.n), 2):
 
         def apply_change(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
@@ -144,7 +148,7 @@ def _start_at_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _stop_at_next_origin(w: Working, arms: np.ndarray) -> np.ndarray:
-    links = w.arithmetic.value(np.stack(w["links"]))
+    links = w.arithmetic.drop_derivatives(np.stack(w["links"]))
     return np.stack([*links[: w.n], arms[-1]])
 
 
@@ -157,17 +161,17 @@ def _joint_words(joints: Sequence[int]) -> dict[str, object]:
     return {"joint": " and ".join(str(i + 1) for i in joints)}
 
 
-def _treat_as(treated_kind: str, kind: str) -> Variants:
-    def treat(joints: Sequence[int]) -> MistakeVariant:
-        def apply_change(w: Working, kinds: list[str]) -> list[str]:
-            return [treated_kind if i in joints else kind for i, kind in enumerate(kinds)]
+def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
+    def treat(treated_joints: Sequence[int]) -> MistakeVariant:
+        def apply_change(w: Working, correct_kinds: list[str]) -> list[str]:
+            return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
-        return by_propagation({"kinds": apply_change}, _joint_words(joints))
+        return propagated_variant({"kinds": apply_change}, _joint_words(treated_joints))
 
-    return lambda chain, shape: at_each_and_all(_joints_of_kind(chain, kind), treat)
+    return lambda chain, shape: vary_each_joint_and_all(_joints_of_kind(chain, correct_kind), treat)
 
 
-def _rotate_slides(joints: Sequence[int]) -> MistakeVariant:
+def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     """Return the variant that gives prismatic joints an angular velocity."""
 
     def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
@@ -176,15 +180,15 @@ def _rotate_slides(joints: Sequence[int]) -> MistakeVariant:
     return MistakeVariant({"angular": apply_change}, _joint_words(joints))
 
 
-def _rotate_slide(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _rotate_one_prismatic_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i in _joints_of_kind(chain, "P"):
-        yield replace(_rotate_slides([i]), words={"joint": i + 1})
+        yield replace(_rotate_prismatic_joints([i]), words={"joint": i + 1})
 
 
-def _rotate_all_slides(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _rotate_all_prismatic_joints(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     prismatic_joints = _joints_of_kind(chain, "P")
     if len(prismatic_joints) > 1:
-        yield _rotate_slides(prismatic_joints)
+        yield _rotate_prismatic_joints(prismatic_joints)
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
@@ -194,20 +198,20 @@ def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
     return MistakeVariant({"angular": apply_change}, _joint_words(joints))
 
 
-def _keep_one_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     revolute_joints = _joints_of_kind(chain, "R")
     for i in revolute_joints if len(revolute_joints) > 2 else ():
         yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words={"joint": i + 1})
 
 
-def _use_next_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
         return np.stack([angular[:, k] if w["kinds"][k] == "P" else w["axes"][k + 1] for k in range(w.n)], axis=1)
 
     yield MistakeVariant({"angular": apply_change}, _axis_words(chain))
 
 
-def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(w: Working, vectors: np.ndarray) -> np.ndarray:
         rotation = w["last rotation"].swapaxes(0, 1)
         return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
@@ -220,7 +224,7 @@ def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 def _use_local_axes(w: Working, axes: np.ndarray) -> np.ndarray:
     """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
-    local_axis = np.stack([w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)])
+    local_axis = np.stack([w.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
@@ -230,14 +234,14 @@ def _rotations_on_axes(w: Working) -> list[np.ndarray]:
     return [convention_rotation(w, min(frame, w.n)) for frame in frames]
 
 
-def _use_x_or_y(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_x_or_y_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for axis in "xy":
-        yield by_propagation({"axes": _take_frame_axis(axis, range(chain.n + 1))}, {"axis": axis})
+        yield propagated_variant({"axes": _take_frame_axis(axis, range(chain.n + 1))}, {"axis": axis})
 
 
-def _use_x_or_y_once(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_x_or_y_axis_once(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for axis, i in product("xy", range(chain.n)):
-        yield by_propagation({"axes": _take_frame_axis(axis, [i])}, {"axis": axis, "joint": i + 1})
+        yield propagated_variant({"axes": _take_frame_axis(axis, [i])}, {"axis": axis, "joint": i + 1})
 
 
 def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
@@ -248,24 +252,24 @@ def _take_frame_axis(axis: str, joints: Sequence[int]) -> Change:
     return apply_change
 
 
-def _flip_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_axis(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i in range(chain.n):
-        yield by_propagation({"axes": scale_at(i, -1)}, {"joint": i + 1})
+        yield propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1})
 
 
-def _drop_joint(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
-        drop = scale_at((slice(None), i), 0)
+        drop = scale_entries((slice(None), i), 0)
         yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
 
 
-def _exchange_arms(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _exchange_arms(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, j in combinations(range(chain.n), 2):
-        yield by_propagation({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1})
+        yield propagated_variant({"arms": exchange(i, j)}, {"joint": i + 1, "other": j + 1})
 
 
-def _leave_vectors_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that leave the vectors of J, or only the linear or angular ones, in the base frame.
 
     They change only questions that ask for another frame.
@@ -286,7 +290,7 @@ def _leave_in_base(rows: slice) -> Change:
     return apply_change
 
 
-def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(w: Working, _: np.ndarray, frame: int) -> np.ndarray:
         return rotate_rows(convention_rotation(w, frame).swapaxes(0, 1), w["geometric"])
 
@@ -294,47 +298,49 @@ def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})
 
 
-def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the velocity of another frame, or with the velocity of P due to the first joints only."""
 
-    def of_frame(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
+    def replace_by_frame_velocity(w: Working, velocity: np.ndarray, frame: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
             return velocity
         try:
-            inner = w if k == w.n else w.up_to(k)
+            inner = w if frame == w.n else w.for_first_joints(frame)
             stage = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
-            return apply_matrix(inner[stage], w["joint rates"][:k])[:, None]
+            return apply_matrix(inner[stage], w["joint rates"][:frame])[:, None]
         except IndexError:  # a joint is after the frame
             return velocity
 
-    def of_point(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
+    def replace_by_partial_velocity(w: Working, velocity: np.ndarray, last_joint: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
             return velocity
-        return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
+        return apply_matrix(w["geometric"][:, :last_joint], w["joint rates"][:last_joint])[:, None]
 
     last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
         words = {"frame": "another frame" if frame < chain.n else last_frame_words}
-        yield MistakeVariant({RESULT: partial(of_frame, k=frame)}, words)
+        yield MistakeVariant({RESULT: partial(replace_by_frame_velocity, frame=frame)}, words)
         if frame < chain.n:
-            yield MistakeVariant({RESULT: partial(of_point, k=frame)}, {"frame": "the point"})
+            yield MistakeVariant(
+                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point"}
+            )
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("chain-rule", "Contribution dropped from the chain rule",
             "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
-            "6.3", _scale_term(0, least_terms=2)),
+            "6.3", _scale_term(0, min_terms=2)),
     Mistake("joint-left-out", "Joint left out",
             "What joint {joint} adds seems to be left out: every joint that moves the point counts.", "6.4",
             _drop_joint, rare=True),
     Mistake("own-link-only", "Each joint moves its own link only",
             "Each column seems to hold its joint's own link only: a joint moves every link behind it.", "6.3",
-            always({"effects": _keep_own_link})),
+            single_variant({"effects": _keep_own_link})),
     Mistake("last-link-only", "Only the last link counted",
             "The columns seem to hold the last link only: a joint moves every link behind it.", "6.3", _keep_last_link),
     Mistake("term-sign", "Term of a column with the wrong sign",
             "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3",
-            _scale_term(-1, least_terms=1)),
+            _scale_term(-1, min_terms=1)),
     Mistake("derivative-of-cosine", "Derivatives of sine and cosine with the wrong sign",
             "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
             "cosine.", "6.3", _flip_derivative(-1)),
@@ -343,60 +349,60 @@ _ALL = (
             "sine.", "6.3", _flip_derivative(1)),
     Mistake("not-differentiated", "Not differentiated",
             "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
-            "differentiated.", "6.3", always({"effects": _skip_differentiation})),
+            "differentiated.", "6.3", single_variant({"effects": _skip_differentiation})),
     Mistake("next-axis", "Axis of the next joint",
             "The axes seem to be those of the next joints: joint i turns about, or slides along, {axis}.",
             "6.9 and 6.10", _use_next_axis),
     Mistake("next-arm", "p* of the next joint",
             "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame {frame}.",
-            "6.12", _propagate({"arms": _take_next}, has_words=True)),
+            "6.12", _propagated_variants({"arms": _shift_to_next}, names_axis=True)),
     Mistake("next-frame", "Frame of the next joint",
             "Axis and vector of each column seem to be those of the next joint: joint i belongs to frame {frame}.",
-            "6.12", _propagate({"axes": _take_next, "arms": _take_next}, has_words=True)),
+            "6.12", _propagated_variants({"axes": _shift_to_next, "arms": _shift_to_next}, names_axis=True)),
     Mistake("previous-frame", "Frame before a joint, as in the standard table",
             "Axis and vector of each column seem to be those of frame i-1: in a modified table, frame i stands on the "
             "axis of joint i.", "6.12",
-            _propagate({
-                    "axes": _take_previous,
+            _propagated_variants({
+                    "axes": _shift_to_previous,
                     "arms": lambda w, arms: np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]]),
                 }), rare=True),
     Mistake("previous-axis", "Axis of the joint before",
             "The axes seem to be those of the joints before: joint i turns about, or slides along, {axis}.",
-            "6.9 and 6.10", _propagate({"axes": _take_previous}, has_words=True), rare=True),
+            "6.9 and 6.10", _propagated_variants({"axes": _shift_to_previous}, names_axis=True), rare=True),
     Mistake("cross-order", "Cross product in the wrong order",
             "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12",
-            _propagate({"products": lambda w, _: [cross(w["arms"][i], w["axes"][i]) for i in range(w.n)]})),
+            _propagated_variants({"products": lambda w, _: [cross(w["arms"][i], w["axes"][i]) for i in range(w.n)]})),
     Mistake("no-cross-product", "Cross product left out",
             "The linear part of a revolute column seems to be p* itself: the cross product with the axis is missing.",
-            "6.12", _propagate({"products": lambda w, _: w["arms"]})),
+            "6.12", _propagated_variants({"products": lambda w, _: w["arms"]})),
     Mistake("arm-from-base", "Vector from the base for p*",
             "The vectors p* seem to start at the base throughout: each starts at the origin of its own joint's frame.",
-            "6.13", _propagate({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))})),
+            "6.13", _propagated_variants({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))})),
     Mistake("arm-from-other-origin", "One vector p* from another origin",
             "The vector p* of joint {joint} seems to start at O{other}: for this joint it runs from the origin of "
             "frame {frame}.", "6.13", _start_at_other_origin, rare=True),
     Mistake("arm-to-origin", "Vector to the joint for p*",
             "The vectors p* seem to run from the base to the joints: they run from the joints to the point.", "6.13",
-            _propagate({"arms": lambda w, _: w["frames on axes"]}), rare=True),
+            _propagated_variants({"arms": lambda w, _: w["frames on axes"]}), rare=True),
     Mistake("arm-reversed", "p* reversed",
             "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13",
-            _propagate({"arms": lambda w, arms: -arms})),
+            _propagated_variants({"arms": lambda w, arms: -arms})),
     Mistake("arm-of-one-link", "p* of one link only",
             "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13",
-            _propagate({"arms": _stop_at_next_origin})),
+            _propagated_variants({"arms": _stop_at_next_origin})),
     Mistake("prismatic-as-revolute", "Prismatic joint treated as revolute",
             "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _treat_as("R", "P")),
     Mistake("revolute-as-prismatic", "Revolute joint treated as prismatic",
             "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as("P", "R"),
             rare=True),
     Mistake("slide-turns", "Angular part for a prismatic joint",
-            "Joint {joint} slides, and seems to have an angular part.", "6.11", _rotate_slide),
+            "Joint {joint} slides, and seems to have an angular part.", "6.11", _rotate_one_prismatic_joint),
     Mistake("no-angular-part", "Angular part left out",
             "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
-            "6.10", lambda chain, _: at_each_and_all(_joints_of_kind(chain, "R"), _drop_angular)),
+            "6.10", lambda chain, _: vary_each_joint_and_all(_joints_of_kind(chain, "R"), _drop_angular)),
     Mistake("slides-turn", "Angular parts for prismatic joints",
             "Joints {joint} are prismatic, but seem to have an angular part: a prismatic joint rotates nothing.",
-            "6.11", _rotate_all_slides, rare=True),
+            "6.11", _rotate_all_prismatic_joints, rare=True),
     Mistake("angular-of-one-joint", "Angular part of one joint only",
             "Only joint {joint} seems to have an angular part: every revolute joint rotates all links behind it.",
             "6.10", _keep_one_angular, rare=True),
@@ -405,22 +411,22 @@ _ALL = (
             _use_next_angular, rare=True),
     Mistake("blocks-exchanged", "Linear and angular rows exchanged",
             "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6",
-            always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}), rare=True),
+            single_variant({"geometric": lambda w, both: np.roll(both, 3, axis=0)}), rare=True),
     Mistake("tool-frame", "Tool frame for base frame",
             "The vectors seem to be those that the last frame sees: they are wanted in the base frame.", "6.11",
             _use_tool_frame),
     Mistake("own-frames", "Axes as their own frames see them",
             "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same "
-            "frame.", "below 6.10", _propagate({"axes": _use_local_axes}), rare=True),
+            "frame.", "below 6.10", _propagated_variants({"axes": _use_local_axes}), rare=True),
     Mistake("wrong-axis", "x or y axis for z",
             "The {axis} axes of the frames seem to be taken: joints turn about, and slide along, z.", "below 6.10",
-            _use_x_or_y, rare=True),
+            _use_x_or_y_axes, rare=True),
     Mistake("wrong-axis-of-joint", "x or y axis for z, for one joint",
             "For joint {joint}, the {axis} axis of the frame seems to be taken: joints rotate about, and slide along, "
-            "z.", "below 6.10", _use_x_or_y_once, rare=True),
+            "z.", "below 6.10", _use_x_or_y_axis_once, rare=True),
     Mistake("row-of-rotation", "Row of the rotation matrix for its column",
             "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
-            _propagate({"axes": lambda w, _: np.stack([rotation[2] for rotation in _rotations_on_axes(w)])}),
+            _propagated_variants({"axes": lambda w, _: np.stack([rotation[2] for rotation in _rotations_on_axes(w)])}),
             rare=True),
     Mistake("axis-sign", "Axis with the wrong sign", "The axis of joint {joint} seems to point the wrong way.",
             "below 6.10", _flip_axis, rare=True),
@@ -430,7 +436,7 @@ _ALL = (
     Mistake("turned-the-wrong-way", "Turned by the rotation for its transpose",
             "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose "
             "takes vectors into that frame.", "6.11",
-            always({"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}), rare=True),
+            single_variant({"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}), rare=True),
     Mistake("frame-before", "Another frame for the tool frame",
             "You seem to have the vectors in the coordinates of frame {frame}: another frame is asked for.", "6.11",
             _use_earlier_frame, rare=True),
@@ -441,7 +447,7 @@ _ALL = (
             "The vectors p* of joints {joint} and {other} seem to be exchanged.", "6.13", _exchange_arms, rare=True),
 )  # fmt: skip
 
-OF_FRAMES = frozenset({
+FRAME_MISTAKES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-from-other-origin", "arm-to-origin",
     "arm-reversed", "arm-of-one-link", "no-cross-product", "tool-frame", "own-frames", "wrong-axis",
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
@@ -450,4 +456,4 @@ OF_FRAMES = frozenset({
 """The mistakes that involve frames on the links, or vectors from their origins.
 
 Mistakes that involve screws are in `screws`."""
-MISTAKES = only_for_tables(_ALL, OF_FRAMES)
+MISTAKES = restrict_to_tables(_ALL_MISTAKES, FRAME_MISTAKES)

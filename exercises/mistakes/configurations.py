@@ -2,26 +2,26 @@
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import program_of
+from qdot.exercises.arm.arithmetic import compile_expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import READABLE, Domain
+from qdot.exercises.formula.identity import READABLE_POINTS, Domain
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part
 
-Values = dict[str, np.ndarray]
+SymbolValues = dict[str, np.ndarray]
 
 
-def sample_values(domain: Domain, count: int, stream: Stream) -> Values:
+def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return `count` random values of each symbol.
 
     The first samples are omitted, because they are rounded to be readable and may be singular.
     """
-    sampled = domain.sample(set(domain.roles), READABLE + count, stream)
-    return {name: value[READABLE:] for name, value in sampled.items()}
+    sampled = domain.sample(set(domain.roles), READABLE_POINTS + count, stream)
+    return {name: value[READABLE_POINTS:] for name, value in sampled.items()}
 
 
-def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> Values:
+def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return N values of each symbol: at the configuration that a part gives (N = 1), or at `count` random ones."""
     sampled = sample_values(domain, count, stream)
     fixed = part.details.given_values(chain)
@@ -31,8 +31,8 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
     return single | {name: np.array([value]) for name, value in fixed.items()}
 
 
-def fix_given_joints(part: Part, values: Values) -> Values:
+def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
     """Return the values of all symbols, with the values of joints that the part gives inserted."""
     count = len(next(iter(values.values())))
     fixed = part.details.given_joints.items()
-    return values | {q.name: evaluate(program_of(value), values, count)[0][0].real for q, value in fixed}
+    return values | {q.name: evaluate(compile_expression(value), values, count)[0][0].real for q, value in fixed}

@@ -12,23 +12,23 @@ from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Table, Working
-from qdot.exercises.arm.path import Line
+from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.mistakes.base import (
-    Answers,
+    AnswerGenerator,
+    AnswerShape,
     Mistake,
     MistakenAnswer,
     MistakeVariant,
-    Shape,
-    Variants,
-    always,
-    only_for_tables,
+    VariantGenerator,
+    restrict_to_tables,
+    single_variant,
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import AtDistance
+from qdot.exercises.questions.path import DistanceDetails
 
 
-def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     revolute_joints = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
@@ -61,7 +61,7 @@ def _scale_variables(w: Working, table: Table) -> Table:
     return table
 
 
-def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the value of one joint variable negated, without the constant that the table adds."""
 
     def flip(w: Working, table: Table, i: int) -> Table:
@@ -73,17 +73,17 @@ def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": partial(flip, i=i)}, {"variable": q})
 
 
-def _scale_result(factor: float) -> Variants:
-    return always({RESULT: lambda w, values: values * factor})
+def _scale_result(factor: float) -> VariantGenerator:
+    return single_variant({RESULT: lambda w, values: values * factor})
 
 
-def _scale_revolute(factor: float) -> Variants:
+def _scale_revolute_entries(factor: float) -> VariantGenerator:
     """Return a function that yields the variant with the entries of revolute joints scaled.
 
     It yields nothing if the result does not have one entry for each joint.
     """
 
-    def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
             factors = np.array([factor if joint.kind == "R" else 1.0 for joint in chain.joints])
             yield MistakeVariant({RESULT: lambda w, values: values * factors[:, None, None]})
@@ -93,97 +93,101 @@ def _scale_revolute(factor: float) -> Variants:
 
 # --- rates along a path ---
 
-Rates = Iterator[tuple[np.ndarray, str]]
+RatesWithWords = Iterator[tuple[np.ndarray, str]]
 """Yields wrong joint rates, each with additional words for the message."""
 
 
-def _use_path_rates(way: Callable[[Chain, AtDistance], Rates]) -> Answers:
+def _answers_with_path_rates(mistaken_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
     """Return a function that yields answers with wrong joint rates along a path, computed in floating point."""
 
-    def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+    def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
-            for rates, extra_words in way(chain, part.about(AtDistance)):
+            for rates, extra_words in mistaken_rates(chain, part.details_as(DistanceDetails)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
                     yield MistakenAnswer(replace(part.answer, reference=reference), {"more": extra_words})
 
-    return takes
+    return answers
 
 
-def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
+def _compute_rates(line: StraightPath, distance: float, path_speed: float) -> np.ndarray:
     """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far."""
     samples = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
     is_reached = bool(samples) and abs(samples[-1].s - distance) < 1e-9
-    return np.array(samples[-1].slopes) * speed if is_reached else np.array([np.nan])
+    return np.array(samples[-1].slopes) * path_speed if is_reached else np.array([np.nan])
 
 
-def _rates_at_start(chain: Chain, at: AtDistance) -> Rates:
-    yield _rates_at(at.seam.line(chain), 0.0, float(at.seam.speed)), ""
+def _rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+    yield _compute_rates(details.seam.make_line(chain), 0.0, float(details.seam.speed)), ""
 
 
-def _skip_normalization(chain: Chain, at: AtDistance) -> Rates:
-    for line, joint in _lines_without_offsets(chain, at):
+def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+    for line, joint in _lines_without_offsets(chain, details):
         extra_words = ", and the constant of a joint to be left out" if joint else ""
-        yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), extra_words
+        yield _compute_rates(line, float(details.distance), float(details.seam.speed) * float(line.length)), extra_words
 
 
-def _drop_offset(chain: Chain, at: AtDistance) -> Rates:
-    for line, joint in islice(_lines_without_offsets(chain, at), 1, None):
-        yield _rates_at(line, float(at.distance), float(at.seam.speed)), str(joint)
+def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+    for line, joint in islice(_lines_without_offsets(chain, details), 1, None):
+        yield _compute_rates(line, float(details.distance), float(details.seam.speed)), str(joint)
 
 
-def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
+def _lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
     """Yield the line with 0, then for each joint the line of the arm without its offset, with the joint's number."""
-    yield at.seam.line(chain), 0
+    yield details.seam.make_line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
             yield (
-                at.seam.line(replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))),
+                details.seam.make_line(replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))),
                 i + 1,
             )
 
 
-def _reverse_path(chain: Chain, at: AtDistance) -> Rates:
-    line, distance, speed = at.seam.line(chain), float(at.distance), float(at.seam.speed)
-    opposite_target = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
+def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+    line, distance, speed = details.seam.make_line(chain), float(details.distance), float(details.seam.speed)
+    opposite_target = [
+        2 * a - b for a, b in zip(line.start_point, map(float, details.seam.target.values()), strict=True)
+    ]
     yield (
-        _rates_at(
-            Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in opposite_target]),
+        _compute_rates(
+            StraightPath(
+                chain, details.seam.lengths, details.seam.joints, [sp.Float(value) for value in opposite_target]
+            ),
             distance,
             speed,
         ),
         "",
     )
-    yield -_rates_at(line, distance, speed), _OR_SIGN
-    yield -_rates_at(line, float(line.length) - distance, speed), ""
+    yield -_compute_rates(line, distance, speed), _SIGN_ALTERNATIVE
+    yield -_compute_rates(line, float(line.length) - distance, speed), ""
 
 
-_OR_SIGN = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
+_SIGN_ALTERNATIVE = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("rates-at-start", "Joint rates at the start of the path",
             "The Jacobian seems to be that at A: it is wanted where P is by then, with the joint values there.", "6.7",
-            answers=_use_path_rates(_rates_at_start), rare=True),
+            answers=_answers_with_path_rates(_rates_at_start), rare=True),
     Mistake("direction-not-unit", "Direction of the path without length 1",
             "B - A seems to be multiplied by the speed as it is{more}: it is to be divided by its length first.", "6.7",
-            answers=_use_path_rates(_skip_normalization), rare=True),
+            answers=_answers_with_path_rates(_skip_normalization), rare=True),
     Mistake("path-turned-round", "Path in the other direction",
-            "P seems to move from B to A instead of from A to B{more}.", "6.7", answers=_use_path_rates(_reverse_path),
-            rare=True),
+            "P seems to move from B to A instead of from A to B{more}.", "6.7",
+            answers=_answers_with_path_rates(_reverse_path), rare=True),
     Mistake("offset-forgotten-on-path", "Joint offset left out along the path",
             "The constant that the table adds to the variable of joint {more} seems to be left out.", "6.1",
-            answers=_use_path_rates(_drop_offset), rare=True),
+            answers=_answers_with_path_rates(_drop_offset), rare=True),
     Mistake("degrees-as-radians", "Degrees taken for radians",
             "The angles seem to be put into sine and cosine in degrees: they must be turned into radians first.", "6.1",
             _use_degrees),
     Mistake("rates-in-degrees", "Rates in degrees per second",
             "The rates of revolute joints seem to be in degrees per second: rad/s is asked for.", "6.5",
-            _scale_revolute(float(180 / np.pi))),
+            _scale_revolute_entries(float(180 / np.pi))),
     Mistake("rates-in-turns", "Rates in revolutions",
             "The rates of revolute joints seem to be in revolutions per second: rad/s is asked for.", "6.5",
-            _scale_revolute(float(0.5 / np.pi))),
+            _scale_revolute_entries(float(0.5 / np.pi))),
     Mistake("millimetres", "Millimetres for metres",
             "The result is a thousand times too large: are lengths in millimetres?", "6.4", _scale_result(1000.0)),
     Mistake("thousandth", "A thousandth of the result",
@@ -191,7 +195,7 @@ _ALL = (
     Mistake("centimetres", "Centimetres for metres",
             "The result is a hundred times too large: are lengths in centimetres?", "6.4", _scale_result(100.0)),
     Mistake("root-forgotten", "Root forgotten", "The square root of det(J J^T) seems to be forgotten.", "below 6.8",
-            always({"manipulability": lambda w, _: w["gram determinant"]})),
+            single_variant({"manipulability": lambda w, _: w["gram determinant"]})),
     Mistake("components-added", "Components added for the speed",
             "The components of the velocity seem to be added: the speed is the root of the sum of their squares.",
             "6.4"),
@@ -204,10 +208,10 @@ _ALL = (
             "The value of {variable} seems to be put in with the wrong sign.", "6.1", _flip_value, rare=True),
     Mistake("ratio-turned-over", "Ratio the wrong way round",
             "The condition number is the largest singular value over the smallest, so at least 1.", "below 6.8",
-            always({"condition number": lambda w, value: 1 / value})),
+            single_variant({"condition number": lambda w, value: 1 / value})),
     Mistake("eigenvalues-for-singular-values", "Eigenvalues of J J^T for singular values",
             "The eigenvalues of J J^T are the squares of the singular values of J: the root seems to be forgotten.",
-            "below 6.8", always({"condition number": lambda w, value: value**2})),
+            "below 6.8", single_variant({"condition number": lambda w, value: value**2})),
 )  # fmt: skip
 
-MISTAKES = only_for_tables(_ALL, {"offset-forgotten-on-path"})
+MISTAKES = restrict_to_tables(_ALL_MISTAKES, {"offset-forgotten-on-path"})

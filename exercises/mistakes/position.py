@@ -6,15 +6,15 @@ from functools import partial
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, product
+from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, turn_x, turn_z
-from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, only_for_tables
+from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, rotation_x, rotation_z
+from qdot.exercises.mistakes.base import AnswerShape, Mistake, MistakeVariant, VariantGenerator, restrict_to_tables
 
-Links = list[np.ndarray]
+LinkVectors = list[np.ndarray]
 
 
-def run_start(chain: Chain, link: int) -> int:
+def first_joint_of_run(chain: Chain, link: int) -> int:
     """Return the first joint of the run of consecutive parallel joints that a link's joint belongs to, from 0."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
@@ -22,24 +22,26 @@ def run_start(chain: Chain, link: int) -> int:
     return start
 
 
-def before_in_run(chain: Chain, link: int) -> list[int]:
+def earlier_joints_in_run(chain: Chain, link: int) -> list[int]:
     """Return the revolute joints that come before a link's own joint in the same run of parallel joints."""
-    return [i for i in range(run_start(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
+    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
-def _rotate_without(w: Working, frame: int, left_out: list[int], constants: bool = False) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints; their offsets remain if `constants`."""
+def _rotate_without(w: Working, frame: int, omitted_joints: list[int], keeps_constants: bool = False) -> np.ndarray:
+    """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0
-        theta = constant if i in left_out else row.theta
-        rotation = product(rotation, product(turn_z(w, theta), turn_x(w, row.alpha)))
+        constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
+        theta = constant if i in omitted_joints else row.theta
+        rotation = matrix_product(rotation, matrix_product(rotation_z(w, theta), rotation_x(w, row.alpha)))
     return rotation
 
 
-def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray:
+def _relative_link(w: Working, link: int, keeps_constants: bool = False) -> np.ndarray:
     frame = w.chain.point.frame if link == w.n else link
-    return apply_matrix(_rotate_without(w, frame, before_in_run(w.chain, link), constants), w["own links"][link])
+    return apply_matrix(
+        _rotate_without(w, frame, earlier_joints_in_run(w.chain, link), keeps_constants), w["own links"][link]
+    )
 
 
 def moving_links(chain: Chain) -> list[int]:
@@ -54,66 +56,72 @@ def link_words(chain: Chain, link: int) -> dict[str, object]:
 
 
 def _change_links(
-    change: Callable[[Working, Links, int], np.ndarray], suits: Callable[[Chain, int], bool] = lambda chain, link: True
-) -> Variants:
-    """Return a function that yields one variant per link that `suits` accepts, with this link's vector changed."""
+    change: Callable[[Working, LinkVectors, int], np.ndarray],
+    applies: Callable[[Chain, int], bool] = lambda chain, link: True,
+) -> VariantGenerator:
+    """Return a function that yields one variant per link that `applies` accepts, with this link's vector changed."""
 
-    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for link in moving_links(chain):
-            if suits(chain, link):
+            if applies(chain, link):
                 yield MistakeVariant({"links": _change_link(link, change)}, link_words(chain, link))
 
     return variants
 
 
-def _change_link(link: int, change: Callable[[Working, Links, int], np.ndarray]) -> Change:
+def _change_link(link: int, change: Callable[[Working, LinkVectors, int], np.ndarray]) -> Change:
     return lambda w, links: [change(w, links, k) if k == link else vector for k, vector in enumerate(links)]
 
 
-def _use_relative_angle(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    for keeps_constants in _constant_choices(chain):
+def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
+    for keeps_constants in _choices_for_constants(chain):
         yield from _change_links(
             lambda w, _, link, keeps=keeps_constants: _relative_link(w, link, keeps),  # type: ignore[misc]
-            lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(before_in_run(chain, link)),
+            lambda chain, link: (
+                link < chain.n and chain.joints[link].a != 0 and bool(earlier_joints_in_run(chain, link))
+            ),
         )(chain, shape)
 
 
-def _constant_choices(chain: Chain) -> tuple[bool, ...]:
+def _choices_for_constants(chain: Chain) -> tuple[bool, ...]:
     """Return the values of `constants` to try: False, and also True if the table adds a constant to an angle."""
     revolute_offsets = (offset for joint, offset in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
     return (False, True) if any(constant != 0 for constant in revolute_offsets) else (False,)
 
 
-def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which every frame ignores the earlier joints of its run of parallel joints."""
 
-    def rotations(w: Working, right: Links, keeps: bool) -> Links:
-        return [_rotate_without(w, frame, _inner_joints(w.chain, frame), keeps) for frame in range(len(right))]
+    def rotations(w: Working, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
+        return [
+            _rotate_without(w, frame, _inner_joints(w.chain, frame), keeps_constants)
+            for frame in range(len(correct_rotations))
+        ]
 
-    def links(w: Working, right: Links, keeps: bool) -> Links:
-        return [_relative_link(w, link, keeps) for link in range(len(right))]
+    def links(w: Working, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
+        return [_relative_link(w, link, keeps_constants) for link in range(len(correct_links))]
 
-    relative_links = sum(bool(before_in_run(chain, link)) for link in range(chain.n))
-    for keeps in _constant_choices(chain):
-        changes: dict[str, Change] = {"links": partial(links, keeps=keeps)}
+    relative_links = sum(bool(earlier_joints_in_run(chain, link)) for link in range(chain.n))
+    for keeps in _choices_for_constants(chain):
+        changes: dict[str, Change] = {"links": partial(links, keeps_constants=keeps)}
         if relative_links > 1:
             yield MistakeVariant(changes, {"link": "each"})
         if relative_links:
-            yield MistakeVariant({"rotations": partial(rotations, keeps=keeps), **changes}, {"link": "each"})
+            yield MistakeVariant({"rotations": partial(rotations, keeps_constants=keeps), **changes}, {"link": "each"})
 
 
 def _inner_joints(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last of their run of parallel joints."""
     revolute_joints = [i for i in range(frame) if chain.joints[i].kind == "R"]
-    return [i for i in revolute_joints if any(j > i and run_start(chain, j) <= i for j in revolute_joints)]
+    return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
-def _swap_coordinates(w: Working, links: Links, link: int) -> np.ndarray:
+def _swap_coordinates(w: Working, links: LinkVectors, link: int) -> np.ndarray:
     """Return the vector of a link with sine and cosine of its absolute angle exchanged.
 
     Its x and y coordinates in the frame before its run of parallel joints are exchanged.
     """
-    run_rotation = w["rotations"][run_start(w.chain, link)]
+    run_rotation = w["rotations"][first_joint_of_run(w.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
     return apply_matrix(run_rotation, local_vector[[1, 0, 2]])
 
@@ -122,8 +130,8 @@ def _has_angle(chain: Chain, link: int) -> bool:
     return link < chain.n and chain.joints[link].kind == "R" and chain.joints[link].a != 0
 
 
-def _swap_all_sines(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def swap(w: Working, links: Links) -> Links:
+def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    def swap(w: Working, links: LinkVectors) -> LinkVectors:
         return [_swap_coordinates(w, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
     rotated_links = [link for link in moving_links(chain) if _has_angle(chain, link)]
@@ -131,15 +139,15 @@ def _swap_all_sines(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"links": swap})
 
 
-def _skip_all_rotations(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _skip_all_rotations(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     if len([k for k in moving_links(chain) if k > 0]) > 1:
         yield MistakeVariant({"links": lambda w, links: w["own links"]}, {"link": "each"})
 
 
-def _slide_along_axes_in_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
-    def apply_change(w: Working, links: Links) -> Links:
+    def apply_change(w: Working, links: LinkVectors) -> LinkVectors:
         rows = enumerate(w["table"].rows)
         slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
         return [*slide_vectors, links[-1]]
@@ -149,7 +157,7 @@ def _slide_along_axes_in_order(chain: Chain, _: Shape) -> Iterator[MistakeVarian
         yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("relative-angle", "Relative angle for absolute",
             "For link {link}, the angle of its own joint seems to stand where its absolute angle is due: the angles of "
             "parallel joints before it turn it, too.", "Example 6.1", _use_relative_angle),
@@ -161,7 +169,7 @@ _ALL = (
             "Example 6.1", _change_links(_swap_coordinates, _has_angle)),
     Mistake("all-sines-for-cosines", "Sines for cosines throughout",
             "Sines and cosines seem to be exchanged throughout: angles are counted from the x axis.", "Example 6.1",
-            _swap_all_sines),
+            _swap_all_coordinates),
     Mistake("link-subtracted", "Link with the wrong sign", "What link {link} adds seems to have the wrong sign.", "6.1",
             _change_links(lambda w, links, link: -links[link])),
     Mistake("link-left-out", "Link left out",
@@ -179,6 +187,6 @@ _ALL = (
             "twists before it turn.", "Example 6.1", _slide_along_axes_in_order, rare=True),
 )  # fmt: skip
 
-OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
+FRAME_MISTAKES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
 """The mistakes that involve frames on the links, or vectors from their origins."""
-MISTAKES = only_for_tables(_ALL, OF_FRAMES)
+MISTAKES = restrict_to_tables(_ALL_MISTAKES, FRAME_MISTAKES)

@@ -6,85 +6,85 @@ from functools import partial, reduce
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cross, product
+from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS as HAS_SCREWS
-from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint, constant, rotate_rows
+from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint_matrix, constant_vector, rotate_rows
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.mistakes.base import (
+    AnswerShape,
     Mistake,
     MistakeVariant,
-    Shape,
-    Variants,
-    always,
-    by_propagation,
-    only_if_described_by,
+    VariantGenerator,
+    propagated_variant,
+    restrict_to_feature,
+    single_variant,
 )
 
-SCREWS = ("home screws", "space jacobian", "body jacobian")
+SCREW_STAGES = ("home screws", "space jacobian", "body jacobian")
 """The stages of the derivation whose columns are screws."""
-SOURCE = "the product of exponentials"
+SECTION = "the product of exponentials"
 
 
-def _in_each(change: Change, *stages: str) -> Variants:
+def _variants_in_each_stage(change: Change, *stages: str) -> VariantGenerator:
     """Return a function that yields one variant per stage, in which the change is applied to that stage."""
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
-def _flip_moments(w: Working, columns: np.ndarray) -> np.ndarray:
+def _flip_linear_parts(w: Working, columns: np.ndarray) -> np.ndarray:
     new_columns = np.array(columns)
     revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
     new_columns[3:, revolute_joints] = -new_columns[3:, revolute_joints]
     return new_columns
 
 
-def _replace_velocities(velocity: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
+def _replace_linear_parts(linear_part: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
     """Return the change that replaces the linear parts v of the screws of revolute joints."""
 
-    def replace_halves(w: Working, columns: np.ndarray) -> np.ndarray:
+    def replace_linear_parts(w: Working, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
         for i, axis in enumerate(axes_of(w.chain)[0]):
             if axis.kind == "R":
-                new_columns[3:, i] = velocity(w, columns, i, axis)
+                new_columns[3:, i] = linear_part(w, columns, i, axis)
         return new_columns
 
-    return replace_halves
+    return replace_linear_parts
 
 
 def _exchange_halves(w: Working, columns: np.ndarray) -> np.ndarray:
     return np.roll(columns, 3, axis=0)
 
 
-def _put_slide_above(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _move_slide_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def apply_change(w: Working, columns: np.ndarray) -> np.ndarray:
         new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
 
     if {joint.kind for joint in chain.joints} == {"R", "P"}:
-        yield from (MistakeVariant({stage: apply_change}) for stage in SCREWS)
+        yield from (MistakeVariant({stage: apply_change}) for stage in SCREW_STAGES)
 
 
-def _use_home_screws(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def about_the_point(w: Working, _: np.ndarray) -> np.ndarray:
+def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    def move_to_point(w: Working, _: np.ndarray) -> np.ndarray:
         point, home = _home_point(w), w["home screws"]
         linear = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
         return np.concatenate([home[:3], np.stack(linear, axis=1)])
 
     yield MistakeVariant({"space jacobian": lambda w, _: w["home screws"]})
-    yield MistakeVariant({"body jacobian": about_the_point})
+    yield MistakeVariant({"body jacobian": move_to_point})
 
 
-def _use_other_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield MistakeVariant(
-        {"space jacobian": lambda w, _: w.without("space jacobian")["body jacobian"]},
+        {"space jacobian": lambda w, _: w.without_changes_of("space jacobian")["body jacobian"]},
         {"wanted": "space", "taken": "body"},
     )
     yield MistakeVariant({"body jacobian": lambda w, _: w["space jacobian"]}, {"wanted": "body", "taken": "space"})
 
 
-def _geometric_twists(w: Working) -> np.ndarray:
+def _reorder_geometric_rows(w: Working) -> np.ndarray:
     """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
     return np.roll(w["geometric"], 3, axis=0)
 
@@ -92,27 +92,31 @@ def _geometric_twists(w: Working) -> np.ndarray:
 # --- the adjoint ---
 
 
-def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Variants:
+def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> VariantGenerator:
     """Return a function that yields the variant in which `build` builds the adjoint matrix [Ad T].
 
     Its arguments are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
-    return always({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
+    return single_variant({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
 
 
-def _stack_blocks(upper: np.ndarray, right: np.ndarray, left: np.ndarray, lower: np.ndarray) -> np.ndarray:
-    return np.concatenate([np.concatenate([upper, right], axis=1), np.concatenate([left, lower], axis=1)])
+def _stack_blocks(
+    upper_left: np.ndarray, upper_right: np.ndarray, lower_left: np.ndarray, lower_right: np.ndarray
+) -> np.ndarray:
+    return np.concatenate(
+        [np.concatenate([upper_left, upper_right], axis=1), np.concatenate([lower_left, lower_right], axis=1)]
+    )
 
 
-def _hat(vector: np.ndarray) -> np.ndarray:
+def _skew_matrix(vector: np.ndarray) -> np.ndarray:
     """Return the skew-symmetric matrix [v], (3, 3, …)."""
     x, y, z = vector
     return np.stack([np.stack([0 * x, -z, y]), np.stack([z, 0 * x, -x]), np.stack([-y, x, 0 * x])])
 
 
-def _invert(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
-    transpose = turn.swapaxes(0, 1)
-    return adjoint(transpose, -apply_matrix(transpose, place))
+def _adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    transpose = rotation.swapaxes(0, 1)
+    return adjoint_matrix(transpose, -apply_matrix(transpose, position))
 
 
 # --- exponentials ---
@@ -123,14 +127,17 @@ Motion = tuple[np.ndarray, np.ndarray]
 
 def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, u = w.arithmetic.table_entry(q), constant(w, axis.direction)
+    angle, u = w.arithmetic.table_entry(q), constant_vector(w, axis.direction)
     zeros, ones = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.kind == "P":
-        return identity, w.arithmetic.value(angle)[None] * u
-    s, c = w.arithmetic.value(w.arithmetic.sin(angle)), w.arithmetic.value(w.arithmetic.cos(angle))
-    rotation = identity + s * _hat(u) + (ones - c) * product(_hat(u), _hat(u))
-    point = constant(w, axis.point)
+        return identity, w.arithmetic.drop_derivatives(angle)[None] * u
+    s, c = (
+        w.arithmetic.drop_derivatives(w.arithmetic.sin(angle)),
+        w.arithmetic.drop_derivatives(w.arithmetic.cos(angle)),
+    )
+    rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
+    point = constant_vector(w, axis.point)
     return rotation, point - apply_matrix(rotation, point)
 
 
@@ -140,10 +147,10 @@ def _exponentials(w: Working) -> list[Motion]:
 
 def _compose(first: Motion, second: Motion) -> Motion:
     """Return the product of two motions."""
-    return product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
+    return matrix_product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
 
 
-def _carry_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
+def _move_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
     """Return the home screws, each moved by the motions of the joints before it, (6, n, …)."""
     home = w["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
@@ -154,7 +161,7 @@ def _carry_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = Fal
     return np.stack(moved_screws, axis=1)
 
 
-def _carry_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
+def _move_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
     """Return the home position of P moved by the product of the motions, (3, …)."""
     rotation, shift = reduce(_compose, motions)
     return apply_matrix(rotation, _home_point(w)) + shift
@@ -162,36 +169,39 @@ def _carry_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
 
 def _home_point(w: Working) -> np.ndarray:
     """Return the home position of P, (3, …)."""
-    return constant(w, axes_of(w.chain)[1])
+    return constant_vector(w, axes_of(w.chain)[1])
 
 
-def _reverse_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant(
             {
                 "body rotation": lambda w, _: reduce(_compose, _exponentials(w)[::-1])[0],
-                "point": lambda w, _: _carry_home_point(w, _exponentials(w)[::-1]),
+                "point": lambda w, _: _move_home_point(w, _exponentials(w)[::-1]),
             }
         )
     if chain.n > 2:
-        yield MistakeVariant({"space jacobian": lambda w, _: _carry_screws(w, _exponentials(w), is_reversed=True)})
+        yield MistakeVariant({"space jacobian": lambda w, _: _move_screws(w, _exponentials(w), is_reversed=True)})
 
 
-def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without the translation (I - R) q in the exponentials of all joints, or of one joint.
 
     These joints then rotate about the origin.
     """
 
-    def motions(w: Working, joints: Sequence[int]) -> list[Motion]:
-        return [(rotation, 0 * shift if i in joints else shift) for i, (rotation, shift) in enumerate(_exponentials(w))]
+    def motions(w: Working, changed_joints: Sequence[int]) -> list[Motion]:
+        return [
+            (rotation, 0 * shift if i in changed_joints else shift)
+            for i, (rotation, shift) in enumerate(_exponentials(w))
+        ]
 
-    def point(w: Working, _: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-        return _carry_home_point(w, motions(w, joints))
+    def point(w: Working, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_home_point(w, motions(w, changed_joints))
 
-    def columns(w: Working, _: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-        return _carry_screws(w, motions(w, joints))
+    def columns(w: Working, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
+        return _move_screws(w, motions(w, changed_joints))
 
     shifting_joints = [  # the term is zero for an axis through the origin
         i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
@@ -204,12 +214,12 @@ def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         else []
     ):
         words = {"joint": " and ".join(str(i + 1) for i in joints)}
-        yield MistakeVariant({"point": partial(point, joints=joints)}, words)
+        yield MistakeVariant({"point": partial(point, changed_joints=joints)}, words)
         if joints[0] < chain.n - 1:
-            yield MistakeVariant({"space jacobian": partial(columns, joints=joints)}, words)
+            yield MistakeVariant({"space jacobian": partial(columns, changed_joints=joints)}, words)
 
 
-def _confuse_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with joint angles in degrees instead of radians, or converted to radians twice."""
 
     def scale(w: Working, table: Table, factor: sp.Expr) -> Table:
@@ -219,89 +229,103 @@ def _confuse_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         return table
 
     for factor in (180 / sp.pi, sp.pi / 180) if any(joint.kind == "R" for joint in chain.joints) else ():
-        yield by_propagation({"table": partial(scale, factor=factor)})
+        yield propagated_variant({"table": partial(scale, factor=factor)})
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("screw-sign", "Screw with the wrong sign of its velocity",
             "The halves v of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
-            SOURCE, _in_each(_flip_moments, *SCREWS)),
+            SECTION, _variants_in_each_stage(_flip_linear_parts, *SCREW_STAGES)),
     Mistake("screw-point", "Point on the axis for the velocity of a screw",
-            "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.", SOURCE,
-            _in_each(_replace_velocities(lambda w, _, i, axis: constant(w, axis.point)), "home screws")),
+            "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.", SECTION,
+            _variants_in_each_stage(
+                    _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
+                )),
     Mistake("twist-rows-exchanged", "Halves of a twist exchanged",
             "The upper and the lower half seem to be exchanged: the question says in which order the rows stand.",
-            SOURCE, _in_each(_exchange_halves, *SCREWS, "geometric")),
+            SECTION, _variants_in_each_stage(_exchange_halves, *SCREW_STAGES, "geometric")),
     Mistake("slide-above", "Direction of a slide for its angular velocity",
             "The direction of a slide seems to stand in the half omega of its screw: a slide turns nothing, and its "
-            "direction is v.", SOURCE, _put_slide_above),
+            "direction is v.", SECTION, _move_slide_to_angular_rows),
     Mistake("screws-at-home", "Screws as they are at home",
             "The columns seem to be the screws at home: each is carried along by other joints, of the space Jacobian "
-            "by those before it, of the body Jacobian by those behind.", SOURCE, _use_home_screws),
+            "by those before it, of the body Jacobian by those behind.", SECTION, _use_home_screws),
     Mistake("other-twist-frame", "Space and body frame exchanged",
-            "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SOURCE,
+            "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SECTION,
             _use_other_frame),
     Mistake("velocity-of-p", "Velocity of P in the space frame",
             "The half v seems to be the velocity of P: in the space frame it is that of the point of the last link "
-            "that is at the origin.", SOURCE, always({"space jacobian": lambda w, _: _geometric_twists(w)})),
+            "that is at the origin.", SECTION,
+            single_variant({"space jacobian": lambda w, _: _reorder_geometric_rows(w)})),
     Mistake("body-not-turned", "Body frame's velocities in the coordinates of the space frame",
             "The velocities seem to be left in the coordinates of the space frame: the body frame sees them turned by "
-            "the transposed rotation.", SOURCE, always({"body jacobian": lambda w, _: _geometric_twists(w)})),
+            "the transposed rotation.", SECTION,
+            single_variant({"body jacobian": lambda w, _: _reorder_geometric_rows(w)})),
     Mistake("body-turned-the-other-way", "Turned by the rotation of the body frame for its transpose",
             "The velocities seem to be turned by the rotation of the body frame: its transpose takes them into that "
-            "frame.", SOURCE,
-            always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _geometric_twists(w))}), rare=True),
+            "frame.", SECTION,
+            single_variant({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w))}),
+            rare=True),
     Mistake("body-about-origin", "Reference point not moved to the body frame",
             "The space Jacobian seems to be turned into the body frame only: its velocities are those of another "
-            "point, and are to be moved to P.", SOURCE,
-            always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])}),
-            rare=True),
+            "point, and are to be moved to P.", SECTION,
+            single_variant({
+                    "body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])
+                }), rare=True),
     Mistake("adjoint-of-inverse", "Adjoint of the inverse",
             "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.",
-            SOURCE, _change_adjoint(_invert)),
+            SECTION, _change_adjoint(_adjoint_of_inverse)),
     Mistake("adjoint-block-above", "[P] R in the wrong block",
             "The block [P] R seems to stand in the wrong corner: it takes omega to v, and stands in the rows of v and "
-            "the columns of omega.", SOURCE,
-            _change_adjoint(lambda turn, place: _stack_blocks(turn, product(_hat(place), turn), 0 * turn, turn))),
+            "the columns of omega.", SECTION,
+            _change_adjoint(
+                    lambda turn, place: _stack_blocks(turn, matrix_product(_skew_matrix(place), turn), 0 * turn, turn)
+                )),
     Mistake("adjoint-order", "R [P] for [P] R",
             "The block beside the two rotations seems to be R [P]: R turns vectors into the space frame first, and "
-            "[P] is on its left.", SOURCE,
-            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, product(turn, _hat(place)), turn))),
+            "[P] is on its left.", SECTION,
+            _change_adjoint(
+                    lambda turn, place: _stack_blocks(turn, 0 * turn, matrix_product(turn, _skew_matrix(place)), turn)
+                )),
     Mistake("adjoint-sign", "[P] R with the wrong sign",
             "The block [P] R of the adjoint seems to have the wrong sign: the point at the origin moves at v + P x "
-            "omega.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, -place))),
+            "omega.", SECTION, _change_adjoint(lambda turn, place: adjoint_matrix(turn, -place))),
     Mistake("adjoint-without-p", "Twist turned, and not moved",
             "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another "
-            "point, for which there is [P] R.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, 0 * place))),
+            "point, for which there is [P] R.", SECTION,
+            _change_adjoint(lambda turn, place: adjoint_matrix(turn, 0 * place))),
     Mistake("adjoint-not-turned", "[P] for [P] R",
-            "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.", SOURCE,
-            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _hat(place), turn))),
+            "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.", SECTION,
+            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _skew_matrix(place), turn))),
     Mistake("rotation-transposed", "Rotation of the body frame transposed",
             "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees "
-            "them.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn.swapaxes(0, 1), place)), rare=True),
+            "them.", SECTION,
+            _change_adjoint(lambda turn, place: adjoint_matrix(turn.swapaxes(0, 1), place)), rare=True),
     Mistake("exponentials-reversed", "Exponentials in the wrong order",
-            "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SOURCE,
+            "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SECTION,
             _reverse_order),
     Mistake("home-pose-left", "M on the left",
             "The pose at home seems to stand on the left of the exponentials: with screws in the space frame it "
-            "stands on the right.", SOURCE,
-            always({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]})),
+            "stands on the right.", SECTION,
+            single_variant({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]})),
     Mistake("home-pose-forgotten", "M left out",
-            "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SOURCE,
-            always({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]})),
+            "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SECTION,
+            single_variant({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]})),
     Mistake("exponential-about-origin", "(I - R) q left out of an exponential",
             "The exponential of joint {joint} seems to turn about the origin: the axis goes through q, so that beside "
-            "R there is the column (I - R) q.", SOURCE, _drop_shift),
+            "R there is the column (I - R) q.", SECTION, _drop_translation),
     Mistake("points-at-home", "Points of the axes as they are at home",
             "The points on the axes seem to be those at home: the joints before an axis carry it along, its points, "
-            "too.", SOURCE,
-            _in_each(
-                    _replace_velocities(lambda w, columns, i, axis: -cross(columns[:3, i], constant(w, axis.point))),
+            "too.", SECTION,
+            _variants_in_each_stage(
+                    _replace_linear_parts(
+                        lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))
+                    ),
                     "space jacobian",
                 ), rare=True),
     Mistake("joints-in-degrees", "Degrees for radians in exponentials",
             "Degrees and radians seem to be mixed up: joint angles are in radians, and stand under sine and cosine as "
-            "they are.", SOURCE, _confuse_degrees, rare=True),
+            "they are.", SECTION, _confuse_degrees, rare=True),
 )  # fmt: skip
 
-MISTAKES = only_if_described_by(HAS_SCREWS, _ALL)
+MISTAKES = restrict_to_feature(HAS_SCREWS, _ALL_MISTAKES)

@@ -11,17 +11,17 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.mistakes.base import Answers, Mistake, MistakenAnswer, only_for_tables
+from qdot.exercises.mistakes.base import AnswerGenerator, Mistake, MistakenAnswer, restrict_to_tables
 from qdot.exercises.problem.problem import Part
 
 Components = tuple[Component, ...]
-Values = tuple[sp.Expr, ...]
+JointValues = tuple[sp.Expr, ...]
 
-CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
+FALSELY_SINGULAR_ANGLES: tuple[tuple[sp.Expr, ...], ...] = (
     (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
 )  # fmt: skip
 """Sets of joint angles that students may falsely call singular."""
-MOST_WAYS = 20
+MAX_COMBINATIONS = 20
 """Maximum number of combinations that are tried if conditions are omitted from several components at once."""
 
 
@@ -35,7 +35,7 @@ def _count_clause(chain: Chain) -> str:
     return "check every factor of det J" if square else "check every way in which all minors can be zero"
 
 
-def zero_there(chain: Chain) -> str:
+def zero_question(chain: Chain) -> str:
     """Return the question with which a student can test whether a configuration is singular."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
@@ -48,25 +48,28 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _map_solutions(component: Component, change: Callable[[sp.Symbol, Values], Values]) -> Component:
+def _map_solutions(component: Component, change: Callable[[sp.Symbol, JointValues], JointValues]) -> Component:
     """Return a component with its joint values changed, or unchanged if it has none."""
     if component.solutions is None:
         return component
     return replace(component, solutions=tuple((q, change(q, values)) for q, values in component.solutions))
 
 
-def _keep_one_value(component: Component, index: int, only: sp.Symbol | None = None) -> Component:
-    """Return a component with one value of each joint; if `only` is given, the other joints keep all their values."""
-    return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only in (None, q) else values)
+def _keep_one_value(component: Component, index: int, only_joint: sp.Symbol | None = None) -> Component:
+    """Return a component with one value of each joint.
+
+    If `only_joint` is given, the other joints keep all their values.
+    """
+    return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only_joint in (None, q) else values)
 
 
-def _with_several_values(components: Components) -> list[int]:
+def _find_multivalued(components: Components) -> list[int]:
     return [k for k, c in enumerate(components) if c.solutions and any(len(values) > 1 for _, values in c.solutions)]
 
 
 def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    multivalued = _with_several_values(components)
+    multivalued = _find_multivalued(components)
     for index in (0, 1):
         if len(multivalued) > 1:
             yield _make_answer([_keep_one_value(c, index) if k in multivalued else c for k, c in enumerate(components)])
@@ -78,9 +81,9 @@ def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
                 yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
 
 
-def missed_mistake(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
+def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
     """Return the name of the mistake in which a component is omitted, and the words for its message."""
-    if _is_tied(chain, component):
+    if _ties_several_joints(chain, component):
         return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
     return "component-missed", {"kind": "values of a joint", "every": _count_clause(chain)}
 
@@ -89,31 +92,35 @@ def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            kind = "a condition that involves several joints" if _is_tied(chain, component) else "values of a joint"
+            kind = (
+                "a condition that involves several joints"
+                if _ties_several_joints(chain, component)
+                else "values of a joint"
+            )
             yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=_count_clause(chain))
     for k in range(len(components)):
         if len(components) > 2:
             yield _make_answer((components[k],), kind="more than one kind of condition", every=_count_clause(chain))
 
 
-def _is_tied(chain: Chain, component: Component) -> bool:
+def _ties_several_joints(chain: Chain, component: Component) -> bool:
     """Return whether any condition of a component depends on several joints."""
     return any(len(condition.free_symbols & set(chain.q)) > 1 for condition in component.conditions)
 
 
-def _miss_tied(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+def _miss_tied_conditions(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Yield answers without the conditions that tie several joints, such as a shoulder singularity.
 
     Values of one joint may be given instead. The other conditions can be found by looking at one joint at a time.
     """
     components = _components(part)
-    untied_components = [component for component in components if not _is_tied(chain, component)]
+    untied_components = [component for component in components if not _ties_several_joints(chain, component)]
     if len(untied_components) == len(components):
         return
     if untied_components:
         yield _make_answer(untied_components, every=_count_clause(chain), instead="")
     for q, singular_component in _call_singular(chain, components):
-        instead = f", and {q} = {_value_text(singular_component)} is given as singular instead"
+        instead = f", and {q} = {_values_in_words(singular_component)} is given as singular instead"
         yield _make_answer((*untied_components, singular_component), every=_count_clause(chain), instead=instead)
 
 
@@ -122,15 +129,15 @@ def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Sy
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular_joints and components:
-            for values in CALLED_SINGULAR:
+            for values in FALSELY_SINGULAR_ANGLES:
                 yield q, Component((q,), ((q, values),))
 
 
-def _value_text(component: Component) -> str:
+def _values_in_words(component: Component) -> str:
     return ", ".join(str(value) for _, values in component.solutions or () for value in values)
 
 
-def _keep_part(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+def _keep_some_conditions(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Yield answers with only some of the conditions that must hold simultaneously.
 
     Conditions are omitted from one component, or from all components that have several.
@@ -146,25 +153,25 @@ def _keep_part(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
             for shortened_component in alternatives:
                 yield _make_answer(
                     _replace_component(components, k, shortened_component),
-                    joint=_joints_of(chain, [shortened_component]),
+                    joint=_joints_in_words(chain, [shortened_component]),
                 )
         if len(partial_sets) > 1:
-            for combination in islice(product(*partial_sets.values()), MOST_WAYS):
+            for combination in islice(product(*partial_sets.values()), MAX_COMBINATIONS):
                 new_components = [
                     dict(zip(partial_sets, combination, strict=True)).get(k, c) for k, c in enumerate(components)
                 ]
-                yield _make_answer(new_components, joint=_joints_of(chain, combination))
+                yield _make_answer(new_components, joint=_joints_in_words(chain, combination))
 
 
-def _partial_components(component: Component, size: int) -> Iterator[Component]:
-    """Yield components that have only `size` of the conditions of a component."""
-    for indices in combinations(range(len(component.conditions)), size):
+def _partial_components(component: Component, condition_count: int) -> Iterator[Component]:
+    """Yield components that have only `condition_count` of the conditions of a component."""
+    for indices in combinations(range(len(component.conditions)), condition_count):
         conditions = tuple(component.conditions[i] for i in indices)
         solutions = component.solutions
         yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in indices))
 
 
-def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
+def _joints_in_words(chain: Chain, components: Sequence[Component]) -> str:
     symbols = {q for component in components for condition in component.conditions for q in condition.free_symbols}
     return ", ".join(str(q) for q in chain.q if q in symbols)
 
@@ -182,7 +189,7 @@ def _use_other_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
                 )
 
 
-def _angles_only(part: Part) -> list[int]:
+def _find_revolute_components(part: Part) -> list[int]:
     """Return the indices of the components that give only values of revolute joints."""
     return [
         k
@@ -191,30 +198,30 @@ def _angles_only(part: Part) -> list[int]:
     ]
 
 
-def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], which: Collection[int]) -> Components:
-    """Return all components; those with indices in `which` have every value changed."""
+def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], component_indices: Collection[int]) -> Components:
+    """Return all components; those with indices in `component_indices` have every value changed."""
     return tuple(
-        _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in which else component
+        _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in component_indices else component
         for k, component in enumerate(_components(part))
     )
 
 
 def _shift_quarter_turn(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    angle_indices = _angles_only(part)
+    angle_indices = _find_revolute_components(part)
     for chosen_indices in [*([k] for k in angle_indices), *([angle_indices] if len(angle_indices) > 1 else [])]:
         yield _make_answer(_change_angles(part, lambda value: value + sp.pi / 2, chosen_indices))
 
 
-def _scale_angles(*factors: sp.Expr) -> Answers:
+def _scale_angles(*factors: sp.Expr) -> AnswerGenerator:
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        angle_indices = _angles_only(part)
+        angle_indices = _find_revolute_components(part)
         for factor in factors if angle_indices else ():
             yield _make_answer(_change_angles(part, partial(mul, factor), angle_indices))
 
     return answers
 
 
-def _straight_joint(q: sp.Symbol) -> Component:
+def _zero_sine_component(q: sp.Symbol) -> Component:
     return Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),))
 
 
@@ -223,11 +230,14 @@ def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for q, singular_component in _call_singular(chain, components):
         yield _make_answer(
-            (*components, singular_component), joint=q, values=_value_text(singular_component), zero=zero_there(chain)
+            (*components, singular_component),
+            joint=q,
+            values=_values_in_words(singular_component),
+            zero=zero_question(chain),
         )
 
 
-def _misuse_offsets(factor: int) -> Answers:
+def _misuse_offsets(factor: int) -> AnswerGenerator:
     """Return a function that yields answers in which all conditions misuse a joint's constant offset.
 
     The offset is omitted (factor 1), or has the opposite sign (factor 2).
@@ -263,10 +273,12 @@ def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Ex
     return {q: constant for q, constant in constants.items() if constant.is_number}
 
 
-def _shift_by_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
-    """Return a component with q replaced by q - c, for each joint variable q with a constant c in `more`."""
-    conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
-    shifted_component = _map_solutions(component, lambda q, values: tuple(value + more.get(q, 0) for value in values))
+def _shift_by_offset(component: Component, offsets: Mapping[sp.Symbol, sp.Expr]) -> Component:
+    """Return a component with q replaced by q - c, for each joint variable q with a constant c in `offsets`."""
+    conditions = tuple(condition.xreplace({q: q - c for q, c in offsets.items()}) for condition in component.conditions)
+    shifted_component = _map_solutions(
+        component, lambda q, values: tuple(value + offsets.get(q, 0) for value in values)
+    )
     return replace(shifted_component, conditions=conditions)
 
 
@@ -281,7 +293,7 @@ def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 def _keep_one_root_each(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     """Yield answers that give one value instead of several in two or three of the components."""
     components = _components(part)
-    multivalued = _with_several_values(components)
+    multivalued = _find_multivalued(components)
     for chosen_count in range(2, min(len(multivalued), 4)):
         for chosen_indices, index in product(combinations(multivalued, chosen_count), (0, 1)):
             yield _make_answer(
@@ -346,10 +358,10 @@ def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 def _call_all_singular(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     revolute_joints = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute_joints) > 1:
-        yield _make_answer([_straight_joint(q) for q in revolute_joints], zero=zero_there(chain))
+        yield _make_answer([_zero_sine_component(q) for q in revolute_joints], zero=zero_question(chain))
 
 
-def _change_tied(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> Answers:
+def _change_tied_condition(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> AnswerGenerator:
     """Return a function that yields answers in which one condition that ties several joints is changed."""
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -370,25 +382,25 @@ def _use_relative_angle(condition: sp.Expr) -> Iterator[sp.Expr]:
         yield condition.xreplace(last_angle)
 
 
-def _exchange_trigs(condition: sp.Expr) -> Iterator[sp.Expr]:
+def _exchange_sines_and_cosines(condition: sp.Expr) -> Iterator[sp.Expr]:
     trigs = condition.atoms(sp.sin, sp.cos)
     yield condition.xreplace({trig: (sp.cos if isinstance(trig, sp.sin) else sp.sin)(trig.args[0]) for trig in trigs})
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("one-root-only", "Only one of two roots",
             "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than "
             "once in a turn.", "6.8", answers=_keep_one_root),
     Mistake("shoulder-missed", "Condition that ties several joints missed",
             "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
-            "axis{instead}: {every}.", "6.8 and Example 6.3", answers=_miss_tied),
+            "axis{instead}: {every}.", "6.8 and Example 6.3", answers=_miss_tied_conditions),
     Mistake("component-missed", "Part of the singular set missed",
             "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8",
             answers=_miss_component),
     Mistake("condition-of-several-forgotten", "One of several conditions forgotten",
             "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the "
             "same time. J is not square, and loses rank only where all its minors are zero.", "6.8",
-            answers=_keep_part),
+            answers=_keep_some_conditions),
     Mistake("quarter-turn-singular", "Sine for cosine in the condition",
             "The angles seem to be a quarter turn off: where does the sine vanish, and where the cosine?", "6.8",
             answers=_shift_quarter_turn),
@@ -406,16 +418,16 @@ _ALL = (
             "The angles seem to be given in degrees: radians are due.", "6.8", answers=_scale_angles(180 / sp.pi)),
     Mistake("relative-angle-in-condition", "Relative angle for absolute in the condition",
             "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is "
-            "due.", "6.8", answers=_change_tied(_use_relative_angle)),
+            "due.", "6.8", answers=_change_tied_condition(_use_relative_angle)),
     Mistake("sign-in-condition", "Sign in the condition",
             "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8",
-            answers=_change_tied(lambda condition: (condition - 2 * term for term in condition.args))),
+            answers=_change_tied_condition(lambda condition: (condition - 2 * term for term in condition.args))),
     Mistake("term-lost-in-condition", "Term of the condition lost",
             "The condition that ties several joints seems to lack a term.", "6.8",
-            answers=_change_tied(lambda condition: (condition - term for term in condition.args))),
+            answers=_change_tied_condition(lambda condition: (condition - term for term in condition.args))),
     Mistake("waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
             "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
-            answers=_change_tied(_exchange_trigs)),
+            answers=_change_tied_condition(_exchange_sines_and_cosines)),
     Mistake("offset-forgotten-in-set", "Joint offset left out of the conditions",
             "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the "
             "joint variable itself.", "6.8", answers=_misuse_offsets(1), rare=True),
@@ -445,6 +457,6 @@ _ALL = (
             "A value of {joint} seems to have the wrong sign.", "6.8", answers=_flip_values, rare=True),
 )  # fmt: skip
 
-OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
+TABLE_MISTAKES = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
 """The mistakes about the constants that a table adds to joint variables."""
-MISTAKES = only_for_tables(_ALL, OF_TABLE)
+MISTAKES = restrict_to_tables(_ALL_MISTAKES, TABLE_MISTAKES)

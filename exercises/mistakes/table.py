@@ -9,20 +9,28 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, product
+from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import Change, Table, TableRow, Working, propagate_linear_rows, turn_x, turn_z
+from qdot.exercises.arm.derivation_graph import (
+    Change,
+    Table,
+    TableRow,
+    Working,
+    propagate_linear_rows,
+    rotation_x,
+    rotation_z,
+)
 from qdot.exercises.mistakes.base import (
+    AnswerShape,
     Mistake,
     MistakeVariant,
-    Shape,
-    Variants,
-    at_each_and_all,
-    only_for_tables,
+    VariantGenerator,
+    restrict_to_tables,
+    vary_each_joint_and_all,
 )
 
-MOST_ROWS = 4
+MAX_ROWS_FOR_ANY_PAIR = 4
 """Maximum number of rows for which any two rows may be confused; in longer tables, only adjacent rows are."""
 
 
@@ -37,18 +45,18 @@ def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]
 
 def _convention_row(w: Working, table: Table, index: int) -> TableRow:
     """Return a row in the arm's convention: modified rows contain a and alpha of the previous link or the base."""
-    row, link = table.rows[index], _link(w, index)
+    row, link = table.rows[index], _standard_row_index(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
     position, _, tilt = table.base
     return replace(row, a=position[0] if convention_of(w.chain).base.is_world else position[0] * 0, alpha=tilt)
 
 
-def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -> Table:
+def _with_convention_row(w: Working, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the table with entries of one row changed in the arm's convention."""
-    row, link = _convention_row(w, table, index), _link(w, index)
-    a, alpha = changed.pop("a", row.a), changed.pop("alpha", row.alpha)
-    table = table.with_row(index, **changed)
+    row, link = _convention_row(w, table, index), _standard_row_index(w, index)
+    a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
+    table = table.with_row(index, **new_entries)
     if link >= 0:
         return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
@@ -56,19 +64,19 @@ def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -
     return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
-def _link(w: Working, index: int) -> int:
+def _standard_row_index(w: Working, index: int) -> int:
     """Return the index of the standard row that contains a and alpha of a row of the convention; -1 for the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _change_each_row(
     applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
-) -> Variants:
+) -> VariantGenerator:
     """Return a function that yields one variant per row that `applies` accepts, with entries of this row changed."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
-def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(w: Working, table: Table) -> Table:
             for i in joints:
@@ -78,7 +86,7 @@ def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         variables = ", ".join(str(chain.q[i]) for i in joints)
         return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "variable": variables})
 
-    return at_each_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
+    return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
 
 def _variable_entry(chain: Chain, joint: int) -> str:
@@ -91,38 +99,40 @@ def _joint_numbers(indices: Sequence[int]) -> str:
     return ", ".join(str(i + 1) for i in indices)
 
 
-def _add_to_variable(more: Callable[[Chain, int], sp.Expr], kind: str) -> Variants:
-    """Return a function that yields one variant per joint of a kind, with `more` added to its variable.
+def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
+    """Return a function that yields one variant per joint of a kind, with `term` added to its variable.
 
-    Joints for which `more` is zero are skipped.
+    Joints for which `term` is zero are skipped.
     """
 
-    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i, joint in enumerate(chain.joints):
-            if joint.kind == kind and more(chain, i) != 0:
-                yield _add_to_row(i, _variable_entry(chain, i), more(chain, i))
+            if joint.kind == kind and term(chain, i) != 0:
+                yield _add_to_row(i, _variable_entry(chain, i), term(chain, i))
 
     return variants
 
 
-def _add_to_row(index: int, entry: str, more: sp.Expr, /, **words: object) -> MistakeVariant:
-    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.table_entry(more)}, **words)
+def _add_to_row(index: int, entry: str, term: sp.Expr, /, **words: object) -> MistakeVariant:
+    return _change_row(index, lambda w, row: {entry: getattr(row, entry) + w.arithmetic.table_entry(term)}, **words)
 
 
-def _scale_offsets(factors: Sequence[sp.Expr], applies: Callable[[sp.Expr], bool] = lambda offset: True) -> Variants:
+def _scale_offsets(
+    factors: Sequence[sp.Expr], is_affected: Callable[[sp.Expr], bool] = lambda offset: True
+) -> VariantGenerator:
     """Return a function that yields variants with the constants of revolute joints multiplied by a factor.
 
     For each factor, one constant is multiplied at a time, and then all of them.
     """
 
-    def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+    def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         offsets = {
             i: offset
             for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True))
-            if joint.kind == "R" and offset != 0 and applies(offset)
+            if joint.kind == "R" and offset != 0 and is_affected(offset)
         }
         for factor in factors:
-            yield from at_each_and_all(list(offsets), partial(_scale_constants, offsets, factor))
+            yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
 
     return variants
 
@@ -143,10 +153,10 @@ def _degree_text(angle: sp.Expr) -> str:
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
-def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which a row has the length, distance, twist or constant of another row."""
     for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
-        if chain.n > MOST_ROWS and abs(i - j) > 1:
+        if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
             difference = chain.offsets[j] - chain.offsets[i]
@@ -164,7 +174,7 @@ def _replace_entry(entry: str, value: sp.Expr, w: Working, row: TableRow) -> dic
     return {entry: w.arithmetic.table_entry(value)}
 
 
-def _exchange_lengths(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
@@ -180,7 +190,7 @@ def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_all_twists(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _flip_all_twists(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def flip(w: Working, table: Table) -> Table:
         return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
@@ -199,17 +209,17 @@ def scale_angles(factor: sp.Expr) -> Change:
     return scale
 
 
-def _convert_again(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _convert_again(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     if any(joint.kind == "R" for joint in chain.joints):
         yield MistakeVariant({"table": scale_angles(sp.pi / 180)})
 
 
-def _drop_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     if not convention_of(chain).base.is_world:
         yield MistakeVariant({"table": _without_base(chain, any(convention_of(chain).base.position))})
 
 
-def _skip_base_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _skip_base_rotation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     base = convention_of(chain).base
     if any(base.position) and (base.yaw, base.tilt) != (0, 0):
         yield MistakeVariant({"table": _without_base(chain, at_origin=False)})
@@ -226,7 +236,7 @@ def _without_base(chain: Chain, at_origin: bool) -> Change:
     return apply_change
 
 
-def _drop_point_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _drop_point_offset(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     if not convention_of(chain).point.is_origin:
         yield MistakeVariant({"table": _move_to_last_origin})
 
@@ -238,22 +248,22 @@ def _move_to_last_origin(w: Working, table: Table) -> Table:
     return replace(table, offset=table.offset * 0)
 
 
-def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant that uses the last frame's origin as P, or the origin before it if P is in the last frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
         return
 
-    def at(frame: int) -> MistakeVariant:
+    def variant_at(frame: int) -> MistakeVariant:
         return MistakeVariant(
             {"point": lambda w, _: w["origins"][frame], "effects": _effects_up_to(frame)}, {"frame": frame}
         )
 
     if chain.point.frame != chain.n:
-        yield at(chain.n)
+        yield variant_at(chain.n)
     if chain.point.frame == chain.n and chain.n > 1:
-        yield at(chain.n - 1)
+        yield variant_at(chain.n - 1)
 
 
 def _move_to_earlier_origin(w: Working, table: Table) -> Table:
@@ -265,14 +275,14 @@ def _move_to_earlier_origin(w: Working, table: Table) -> Table:
 
 def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     def apply_change(w: Working, _: np.ndarray) -> np.ndarray:
-        effects = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
+        effects = np.stack([w.arithmetic.derivatives(link)[: w.n] for link in w["links"]], axis=1)
         effects[:, frame:] = effects[:, frame:] * 0
         return effects
 
     return apply_change
 
 
-def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
 
     def scale(w: Working, table: Table, factor: int) -> Table:
@@ -291,19 +301,21 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": partial(scale, factor=1000)}, {"unit": "millimetres"})
 
 
-def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant that reads a standard table as a modified one, as other books define it.
 
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
-    def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        rotations = [right[0]]
+    def rotations(w: Working, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
+        rotations = [correct_rotations[0]]
         for row in w["table"].rows:
-            rotations.append(product(product(rotations[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
+            rotations.append(
+                matrix_product(matrix_product(rotations[-1], rotation_x(w, row.alpha)), rotation_z(w, row.theta))
+            )
         return rotations
 
-    def links(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
+    def links(w: Working, correct_links: list[np.ndarray]) -> list[np.ndarray]:
         vectors, rotations_before = [], w["rotations"]
         for k, row in enumerate(w["table"].rows):
             link_vector = row.a * rotations_before[k][:, 0] + row.d * rotations_before[k + 1][:, 2]
@@ -314,13 +326,13 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"rotations": rotations, "links": links})
 
 
-def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant that uses link i's a and alpha in row i of a modified table.
 
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
 
-    def shifted(w: Working, table: Table) -> Table:
+    def shift_links(w: Working, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i in range(w.n):
@@ -333,21 +345,21 @@ def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         if 0 < link < w.n:  # the coordinates of P are unchanged, but in the frame before its link
             row = table.rows[link - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), moved_offset))
+            table = replace(table, offset=apply_matrix(rotation_x(w, -row.alpha), moved_offset))
         return table
 
     zero, rows = sp.S.Zero, convention_of(chain).rows
     if len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
-        yield MistakeVariant({"table": shifted, "linear": propagate_linear_rows})
+        yield MistakeVariant({"table": shift_links, "linear": propagate_linear_rows})
 
 
-def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
+def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that read a modified table as a standard one.
 
     The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
     """
 
-    def shifted(w: Working, table: Table) -> Table:
+    def shift_links(w: Working, table: Table) -> Table:
         first_row, *later_rows = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
         link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
@@ -360,23 +372,23 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
         standard_changes: dict[str, Change] = {
-            "table": shifted,
-            "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
+            "table": shift_links,
+            "last rotation": lambda w, _: w.arithmetic.drop_derivatives(w["rotations"][-1]),
             "frames on axes": lambda w, _: w["origins"],
         }
         yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
-        def behind(w: Working, _: np.ndarray) -> np.ndarray:
-            axes = [w.arithmetic.value(rotation[:, 2]) for rotation in w["rotations"][1:]]
+        def next_axes(w: Working, _: np.ndarray) -> np.ndarray:
+            axes = [w.arithmetic.drop_derivatives(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
         next_origins: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
         yield MistakeVariant(
-            {**standard_changes, "axes": behind, "frames on axes": next_origins, "linear": propagate_linear_rows}
+            {**standard_changes, "axes": next_axes, "frames on axes": next_origins, "linear": propagate_linear_rows}
         )
 
 
-_ALL = (
+_ALL_MISTAKES = (
     Mistake("offset-forgotten", "Joint offset left out",
             "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
             "table says, not {variable} alone.", "6.1", _drop_offsets),
@@ -461,4 +473,4 @@ _ALL = (
             _convert_again, rare=True),
 )  # fmt: skip
 
-MISTAKES = only_for_tables(_ALL, {mistake.name for mistake in _ALL} - {"degrees"})
+MISTAKES = restrict_to_tables(_ALL_MISTAKES, {mistake.name for mistake in _ALL_MISTAKES} - {"degrees"})

@@ -14,7 +14,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
-from qdot.exercises.problem.problem import ENGINE, Part, Problem, variable
+from qdot.exercises.problem.problem import ENGINE, Part, Problem, answer_variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.problem_texts import answer_code, hints, prompt, statement, worked_solutions
@@ -26,12 +26,14 @@ if TYPE_CHECKING:  # importing it takes as long as generating a problem, and onl
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
-def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> "NotebookNode":
+def student_notebook(
+    title: str, key: str, student: str, problems: Problems, with_hints: bool = False
+) -> "NotebookNode":
     """Return the notebook that a student fills in; `problems` are pairs (slot, problem) with slots p1, p2, …
 
-    With `hinted`, three hints that can be expanded follow every prompt.
+    With `with_hints`, three hints that can be expanded follow every prompt.
     """
-    return _notebook("student", title, key, student, problems, hinted)
+    return _notebook("student", title, key, student, problems, with_hints)
 
 
 def solution_notebook(
@@ -39,15 +41,15 @@ def solution_notebook(
     key: str,
     student: str,
     problems: Problems,
-    hinted: bool = False,
-    handed_out: "NotebookNode | None" = None,
+    with_hints: bool = False,
+    released_notebook: "NotebookNode | None" = None,
 ) -> "NotebookNode":
     """Return the same notebook with the reference answers filled in and a worked solution for each part.
 
-    If the notebook `handed_out` is given, statements and prompts with their figures are copied from it.
+    If the notebook `released_notebook` is given, statements and prompts with their figures are copied from it.
     """
-    existing_texts = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
-    return _notebook("solution", title, key, student, problems, hinted, existing_texts)
+    existing_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook is not None else {}
+    return _notebook("solution", title, key, student, problems, with_hints, existing_texts)
 
 
 def notebook_text(notebook: "NotebookNode") -> str:
@@ -60,17 +62,17 @@ def figure_image(problem: Problem, name: str) -> str:
     return _image(figure_svg(problem.chain, name), alt_text(problem.chain))
 
 
-def _image(svg: str, alternative: str) -> str:
+def _image(svg: str, alt: str) -> str:
     data = base64.b64encode(svg.encode()).decode()
-    return f'<img alt="{html.escape(alternative)}" src="data:image/svg+xml;base64,{data}" width="640">'
+    return f'<img alt="{html.escape(alt)}" src="data:image/svg+xml;base64,{data}" width="640">'
 
 
 def solution_figure(problem: Problem, part: Part, name: str) -> str:
     """Return the SVG of the singular configurations for a worked solution, or "" if the answer is not a set."""
-    return singular_svg(problem.chain, name) if part.answer.is_a_set else ""
+    return singular_svg(problem.chain, name) if part.answer.is_set else ""
 
 
-HIDDEN: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
+FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
 """Metadata that folds a cell's code in JupyterLab, VS Code and Colab."""
 
 
@@ -80,25 +82,31 @@ def points_text(points: float) -> str:
 
 
 def _notebook(
-    kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool, written: Mapping[str, str] = {}
+    kind: str,
+    title: str,
+    key: str,
+    student: str,
+    problems: Problems,
+    with_hints: bool,
+    existing_texts: Mapping[str, str] = {},
 ) -> "NotebookNode":
     import nbformat
     from nbformat.v4 import new_notebook
 
-    own_claims = claims(kind, key, student, problems)
+    own_claims = notebook_claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own_claims})
     has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
     opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):
-        notebook.cells.append(_code("self-check", checks, HIDDEN))
+        notebook.cells.append(_code("self-check", checks, FOLDED_CODE_METADATA))
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted, written))
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, with_hints, existing_texts))
     nbformat.validate(notebook)
     return notebook
 
 
-def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
+def notebook_claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
     """Return what the notebook's metadata says about its problems, for `qdot check`, which has no assignment.
 
     It has for each problem its symbols, its joint variables and the expected form of each answer. The grader does not
@@ -107,42 +115,44 @@ def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, o
     content: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
     content["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
     content["joints"] = {slot: [q.name for q in problem.chain.q] for slot, problem in problems}
-    content["answers"] = {slot: _forms(problem) for slot, problem in problems}
+    content["answers"] = {slot: _answer_forms(problem) for slot, problem in problems}
     return content
 
 
-def _forms(problem: Problem) -> dict[str, dict[str, object]]:
+def _answer_forms(problem: Problem) -> dict[str, dict[str, object]]:
     return {
-        part.name: {key: value for key, value in _form(problem, part).items() if value not in ([], None)}
+        part.name: {key: value for key, value in _answer_form(problem, part).items() if value not in ([], None)}
         for part in problem.parts
     }
 
 
-def _form(problem: Problem, part: Part) -> dict[str, object]:
+def _answer_form(problem: Problem, part: Part) -> dict[str, object]:
     question = ASKED[part.kind]
     return {
         "type": part.type,
         "shape": list(part.shape or ()),
-        "units": list(part.answer.units_due),
-        "labels": list(question.typed_labels(problem.chain, part)),
-        "columns": list(question.columns(problem.chain)),
+        "units": list(part.answer.expected_units),
+        "labels": list(question.list_typed_names(problem.chain, part)),
+        "columns": list(question.column_names(problem.chain)),
         "metres": find_power_of_metres(part),
     }
 
 
 def _problem_cells(
-    kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
+    kind: str, number: int, slot: str, problem: Problem, with_hints: bool, existing_texts: Mapping[str, str]
 ) -> "Iterator[NotebookNode]":
-    """Yield the cells of a problem; `written` has the texts of a released notebook by the ids of their cells."""
+    """Yield the cells of a problem; `existing_texts` has the texts of a released notebook by the ids of their cells."""
     statement_id = f"{slot}-statement"
-    opening = written.get(statement_id) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    opening = existing_texts.get(statement_id) or statement(
+        problem, f"{number} {problem.title}", figure_image(problem, slot)
+    )
     yield _markdown(statement_id, opening)
     solutions = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
         question_id = f"{slot}-{part.name}-question"
-        yield _markdown(question_id, written.get(question_id) or _prompt(label, slot, problem, part, hinted))
-        code_start = f"{variable(slot, part.name)} = "
+        yield _markdown(question_id, existing_texts.get(question_id) or _prompt(label, slot, problem, part, with_hints))
+        code_start = f"{answer_variable(slot, part.name)} = "
         start_length = len(code_start)
         source = code_start + (
             part.answer.placeholder(start_length) if kind == "student" else answer_code(problem, part, start_length)
@@ -158,13 +168,13 @@ def _problem_cells(
             yield _code(f"{slot}-{part.name}-check", checks)
 
 
-def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
+def _prompt(label: str, slot: str, problem: Problem, part: Part, with_hints: bool) -> str:
     title = ASKED[part.kind].heading(problem.chain)
     points = points_text(part.points)
     prompt_text = prompt(problem, part)
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
-    part_hints = hints(problem, part) if hinted else ()
+    part_hints = hints(problem, part) if with_hints else ()
     return render(
         "notebook/prompt.md.j2",
         number=label,

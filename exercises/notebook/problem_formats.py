@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.common.errors import unknown
+from qdot.exercises.common.errors import unknown_name
 from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_svg
 from qdot.exercises.notebook.notebook import (
     notebook_text,
@@ -19,7 +19,7 @@ from qdot.exercises.notebook.notebook import (
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json, symbol_json
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
+from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
 from qdot.exercises.writing.problem_texts import (
     answer_code,
     hints,
@@ -30,7 +30,7 @@ from qdot.exercises.writing.problem_texts import (
 )
 from qdot.exercises.writing.render import render
 
-LEAD = "**Hint {}.** "
+HINT_LEAD = "**Hint {}.** "
 """The beginning of a hint in formats in which hints can't be expanded."""
 
 
@@ -51,7 +51,7 @@ def show(
     Planar 2R arm (planar-2r/7)
     """
     if format not in FORMATS:
-        raise unknown("format", format, list(FORMATS))
+        raise unknown_name("format", format, list(FORMATS))
     if format == "json":
         return json.dumps(problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
     return FORMATS[format](problem, solution, hinted)
@@ -73,11 +73,16 @@ class _PartView:
 
 
 def _part_views(
-    problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = "", drawn: bool = False
+    problem: Problem,
+    solution: bool,
+    with_hints: bool,
+    convert: Callable[[str], str],
+    hint_lead: str = "",
+    with_figures: bool = False,
 ) -> list[_PartView]:
-    """Return the parts of a problem in the markup that `convert` writes; `lead` is the beginning of each hint.
+    """Return the parts of a problem in the markup that `convert` writes; `hint_lead` is the beginning of each hint.
 
-    Figures are included if `drawn`.
+    Figures are included if `with_figures`.
     """
     solutions = worked_solutions(problem) if solution else {}
     return [
@@ -86,11 +91,13 @@ def _part_views(
             ASKED[part.kind].heading(problem.chain),
             points_text(part.points),
             convert(prompt(problem, part)),
-            [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
+            [convert(hint_lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)]
+            if with_hints
+            else [],
             convert(solutions[part.name]) if solution else "",
             answer_code(problem, part) if solution else "",
-            part_svg(problem.chain, part, part.name) if drawn else "",
-            solution_figure(problem, part, f"{part.name}-solution") if drawn and solution else "",
+            part_svg(problem.chain, part, part.name) if with_figures else "",
+            solution_figure(problem, part, f"{part.name}-solution") if with_figures and solution else "",
         )
         for part in problem.parts
     ]
@@ -100,42 +107,42 @@ def _footer(problem: Problem) -> str:
     return f"{problem.id}, engine {problem.id.engine}"
 
 
-def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
+def _as_text(problem: Problem, solution: bool, with_hints: bool) -> str:
     return render(
         "notebook/problem.txt.j2",
         title=f"{problem.title} ({problem.id})",
         statement=to_text(statement(problem, "")),
         figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
-        parts=_part_views(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
+        parts=_part_views(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD),
         footer=_footer(problem),
     )
 
 
-def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
+def _as_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
     return render(
         "notebook/problem.tex.j2",
-        title=latex_escaped(problem.title),
+        title=escape_latex(problem.title),
         statement=to_latex(statement(problem, "")),
-        figure=latex_escaped(alt_text(problem.chain)),
-        parts=_part_views(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
+        figure=escape_latex(alt_text(problem.chain)),
+        parts=_part_views(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD),
     )
 
 
-def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
+def _as_html(problem: Problem, solution: bool, with_hints: bool) -> str:
     return render(
         "notebook/problem.html.j2",
         title=problem.title,
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),
-        parts=_part_views(problem, solution, hinted, to_html, drawn=True),
+        parts=_part_views(problem, solution, with_hints, to_html, with_figures=True),
         footer=_footer(problem),
     )
 
 
-def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
+def _as_notebook(problem: Problem, solution: bool, with_hints: bool) -> str:
     make_notebook = solution_notebook if solution else student_notebook
     key = re.sub("[/@+]", "-", str(problem.id))
-    return notebook_text(make_notebook(problem.title, key, "", [("p1", problem)], hinted))
+    return notebook_text(make_notebook(problem.title, key, "", [("p1", problem)], with_hints))
 
 
 # --- JSON ---
@@ -172,7 +179,7 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "hints": list(hints(problem, part)),
     }
     content |= part.answer.options_json()
-    content |= part.answer.allowance_json()
+    content |= part.answer.tolerance_json()
     if solution:
         content["reference"] = part.answer.as_json()
         content["solution"] = worked_solution(problem, part)

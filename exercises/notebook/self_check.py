@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.exercises.writing.render import render
 
 SELF_CHECK = "self_check"
@@ -18,7 +18,7 @@ SELF_CHECK = "self_check"
 
 Problems = Sequence[tuple[str, Problem]]
 """The problems of a notebook with their slots, p1, p2, …"""
-Asked = dict[str, Part]
+PartsByKind = dict[str, Part]
 """The parts of a problem by their kind of question."""
 
 
@@ -28,40 +28,41 @@ class Relation:
 
     In the code, `{position}` stands for the answer on position. `at` is a random configuration: `at(answer)` are the
     values of an answer there, and `at.slope(answer)` its derivatives with respect to the joint variables. `needs` are
-    the questions whose answers occur, and `question` is what the check prints. `holds` says whether the equation
-    applies to an arm. `singular` means that the left side is a singular set, which is checked against a Jacobian.
+    the questions whose answers occur, and `question` is what the check prints. `applies` says whether the equation
+    applies to an arm. `is_singular_set` means that the left side is a singular set, which is checked against a
+    Jacobian.
     """
 
     needs: tuple[str, ...]
     question: str
-    left: str
-    right: str
-    holds: Callable[[Chain, Asked], bool] = lambda _, __: True
-    singular: bool = False
+    left_code: str
+    right_code: str
+    applies: Callable[[Chain, PartsByKind], bool] = lambda _, __: True
+    is_singular_set: bool = False
 
 
-def _rows(asked: Asked, name: str = "position") -> list[int]:
+def _coordinate_indices(parts: PartsByKind, name: str = "position") -> list[int]:
     """Return the indices of the coordinates x, y, z that a question asks for."""
-    return ["xyz".index(axis) for axis in getattr(asked[name].details, "axes", "xyz")]
+    return ["xyz".index(axis) for axis in getattr(parts[name].details, "axes", "xyz")]
 
 
-def _linear_first(chain: Chain, _: Asked) -> bool:
+def _has_linear_rows_first(chain: Chain, _: PartsByKind) -> bool:
     return len(chain.linear_rows) > 0 and [row[0] for row in chain.task] == sorted(row[0] for row in chain.task)
 
 
-def _all_of_task(chain: Chain, asked: Asked) -> bool:
-    return getattr(asked["jacobian"].details, "task", chain.task) == chain.task
+def _has_all_task_rows(chain: Chain, parts: PartsByKind) -> bool:
+    return getattr(parts["jacobian"].details, "task", chain.task) == chain.task
 
 
-def _square(chain: Chain, _: Asked) -> bool:
+def _is_square(chain: Chain, _: PartsByKind) -> bool:
     return len(chain.task) == chain.n
 
 
-def _is_all_revolute(chain: Chain, _: Asked) -> bool:
+def _is_all_revolute(chain: Chain, _: PartsByKind) -> bool:
     return all(joint.kind == "R" for joint in chain.joints) and chain.point.frame == chain.n
 
 
-def _last_origin(chain: Chain, _: Asked) -> bool:
+def _is_point_last_origin(chain: Chain, _: PartsByKind) -> bool:
     point = convention_of(chain).point
     return point.frame == chain.n and point.is_origin
 
@@ -73,7 +74,7 @@ RELATIONS = (
     ),
     Relation(
         ("transform", "position"), "Is your position the last column of your transform?",
-        "at({position}).reshape(-1)", "at({transform})[{rows}, 3]", _last_origin,
+        "at({position}).reshape(-1)", "at({transform})[{rows}, 3]", _is_point_last_origin,
     ),
     Relation(
         ("position", "velocity"), "Is your velocity the derivative of your position?",
@@ -82,7 +83,8 @@ RELATIONS = (
     Relation(
         ("position", "jacobian"), "Is your Jacobian the derivative of your position?",
         "at({jacobian})[:{linear}]", "at.slope({position})",
-        lambda chain, asked: _linear_first(chain, asked) and len(_rows(asked)) == len(chain.linear_rows),
+        lambda chain, asked: _has_linear_rows_first(chain, asked)
+        and len(_coordinate_indices(asked)) == len(chain.linear_rows),
     ),
     Relation(
         ("joint-axes",), "Are your joint axes unit vectors?",
@@ -105,12 +107,12 @@ RELATIONS = (
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Is your geometric Jacobian how your transform moves?",
-        "at({geometric_jacobian})", "at.motion({transform})", _last_origin,
+        "at({geometric_jacobian})", "at.motion({transform})", _is_point_last_origin,
     ),
     Relation(
         ("transform", "geometric-jacobian"), "Do its angular rows say how your transform turns?",
         "at({geometric_jacobian})[{angular_half}]", "at.motion({transform})[3:]",
-        lambda chain, asked: not _last_origin(chain, asked),
+        lambda chain, asked: not _is_point_last_origin(chain, asked),
     ),
     Relation(
         ("geometric-jacobian", "twist"), "Is your twist your geometric Jacobian times the joint rates?",
@@ -165,19 +167,19 @@ RELATIONS = (
     Relation(
         ("jacobian", "determinant"), "Is your determinant that of your Jacobian?",
         "at({determinant})", "np.linalg.det(np.atleast_2d(at({jacobian})))",
-        lambda chain, asked: _square(chain, asked) and _all_of_task(chain, asked),
+        lambda chain, asked: _is_square(chain, asked) and _has_all_task_rows(chain, asked),
     ),
     Relation(
         ("jacobian", "gram-determinant"), "Is your determinant that of J times its transpose?",
-        "at({gram_determinant})", "np.linalg.det(at({jacobian}) @ at({jacobian}).T)", _all_of_task,
+        "at({gram_determinant})", "np.linalg.det(at({jacobian}) @ at({jacobian}).T)", _has_all_task_rows,
     ),
     Relation(
         ("jacobian", "inverse-jacobian"), "Do your Jacobian and its inverse make the identity?",
-        "at({jacobian}) @ at({inverse_jacobian})", "np.eye({n})", _square,
+        "at({jacobian}) @ at({inverse_jacobian})", "np.eye({n})", _is_square,
     ),
     Relation(
         ("jacobian", "inverse-velocity"), "Do your joint rates give the velocity that was asked?",
-        "at({jacobian}) @ at({inverse_velocity})", "at.velocity", _square,
+        "at({jacobian}) @ at({inverse_velocity})", "at.velocity", _is_square,
     ),
     Relation(
         ("jacobian", "joint-torques"), "Are your torques the transpose of J times the load?",
@@ -185,7 +187,7 @@ RELATIONS = (
     ),
     Relation(
         ("jacobian", "singular-angles"), "Are these the singular configurations of your Jacobian?",
-        "{singular_angles}", "{jacobian}", singular=True,
+        "{singular_angles}", "{jacobian}", is_singular_set=True,
     ),
 )  # fmt: skip
 """All relations. If several can be checked after the same question, they are checked in this order."""
@@ -193,13 +195,13 @@ RELATIONS = (
 
 def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
     """Yield each relation that can be checked with the name of the last part that it needs."""
-    parts, order = _by_kind(problem), [part.name for part in problem.parts]
+    parts, order = _parts_by_kind(problem), [part.name for part in problem.parts]
     for relation in RELATIONS:
-        if all(kind in parts for kind in relation.needs) and relation.holds(problem.chain, parts):
+        if all(kind in parts for kind in relation.needs) and relation.applies(problem.chain, parts):
             yield max((parts[kind].name for kind in relation.needs), key=order.index), relation
 
 
-def _by_kind(problem: Problem) -> Asked:
+def _parts_by_kind(problem: Problem) -> PartsByKind:
     """Return the parts by their kind of question, without parts that ask the same at a given configuration."""
     return {part.kind: part for part in reversed(problem.parts) if part.name == part.kind}
 
@@ -209,9 +211,9 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     relations = [relation for name, relation in _find_relations(problem) if name == part]
     if not relations:
         return ""
-    parts, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
+    parts, omega_first = _parts_by_kind(problem), convention_of(problem.chain).is_omega_first
     placeholders: dict[str, object] = {
-        kind.replace("-", "_"): variable(slot, part_of_kind.name) for kind, part_of_kind in parts.items()
+        kind.replace("-", "_"): answer_variable(slot, part_of_kind.name) for kind, part_of_kind in parts.items()
     }
     placeholders |= {
         "linear_half": "3:" if omega_first else ":3",
@@ -219,11 +221,15 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
         "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
-        "rows": _rows(parts) if "position" in parts else [],
+        "rows": _coordinate_indices(parts) if "position" in parts else [],
         "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
     }
     checks = [
-        replace(relation, left=relation.left.format(**placeholders), right=relation.right.format(**placeholders))
+        replace(
+            relation,
+            left_code=relation.left_code.format(**placeholders),
+            right_code=relation.right_code.format(**placeholders),
+        )
         for relation in relations
     ]
     return render("notebook/check.py.j2", slot=slot, checks=checks).strip()
@@ -232,12 +238,14 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
 def function_cell(problems: Problems) -> str:
     """Return the cell with the function that the checks call, or "" if no problem has any checks."""
     checked_problems = [
-        (slot, _roles(problem), _given_values(problem)) for slot, problem in problems if any(_find_relations(problem))
+        (slot, _names_by_role(problem), _given_values(problem))
+        for slot, problem in problems
+        if any(_find_relations(problem))
     ]
     return render("notebook/self-check.py.j2", problems=checked_problems).strip() if checked_problems else ""
 
 
-def _roles(problem: Problem) -> list[tuple[str, list[str]]]:
+def _names_by_role(problem: Problem) -> list[tuple[str, list[str]]]:
     roles: dict[str, list[str]] = {"joint": [], "rate": [], "velocity": [], "load": []}
     for name, info in problem.symbols().items():
         role = "load" if info.role in ("force", "moment") else info.role
@@ -249,7 +257,7 @@ def _given_values(problem: Problem) -> list[tuple[str, str]]:
     return [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
 
 
-def cells_of(problems: Problems) -> tuple[str, frozenset[str]]:
+def self_check_cells(problems: Problems) -> tuple[str, frozenset[str]]:
     """Return the function's cell and the set of the checks' cells, as in a notebook."""
     cells = {check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts}
     return function_cell(problems), frozenset(cells - {""})

@@ -11,9 +11,9 @@ from fractions import Fraction
 
 from qdot.exercises.common.errors import QdotError
 
-WAYS = ("entries", "columns", "factors", "pieces", "whole")
+CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
 
-CREDIT = (
+CREDIT_FORM = (
     'it is how an answer that is right in part is marked: "columns" or "entries" of a matrix, "whole" for none, a '
     "number from 0 to 1 by which it is multiplied, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
@@ -24,115 +24,123 @@ CREDIT = (
 class Credit:
     """The rule for partly correct answers, "" for the question's default, and a factor of the share."""
 
-    by: str = ""
-    worth: Fraction = Fraction(1)
+    rule: str = ""
+    factor: Fraction = Fraction(1)
 
     @property
     def is_by_mistakes(self) -> bool:
         """Whether an answer also earns a share if a single mistake explains everything that is wrong."""
-        return self.by not in ("entries", "columns", "whole")
+        return self.rule not in ("entries", "columns", "whole")
 
 
-OWN = Credit()
+DEFAULT_CREDIT = Credit()
 """The default: each type of answer has its own rule."""
 
 
 # --- the rules ---
 
-AMISS = Fraction(1, 5)
+SIGN_OR_FACTOR_COST = Fraction(1, 5)
 """The share that is lost for wrong signs (however many), for a wrong common factor, and for rounded joint values."""
-FORGOTTEN = Fraction(2, 3)
+INCOMPLETE_CONDITION_FACTOR = Fraction(2, 3)
 """Factor of the share for a condition of which only some joint values were found."""
-HALF = Fraction(1, 2)
+MISTAKE_FACTOR = Fraction(1, 2)
 """Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
-MOST_WRONG = 2
+MAX_WRONG_FACTORS = 2
 """Maximum number of wrong, missing or extra factors for which a product still earns a share."""
 
 
-def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
+def share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
     """Return the share of an answer that is correct except for signs, a common factor, or both.
 
-    >>> share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False)
+    >>> share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
     """
-    return 1 - AMISS * (is_sign_wrong + is_factor_wrong)
+    return 1 - SIGN_OR_FACTOR_COST * (is_sign_wrong + is_factor_wrong)
 
 
-def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
+def share_of_product(expected: int, missing: int, extra: int) -> Fraction:
     """Return the share of a product of `expected` factors if some are missing or extra; a wrong factor counts as both.
 
     Each mistake halves the share. If more factors are wrong than correct, the share is 0, because the correct ones may
     be a coincidence.
 
-    >>> share_of_product(2, lost=1, too_many=0), share_of_product(2, lost=1, too_many=1), share_of_product(4, 2, 0)
+    >>> share_of_product(2, missing=1, extra=0), share_of_product(2, missing=1, extra=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
-    >>> share_of_product(2, lost=1, too_many=2)
+    >>> share_of_product(2, missing=1, extra=2)
     Fraction(0, 1)
     """
-    wrong = max(lost, too_many)
-    return HALF**wrong if wrong <= min(MOST_WRONG, expected - lost) else Fraction(0)
+    wrong = max(missing, extra)
+    return MISTAKE_FACTOR**wrong if wrong <= min(MAX_WRONG_FACTORS, expected - missing) else Fraction(0)
 
 
-def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
+def share_of_entries(
+    is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
+) -> Fraction:
     """Return the share of a matrix or of numbers that are not all correct.
 
     It is the number of correct nonzero entries, minus the number of zeros that were answered with something else,
     divided by the number of nonzero entries. At least one entry counts as wrong.
 
-    >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
+    >>> share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
     """
-    nonzero_results = [is_same for is_same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
+    nonzero_results = [is_same for is_same, zero in zip(is_correct, is_zero, strict=True) if not zero] or list(
+        is_correct
+    )
     return max(
         Fraction(0),
         Fraction(
-            min(sum(nonzero_results) - count_spoiled_zeros(right, zeros, blanks), len(nonzero_results) - 1),
+            min(sum(nonzero_results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(nonzero_results) - 1),
             len(nonzero_results),
         ),
     )
 
 
-def count_spoiled_zeros(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
+def count_spoiled_zeros(
+    is_correct: Sequence[bool], is_zero: Sequence[bool], blank_entries: Sequence[bool] | None = None
+) -> int:
     """Return how many zeros were answered with something else; 0 if all entries are zeros."""
-    is_blank = blanks or [False] * len(right)
+    is_blank = blank_entries or [False] * len(is_correct)
     is_spoiled = [
-        zero and not is_same and not blank for is_same, zero, blank in zip(right, zeros, is_blank, strict=True)
+        zero and not is_same and not blank for is_same, zero, blank in zip(is_correct, is_zero, is_blank, strict=True)
     ]
-    return 0 if all(zeros) else sum(is_spoiled)
+    return 0 if all(is_zero) else sum(is_spoiled)
 
 
-def share_of_columns(right: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix graded by columns; `right` tells for each nonzero column whether it is correct.
+def share_of_columns(is_correct: Sequence[bool]) -> Fraction:
+    """Return the share of a matrix graded by columns; `is_correct` tells for each nonzero column whether it is correct.
 
     >>> share_of_columns([True, False, True])
     Fraction(2, 3)
     """
-    return Fraction(min(sum(right), len(right) - 1), max(len(right), 1))
+    return Fraction(min(sum(is_correct), len(is_correct) - 1), max(len(is_correct), 1))
 
 
-def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
+def share_of_set(
+    found_and_expected: Sequence[tuple[int, int]], false_conditions: int, *, is_rounded: bool = False
+) -> Fraction:
     """Return the share of a set that is not entirely correct.
 
-    `matched` has the found and the expected number of joint values for each condition. `unsound` is the number of
-    claimed conditions that are false (`count_false_conditions`). If it exceeds the number of conditions found at least
-    in part, the answer counts as guessed and earns nothing. Rounded values count as found; together they cost as much
-    as wrong signs.
+    `found_and_expected` has the found and the expected number of joint values for each condition. `false_conditions` is
+    the number of claimed conditions that are false (`count_false_conditions`). If it exceeds the number of conditions
+    found at least in part, the answer counts as guessed and earns nothing. Rounded values count as found; together they
+    cost as much as wrong signs.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
     >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
     (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    conditions = sum(found_count > 0 for found_count, _ in matched)
-    if conditions == 0 or unsound > conditions:
+    conditions = sum(found_count > 0 for found_count, _ in found_and_expected)
+    if conditions == 0 or false_conditions > conditions:
         return Fraction(0)
-    share = HALF**unsound * (1 - AMISS * is_rounded)
-    for found_count, expected_count in matched:
-        share *= 1 if found_count == expected_count else FORGOTTEN if found_count else HALF
-    return share if share < 1 else HALF  # every condition was found, but one of the claims has no solution
+    share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
+    for found_count, expected_count in found_and_expected:
+        share *= 1 if found_count == expected_count else INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
+    return share if share < 1 else MISTAKE_FACTOR  # every condition was found, but one of the claims has no solution
 
 
-def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
+def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collection[Hashable]) -> int:
     """Return the number of false conditions, from the joints in the false claims and in the true claims.
 
     All false values of a joint count as one, unless true values are claimed as well: then each false value counts.
@@ -141,7 +149,9 @@ def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))
     (1, 2)
     """
-    return len({joints for joints in false if joints not in true}) + sum(joints in true for joints in false)
+    return len({joints for joints in false_claims if joints not in true_claims}) + sum(
+        joints in true_claims for joints in false_claims
+    )
 
 
 # --- what an assignment says ---
@@ -153,7 +163,7 @@ def read_credit(
     """Return (question, rule) for each question with a rule for partial credit. Raises QdotError.
 
     >>> read_credit({"jacobian": "columns"}, ["position", "jacobian"])
-    (('jacobian', Credit(by='columns', worth=Fraction(1, 1))),)
+    (('jacobian', Credit(rule='columns', factor=Fraction(1, 1))),)
     """
     if isinstance(policy, Mapping):
         unknown = next((name for name in policy if name not in questions), None)
@@ -164,10 +174,10 @@ def read_credit(
 
 
 def _parse_credit(setting: str | float) -> Credit:
-    if isinstance(setting, bool) or (isinstance(setting, str) and setting not in WAYS):
-        raise QdotError(CREDIT)
+    if isinstance(setting, bool) or (isinstance(setting, str) and setting not in CREDIT_RULES):
+        raise QdotError(CREDIT_FORM)
     if isinstance(setting, str):
         return Credit(setting)
     if not 0 <= setting <= 1:
-        raise QdotError(CREDIT)
+        raise QdotError(CREDIT_FORM)
     return Credit("", Fraction(str(setting)))

@@ -13,18 +13,18 @@ from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.common.errors import QdotError, likeliest
-from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name
+from qdot.exercises.common.errors import QdotError, most_similar
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, canonical_name
 from qdot.exercises.formula.identity import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
 
-Kind = TypeVar("Kind", bound=Answer)
-About = TypeVar("About", bound="Details")
+AnswerType = TypeVar("AnswerType", bound=Answer)
+DetailsType = TypeVar("DetailsType", bound="Details")
 
 ENGINE = 1
 """Version of the problem generator; it is raised whenever an id regenerates a different problem."""
 
-LARGEST_SEED = (1 << 63) - 1
+MAX_SEED = (1 << 63) - 1
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class ProblemId:
     questions: tuple[str, ...] = ()
     engine: int = ENGINE
     band: tuple[int, int] | None = None
-    variation: str = DEFAULT
+    variation: str = DEFAULT_VARIATION
     convention: str = ""
     twist_order: str = ""
 
     def __str__(self) -> str:
-        marks = ("" if self.variation == DEFAULT else self.variation, self.convention, self.twist_order)
+        marks = ("" if self.variation == DEFAULT_VARIATION else self.variation, self.convention, self.twist_order)
         return "@".join((self.family_and_seed, *filter(None, marks)))
 
     @property
@@ -69,8 +69,8 @@ class ProblemId:
         is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
         if (twist_order or order) and not is_ordered:
             table_words = f"is told by a table (convention = {convention or chosen!r})"
-            raise QdotError(f"{self.family_and_seed} {table_words}; {OF_ORDER}")
-        return replace(self, convention=BY_AXES if twist_order else chosen, twist_order=order)
+            raise QdotError(f"{self.family_and_seed} {table_words}; {TWIST_ORDER_HINT}")
+        return replace(self, convention=SCREW_CONVENTION if twist_order else chosen, twist_order=order)
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
@@ -87,29 +87,30 @@ class ProblemId:
             raise QdotError(
                 f"{text!r} has capital letters, and names have none; {str(lower_case)!r} is meant, probably{hint}"
             )
-        if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
-            raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        sorted_marks = _sort_marks(text, marks.split("@")[1:])
+        if len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
+            raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {MAX_SEED}")
+        sorted_marks = _sort_suffixes(text, marks.split("@")[1:])
         problem = ProblemId(family, int(seed)).with_variation(sorted_marks["variation"])
         return problem.with_convention(sorted_marks["convention"], sorted_marks["order of twists"])
 
 
-def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
+def _sort_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
     """Return the variation, the convention and the order of twists from the @ suffixes of an id; "" if not given.
 
     Raises QdotError for two suffixes of the same kind, and for an unknown suffix.
     """
-    sorted_marks = dict.fromkeys(_MARKS, "")
-    for mark in marks:
-        kind = next((kind for kind, names in _MARKS.items() if mark in names), "variation" if "+" in mark else "")
+    sorted_marks = dict.fromkeys(_SUFFIXES, "")
+    for mark in suffixes:
+        kind = next((kind for kind, names in _SUFFIXES.items() if mark in names), "variation" if "+" in mark else "")
         if not kind:
             mark_name = mark.replace("_", "-")
-            known_suffixes = {name: kind for kind, names in _MARKS.items() for name in names}
-            suggestion = ALIASES.get(mark_name) or likeliest(mark, list(known_suffixes))
+            known_suffixes = {name: kind for kind, names in _SUFFIXES.items() for name in names}
+            suggestion = ALIASES.get(mark_name) or most_similar(mark, list(known_suffixes))
             hint = f" (did you mean the {known_suffixes[suggestion]} {suggestion!r}?)" if suggestion else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{hint}; "
-                f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
+                f"variations: {', '.join(VARIATION_STEPS)}, or axes, as in lengths+base, out of "
+                f"{', '.join(VARIATION_AXES)}; "
                 f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
         if sorted_marks[kind]:
@@ -119,26 +120,30 @@ def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
     return sorted_marks
 
 
-BY_AXES = Screws.name
-OF_ORDER = f'the order of twists is for arms that are told by their axes (convention = "{BY_AXES}")'
+SCREW_CONVENTION = Screws.name
+TWIST_ORDER_HINT = f'the order of twists is for arms that are told by their axes (convention = "{SCREW_CONVENTION}")'
 
-_MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
+_SUFFIXES = {
+    "convention": CONVENTIONS,
+    "order of twists": TWIST_ORDERS,
+    "variation": (*VARIATION_STEPS, *VARIATION_AXES),
+}
 
 
 def find_twist_order(name: str) -> str:
     """Return the order of twists for an identity, "" for the default one. Raises QdotError if it is unknown."""
-    return _find("order of twists", name, TWIST_ORDERS, {})
+    return _find_name("order of twists", name, TWIST_ORDERS, {})
 
 
 def find_convention(name: str) -> str:
     """Return the convention for an identity, "" for the default one. Raises QdotError if it is unknown."""
-    return _find("convention", name, CONVENTIONS, ALIASES)
+    return _find_name("convention", name, CONVENTIONS, ALIASES)
 
 
-def _find(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
+def _find_name(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
     if name not in known:
         normalized_name = name.lower().replace("_", "-").replace(" ", "")
-        suggestion = aliases.get(normalized_name) or likeliest(normalized_name, known)
+        suggestion = aliases.get(normalized_name) or most_similar(normalized_name, known)
         hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
         raise QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
     return "" if name == known[0] else name
@@ -153,7 +158,7 @@ class SymbolInfo:
     value: sp.Expr | None = None
 
 
-def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
+def values_by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
     """Return the numeric values by name."""
     return {symbol.name: float(value) for symbol, value in values.items() if not value.free_symbols}
 
@@ -178,7 +183,7 @@ class Details:
 
     def shown_values(self, chain: Chain) -> Mapping[str, float]:
         """Return the lengths and joint values of the arm that the question's figure and text show."""
-        return {**by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
+        return {**values_by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
@@ -187,7 +192,7 @@ class Details:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OneOfSeveral(Details):
+class ResultChoiceDetails(Details):
     """Details of a question that asks for one of several results; equal details mean the same result of an arm."""
 
 
@@ -213,16 +218,18 @@ class Part:
         shape = "" if self.shape is None else f" {self.shape[0]} x {self.shape[1]}"
         return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
 
-    def of(self, kind: type[Kind]) -> Kind:
-        """Return the answer, typed as `kind`. Raises TypeError if it is of another type."""
-        if not isinstance(self.answer, kind):
-            raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
+    def answer_as(self, answer_type: type[AnswerType]) -> AnswerType:
+        """Return the answer, typed as `answer_type`. Raises TypeError if it is of another type."""
+        if not isinstance(self.answer, answer_type):
+            raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {answer_type.type}")
         return self.answer
 
-    def about(self, kind: type[About]) -> About:
-        """Return the details, typed as `kind`. Raises TypeError if they are of another class."""
-        if not isinstance(self.details, kind):
-            raise TypeError(f"the details of {self.kind!r} are {type(self.details).__name__}, not {kind.__name__}")
+    def details_as(self, details_type: type[DetailsType]) -> DetailsType:
+        """Return the details, typed as `details_type`. Raises TypeError if they are of another class."""
+        if not isinstance(self.details, details_type):
+            raise TypeError(
+                f"the details of {self.kind!r} are {type(self.details).__name__}, not {details_type.__name__}"
+            )
         return self.details
 
     @property
@@ -328,10 +335,10 @@ class Problem:
         return sum(part.points for part in self.parts)
 
 
-def variable(slot: str, part: str) -> str:
+def answer_variable(slot: str, part: str) -> str:
     """Return the name of the variable that holds the answer to a part.
 
-    >>> variable("p1", "inverse-jacobian")
+    >>> answer_variable("p1", "inverse-jacobian")
     'p1_inverse_jacobian'
     """
     return f"{slot}_{part.replace('-', '_')}"

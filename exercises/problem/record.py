@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
@@ -34,7 +34,10 @@ def robot_json(chain: Chain) -> Json:
         "name": chain.name,
         "title": chain.title,
         "joints": [
-            {"kind": joint.kind, **{name: text_of(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
+            {
+                "kind": joint.kind,
+                **{name: expression_text(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")},
+            }
             for joint in chain.joints
         ],
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
@@ -64,7 +67,7 @@ def to_plain_data(value: object) -> Any:
     if isinstance(value, (tuple, list)):
         return [to_plain_data(item) for item in value]
     if isinstance(value, sp.Expr):
-        return text_of(value)
+        return expression_text(value)
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
@@ -80,11 +83,11 @@ class Digests:
 def digests(problem: Problem) -> Digests:
     """Return the digests of a problem. They don't depend on the points, which may change later."""
     arm = _digest(robot_json(problem.chain))
-    parts = {part.name: _digest(_part(part)) for part in problem.parts}
+    parts = {part.name: _digest(_part_json(part)) for part in problem.parts}
     return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
 
 
-def _part(part: Part) -> Json:
+def _part_json(part: Part) -> Json:
     content = {
         "kind": part.kind,
         "reference": part.answer.as_json(),

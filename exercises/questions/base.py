@@ -14,39 +14,39 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
 from qdot.exercises.arm.derivation import TooLong, derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas
+from qdot.exercises.arm.derivation_graph import Change, Working, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.reference import Written, reference_working
+from qdot.exercises.questions.reference import TextbookStages, derive_reference
 
 Option = TypeVar("Option")
 
-BY_HAND = 3
+MAX_JOINTS_FOR_INVERSE = 3
 """Maximum number of joints for which an inverse is worked out as formulas."""
 
-ASKED_OF = {
+CONVENTION_OBJECTIONS = {
     FRAMES: "it is asked in the frames of a table, and this arm is told by its axes",
     FRAMES_OF_JOINTS: 'it is asked of arms with a modified table (convention = "modified-dh")',
     SCREWS: 'it is asked of arms that are told by their axes (convention = "screws")',
 }
 """Why a question does not apply to an arm, by the feature of its convention that the question needs."""
 
-Asked = tuple[Answer, Details]
+AnswerAndDetails = tuple[Answer, Details]
 """The answer, and the details that the wording also needs."""
 
 
-def no_objection(chain: Chain) -> str | None:
+def object_to_nothing(chain: Chain) -> str | None:
     """Return None: the question applies to every arm."""
     return None
 
 
-def no_details(chain: Chain, rng: Stream) -> Details:
+def make_no_details(chain: Chain, rng: Stream) -> Details:
     """Return no details: the wording needs nothing but the answer."""
     return Details()
 
 
-def objection_unless_square(chain: Chain) -> str | None:
+def object_unless_square(chain: Chain) -> str | None:
     """Return the objection to an arm whose task Jacobian has no determinant."""
     if len(chain.task) != chain.n:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
@@ -55,58 +55,60 @@ def objection_unless_square(chain: Chain) -> str | None:
     return None
 
 
-MOST_TERMS = 30
+MAX_TERMS = 30
 """Maximum number of terms of a result to work out by hand, in all entries together. Example 6.3 has 15."""
 
 
 @lru_cache(maxsize=4096)
-def _count_terms(generic: Chain, result: str) -> int:
-    return count_terms(getattr(derive(generic), result))
+def _count_terms(generic: Chain, result_name: str) -> int:
+    return count_terms(getattr(derive(generic), result_name))
 
 
-def objection_to_terms(count: int) -> str | None:
-    """Return the objection to a result with `count` terms, or None if it can be worked out by hand."""
-    return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+def object_to_term_count(term_count: int) -> str | None:
+    """Return the objection to a result with `term_count` terms, or None if it can be worked out by hand."""
+    return f"it has {term_count} terms, too many to be worked out by hand" if term_count > MAX_TERMS else None
 
 
-def objection_to_length(result: str) -> Callable[[Chain], str | None]:
+def make_length_objection(result_name: str) -> Callable[[Chain], str | None]:
     """Return a function that objects to arms for which a result of `Derivation` ("geometric", "z", …) is too long."""
-    return lambda chain: objection_to_terms(_count_terms(structure(chain).chain, result))
+    return lambda chain: object_to_term_count(_count_terms(structure(chain).chain, result_name))
 
 
-def objection_to_size(result: str, most_joints: int, count: Callable[[Chain], int]) -> Callable[[Chain], str | None]:
+def make_size_objection(
+    description: str, max_joints: int, count_terms_of: Callable[[Chain], int]
+) -> Callable[[Chain], str | None]:
     """Return a function that objects to arms for which a result has too many joints or terms.
 
-    `result` describes it, with {n} for the number of joints.
+    `description` describes it, with {n} for the number of joints.
     """
 
     def object_to_size(chain: Chain) -> str | None:
-        if chain.n > most_joints:
-            return f"{result.format(n=chain.n)} is too long to be worked out by hand"
-        return objection_to_terms(count(chain))
+        if chain.n > max_joints:
+            return f"{description.format(n=chain.n)} is too long to be worked out by hand"
+        return object_to_term_count(count_terms_of(chain))
 
     return object_to_size
 
 
-def objection_to_inverse(chain: Chain) -> str | None:
+def object_to_inverse(chain: Chain) -> str | None:
     """Return the objection to arms whose task Jacobian is larger than 3 x 3 or has too many terms to be inverted."""
-    if chain.n > BY_HAND:
+    if chain.n > MAX_JOINTS_FOR_INVERSE:
         return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to be worked out by hand"
-    return objection_to_length("jacobian")(chain)
+    return make_length_objection("jacobian")(chain)
 
 
-def objection_to_point(chain: Chain) -> str | None:
+def object_to_point_before_last_link(chain: Chain) -> str | None:
     """Return the objection to arms whose tool point is not fixed in the last frame."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-Formula = Callable[[Working, Details], np.ndarray]
+StageFormula = Callable[[Working, Details], np.ndarray]
 """A function that computes an answer, (rows, columns, …) or (rows, …), from the stages of a derivation.
 
 It works in any arithmetic.
 """
 
-Substitution = Callable[[np.ndarray], Mapping[str, Change]]
+StageSubstitution = Callable[[np.ndarray], Mapping[str, Change]]
 """A function that returns how an answer, (rows, columns, …), changes the stages of a derivation."""
 
 RowOrder = Callable[[Chain], Sequence[int]]
@@ -116,11 +118,11 @@ The order is its own inverse.
 """
 
 
-def stage_formula(name: str, row_order: RowOrder | None = None) -> Formula:
+def make_stage_formula(stage: str, row_order: RowOrder | None = None) -> StageFormula:
     """Return a formula whose value is a stage of the derivation: a matrix, a vector or a single number."""
 
     def formula(w: Working, _: Details) -> np.ndarray:
-        values = np.asarray(w[name])
+        values = np.asarray(w[stage])
         if row_order is not None:
             values = values[row_order(w.chain)]
         return values[None] if values.ndim == 1 else values
@@ -128,72 +130,75 @@ def stage_formula(name: str, row_order: RowOrder | None = None) -> Formula:
     return formula
 
 
-def stage_substitution(name: str, row_order: RowOrder | None = None) -> Substitution:
+def make_stage_substitution(stage: str, row_order: RowOrder | None = None) -> StageSubstitution:
     """Return a substitution that replaces a stage by an answer."""
 
-    def substitute(rows: np.ndarray) -> Mapping[str, Change]:
-        def change(w: Working, right: np.ndarray) -> np.ndarray:
-            ordered_rows = rows if row_order is None else rows[row_order(w.chain)]
-            return np.asarray({1: ordered_rows[0, 0], 2: ordered_rows[:, 0], 3: ordered_rows}[np.ndim(right)])
+    def substitute(answer: np.ndarray) -> Mapping[str, Change]:
+        def change(w: Working, correct: np.ndarray) -> np.ndarray:
+            ordered_rows = answer if row_order is None else answer[row_order(w.chain)]
+            return np.asarray({1: ordered_rows[0, 0], 2: ordered_rows[:, 0], 3: ordered_rows}[np.ndim(correct)])
 
-        return {name: change}
+        return {stage: change}
 
     return substitute
 
 
-def times_rates(name: str, row_order: RowOrder | None = None) -> Formula:
+def make_rate_product_formula(stage: str, row_order: RowOrder | None = None) -> StageFormula:
     """Return a formula that multiplies a stage, which is a Jacobian, by the joint rates."""
-    jacobian = stage_formula(name, row_order)
+    jacobian = make_stage_formula(stage, row_order)
     return lambda w, details: apply_matrix(jacobian(w, details), w["joint rates"])
 
 
-def substitute_columns(name: str, **also: Change) -> Substitution:
+def make_column_substitution(stage: str, **other_changes: Change) -> StageSubstitution:
     """Return a substitution that replaces the first vectors of a stage by the columns of an answer.
 
-    `also` are changes of other stages.
+    `other_changes` are changes of other stages.
     """
-    return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
+    return lambda rows: {
+        stage: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]),
+        **other_changes,
+    }
 
 
 def shuffle_options(
-    options: Sequence[Option], right: Option, rng: Stream, words: Callable[[Option], str] = str
+    options: Sequence[Option], correct: Option, rng: Stream, describe: Callable[[Option], str] = str
 ) -> tuple[Choice, list[Option]]:
-    """Return a choice between options in random order, described by `words`, and the shuffled options."""
+    """Return a choice between options in random order, described by `describe`, and the shuffled options."""
     shuffled = rng.permutation(options)
-    return Choice(tuple(map(words, shuffled)), shuffled.index(right)), shuffled
+    return Choice(tuple(map(describe, shuffled)), shuffled.index(correct)), shuffled
 
 
-def nothing(*_: object) -> tuple[()]:
+def name_nothing(*_: object) -> tuple[()]:
     """Return no names: texts refer to entries by row and column."""
     return ()
 
 
-Grid = tuple[Sequence[str], Sequence[str]]
+RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]
 """Labels of the rows and of the columns of a matrix: in typed form, or in LaTeX if they can't be typed."""
 
 
-def no_grid(chain: Chain) -> Grid:
+def label_nothing(chain: Chain) -> RowAndColumnLabels:
     """Return no names for rows and columns."""
     return (), ()
 
 
-def rates_to(rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], Grid]:
-    """Return a function that labels a Jacobian: its rows by `rows`, and its columns by the joint rates."""
-    return lambda chain: (rows(chain), joint_rates(chain))
+def make_jacobian_labels(label_rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], RowAndColumnLabels]:
+    """Return a function that labels a Jacobian: its rows by `label_rows`, and its columns by the joint rates."""
+    return lambda chain: (label_rows(chain), name_joint_rates(chain))
 
 
-_OF_LATEX = str.maketrans("", "", "\\{}_")
+_LATEX_MARKS_TO_REMOVE = str.maketrans("", "", "\\{}_")
 
 
-def joint_rates(chain: Chain) -> tuple[str, ...]:
+def name_joint_rates(chain: Chain) -> tuple[str, ...]:
     """Return the names of the joint rates, as `solve` returns them: qd1, qd2, …"""
     return tuple(rate.name for rate in chain.rates)
 
 
-def velocities(rows: Sequence[str]) -> list[str]:
+def name_velocity_components(rows: Sequence[str]) -> list[str]:
     r"""Return the LaTeX names of components of a twist.
 
-    >>> velocities(["vx", "wz"])
+    >>> name_velocity_components(["vx", "wz"])
     ['v_{x}', '\\omega_{z}']
     """
     return [("v" if row[0] == "v" else r"\omega") + f"_{{{row[1]}}}" for row in rows]
@@ -206,12 +211,12 @@ class Question:
     If the answer is computed from stages of the derivation, these fields describe it:
 
     - `stage`: the answer is this stage, with its rows in `row_order`. A student's answer can then replace the stage.
-      For any other formula, `formula` computes the answer from the stages, and `substitutes` returns which stages an
+      For any other formula, `formula` computes the answer from the stages, and `substitution` returns which stages an
       answer replaces.
-    - `written`: stages in textbook form, in addition to those of `reference.WRITTEN`. The reference answer is computed
-      from these. If it should have another form, `reference` returns it.
+    - `textbook_stages`: stages in textbook form, in addition to those of `reference.WRITTEN`. The reference answer is
+      computed from these. If it should have another form, `reference` returns it.
     - `answer_type`: Matrix (also for a vector) or Expression.
-    - `details`: returns what the wording needs in addition to the answer.
+    - `make_details`: returns what the wording needs in addition to the answer.
 
     Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
     `formula`, the grader recognises what mistakes in the derivation lead to. If it has none, the grader recognises only
@@ -219,24 +224,25 @@ class Question:
 
     `objection` returns why the question makes no sense for an arm, or None. `too_long` returns why the answer is too
     long to work out by hand, or None. A short question of a quiz has a `form`. It shows the answers to the questions
-    named in `shows`, which are therefore not asked with it. The default `template` has the question's name.
+    named in `shown_answers`, which are therefore not asked with it. The default `template` has the question's name.
 
-    A student may label the entries of an answer by `labels`, and the columns of a matrix by `columns`. `entry_names`
-    are the names of the entries in LaTeX, and `grid` names the rows and columns. `is_made_of_jacobian` means that the
-    answer is derived from a given J. `is_made_of_minors` means that it consists of minors of J: their formulas take
-    minutes for many joints, and a single formula is a product whose factors are compared.
+    A student may label the entries of an answer by `typed_names`, and the columns of a matrix by `column_names`.
+    `entry_names` are the names of the entries in LaTeX, and `row_and_column_labels` names the rows and columns.
+    `is_made_of_jacobian` means that the answer is derived from a given J. `is_made_of_minors` means that it consists of
+    minors of J: their formulas take minutes for many joints, and a single formula is a product whose factors are
+    compared.
 
-    `adds_up` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
-    `linear_rows` are the rows with these sums, each with its axis (0 to 2). A `last_row` is the same for all arms.
-    Export formats with a box for each entry show it instead of boxes.
+    `link_sums` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
+    `link_sum_rows` are the rows with these sums, each with its axis (0 to 2). A `constant_last_row` is the same for all
+    arms. Export formats with a box for each entry show it instead of boxes.
 
-    The grader marks later parts on a student's own earlier results. `follows_from` has sets of questions from whose
+    The grader marks later parts on a student's own earlier results. `source_questions` has sets of questions from whose
     answers this one can be derived, in the order in which the grader tries them. The default is the set `needs`. If the
-    answer is a set of conditions, it consists of the configurations at which the formula `vanishes` is zero.
+    answer is a set of conditions, it consists of the configurations at which the formula `zero_formula` is zero.
 
-    The question applies to arms whose convention has the feature `speaks_of`, one of ASKED_OF, or to all arms if that
-    is empty. `title_for` returns the title for an arm if `title` does not fit all arms. For example, some Jacobians are
-    found without differentiation.
+    The question applies to arms whose convention has the feature `required_feature`, one of ASKED_OF, or to all arms if
+    that is empty. `title_for` returns the title for an arm if `title` does not fit all arms. For example, some
+    Jacobians are found without differentiation.
     """
 
     name: str
@@ -247,57 +253,57 @@ class Question:
     needs: tuple[str, ...] = ()
     stage: str = ""
     row_order: RowOrder | None = None
-    formula: Formula | None = None
-    substitutes: Substitution | None = None
-    written: Written = field(default_factory=dict, hash=False)
+    formula: StageFormula | None = None
+    substitution: StageSubstitution | None = None
+    textbook_stages: TextbookStages = field(default_factory=dict, hash=False)
     reference: Callable[[Chain, Details], sp.Matrix] | None = None
     answer_type: type[Matrix] | type[Expression] = Matrix
-    details: Callable[[Chain, Stream], Details] = no_details
-    sample: Callable[[Chain, Stream], Asked | None] | None = None
-    objection: Callable[[Chain], str | None] = no_objection
-    too_long: Callable[[Chain], str | None] = no_objection
+    make_details: Callable[[Chain, Stream], Details] = make_no_details
+    sample: Callable[[Chain, Stream], AnswerAndDetails | None] | None = None
+    objection: Callable[[Chain], str | None] = object_to_nothing
+    too_long: Callable[[Chain], str | None] = object_to_nothing
     form: str = ""
-    shows: tuple[str, ...] = ()
+    shown_answers: tuple[str, ...] = ()
     template: str = ""
-    labels: Callable[[Chain], tuple[str, ...]] = nothing
-    entry_names: Callable[[Chain, Part], Sequence[str]] = nothing
-    columns: Callable[[Chain], tuple[str, ...]] = nothing
-    grid: Callable[[Chain], Grid] = no_grid
+    typed_names: Callable[[Chain], tuple[str, ...]] = name_nothing
+    entry_names: Callable[[Chain, Part], Sequence[str]] = name_nothing
+    column_names: Callable[[Chain], tuple[str, ...]] = name_nothing
+    row_and_column_labels: Callable[[Chain], RowAndColumnLabels] = label_nothing
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
-    adds_up: Literal["", "links", "columns of links"] = ""
-    linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = nothing
-    last_row: tuple[str, ...] = ()
-    follows_from: tuple[tuple[str, ...], ...] | None = None
-    vanishes: Formula | None = None
-    speaks_of: str = ""
+    link_sums: Literal["", "links", "columns of links"] = ""
+    link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = name_nothing
+    constant_last_row: tuple[str, ...] = ()
+    source_questions: tuple[tuple[str, ...], ...] | None = None
+    zero_formula: StageFormula | None = None
+    required_feature: str = ""
     title_for: Callable[[Chain], str] | None = None
 
     def __post_init__(self) -> None:
         if self.stage:
-            object.__setattr__(self, "formula", stage_formula(self.stage, self.row_order))
-            object.__setattr__(self, "substitutes", stage_substitution(self.stage, self.row_order))
+            object.__setattr__(self, "formula", make_stage_formula(self.stage, self.row_order))
+            object.__setattr__(self, "substitutes", make_stage_substitution(self.stage, self.row_order))
 
-    def ask(self, chain: Chain, rng: Stream) -> Asked:
+    def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer, and the details that the wording needs. Raises RuntimeError if there is nothing to ask."""
         if self.sample is not None:
             answer_and_details = self.sample(chain, rng)
             if answer_and_details is None:
                 raise RuntimeError(f"{self.name} finds nothing to ask of {chain}; please report this")
             return answer_and_details
-        details = self.details(chain, rng)
+        details = self.make_details(chain, rng)
         if self.reference is not None:
             matrix = self.reference(chain, details)
         else:
             assert self.formula is not None, self.name
-            matrix = as_formulas(self.formula(reference_working(chain, self.written), details))
+            matrix = to_sympy_matrix(self.formula(derive_reference(chain, self.textbook_stages), details))
         return (Matrix(matrix) if self.answer_type is Matrix else Expression(matrix[0])), details
 
     @property
-    def follows(self) -> tuple[tuple[str, ...], ...]:
+    def derivation_sources(self) -> tuple[tuple[str, ...], ...]:
         """The sets of questions from whose answers this one can be derived, in the order for the grader to try."""
-        if self.follows_from is not None:
-            return self.follows_from
+        if self.source_questions is not None:
+            return self.source_questions
         return (self.needs,) if self.needs else ()
 
     def heading(self, chain: Chain) -> str:
@@ -305,14 +311,14 @@ class Question:
         return self.title if self.title_for is None else self.title_for(chain)
 
     @property
-    def is_long(self) -> bool:
+    def is_long_in_formulas(self) -> bool:
         """Whether the result is made of minors, whose formulas are too long for many joints."""
-        return self.is_made_of_minors or self.vanishes is not None
+        return self.is_made_of_minors or self.zero_formula is not None
 
-    def typed_labels(self, chain: Chain, part: Part) -> tuple[str, ...]:
+    def list_typed_names(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
-        labels = self.labels(chain) or tuple(
-            name.removeprefix(r"\text").translate(_OF_LATEX)
+        labels = self.typed_names(chain) or tuple(
+            name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE)
             for name in self.entry_names(chain, part)
             if part.shape is None or part.shape[1] == 1
         )
@@ -321,23 +327,25 @@ class Question:
     @property
     def conventions(self) -> tuple[str, ...]:
         """The names of the conventions to whose arms it applies."""
-        return tuple(name for name, convention in REGISTRY.items() if {self.speaks_of} - {""} <= convention.has)
+        return tuple(
+            name for name, convention in REGISTRY.items() if {self.required_feature} - {""} <= convention.features
+        )
 
-    def objection_to_convention(self, convention: str) -> str | None:
+    def find_convention_objection(self, convention: str) -> str | None:
         """Return why it does not apply to arms that are presented in a convention, or None."""
-        return None if convention in self.conventions else ASKED_OF[self.speaks_of]
+        return None if convention in self.conventions else CONVENTION_OBJECTIONS[self.required_feature]
 
-    def refusal(self, chain: Chain) -> str | None:
+    def find_obstacle(self, chain: Chain) -> str | None:
         """Return why it can't be asked for an arm: it does not apply, or is too long. Return None if it can."""
-        return self.objects(chain) or self.too_long(chain)
+        return self.find_objection(chain) or self.too_long(chain)
 
-    def object_to_arm(self, chain: Chain) -> str | None:
+    def find_arm_objection(self, chain: Chain) -> str | None:
         """Return why it makes no sense for an arm in a suitable convention, or None. Raises TooLong."""
         return self.objection(chain)
 
-    def objects(self, chain: Chain) -> str | None:
+    def find_objection(self, chain: Chain) -> str | None:
         """Return why it makes no sense for an arm, or can't be derived, or None."""
         try:
-            return self.objection_to_convention(chain.convention) or self.object_to_arm(chain)
+            return self.find_convention_objection(chain.convention) or self.find_arm_objection(chain)
         except TooLong as error:
             return str(error)

@@ -14,27 +14,27 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.directions import lost_direction
-from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, round_matrix
+from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, shuffle_options
-from qdot.exercises.questions.differentiation import ForTask
+from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
+from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.geometry import (
-    AtPose,
-    Pose,
+    ConfigurationDetails,
+    ExactConfiguration,
+    compute_lost_direction,
+    evaluate_jacobian,
     evaluate_precisely,
-    find_singular_pose,
-    jacobian_at,
-    make_pose,
+    find_singular_configuration,
+    make_exact_configuration,
     nearest_integer,
-    precise_lost_direction,
-    sample_regular_pose,
+    sample_regular_configuration,
     sample_unequal_lengths,
 )
-from qdot.exercises.questions.inversion import sample_pose
-from qdot.exercises.questions.singular import objection_unless_direction_lost
+from qdot.exercises.questions.inversion import sample_joint_values
+from qdot.exercises.questions.singular import object_unless_direction_lost
 
-DIFFERENT = 0.2
+MIN_OPTION_DIFFERENCE = 0.2
 """Minimum difference of two options, as a fraction of the larger one."""
 
 # --- size of J ---
@@ -52,11 +52,11 @@ def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
     return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
 
 
-def _ask_size(chain: Chain, rng: Stream) -> Asked:
+def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
     tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
-    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), ForTask(task=task)
+    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), TaskDetails(task=task)
 
 
 def _object_to_task(chain: Chain) -> str | None:
@@ -67,19 +67,19 @@ def _object_to_task(chain: Chain) -> str | None:
 
 
 @dataclass(frozen=True)
-class Effect:
+class JointEffect:
     """The joint that moves alone, the configuration, and the components of velocity that are shown."""
 
     joint: int
-    place: Pose
+    place: ExactConfiguration
     rows: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfJoint(Details):
+class JointEffectDetails(Details):
     """Details of a question about the velocity that one joint causes."""
 
-    effect: Effect
+    effect: JointEffect
 
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration."""
@@ -103,81 +103,88 @@ def _object_to_effect(chain: Chain) -> str | None:
     return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
 
 
-Numbers = tuple[sp.Rational, ...]
+RoundedVector = tuple[sp.Rational, ...]
 
 
-def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
-        configuration = make_pose(chain, lengths, joints)
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
+        configuration = make_exact_configuration(chain, lengths, joints)
         jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
-        moving_joints = [i for i in range(chain.n) if _measure(jacobian.col(i)) > 0.1]
+        moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > 0.1]
         if not moving_joints:
             continue
         joint = rng.choice(moving_joints)
         correct = _round_vector(jacobian.col(joint))
-        wrong_answers: list[Numbers] = []
+        wrong_answers: list[RoundedVector] = []
         for vector in rng.permutation(
-            _distort(chain, configuration, joint, jacobian, [row for row in indices if row < 3])
+            _make_wrong_columns(chain, configuration, joint, jacobian, [row for row in indices if row < 3])
         ):
             candidate = _round_vector(vector)
-            if all(_differ(candidate, option) for option in (correct, *wrong_answers)):
+            if all(_differ_clearly(candidate, option) for option in (correct, *wrong_answers)):
                 wrong_answers.append(candidate)
         if len(wrong_answers) >= 3:
             answer, _ = shuffle_options([correct, *wrong_answers[:3]], correct, rng, write_vector)
-            return answer, OfJoint(effect=Effect(joint + 1, configuration, rows), pose=configuration.figure)
+            return answer, JointEffectDetails(
+                effect=JointEffect(joint + 1, configuration, rows), pose=configuration.figure_values
+            )
     return None
 
 
 def _derive_effect(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, OfJoint)
+    assert isinstance(details, JointEffectDetails)
     effect = details.effect
     return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
 
 
-def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
+def _make_wrong_columns(
+    chain: Chain, configuration: ExactConfiguration, joint: int, jacobian: sp.Matrix, linear_rows: list[int]
+) -> list[sp.Matrix]:
     """Return wrong versions of a column.
 
     They have the wrong sign, belong to another joint, are p* itself, use the p* of the next origin, or mix up the axes.
     """
-    column = shown.col(joint)
-    vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
-    if linear:
+    column = jacobian.col(joint)
+    vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
+    if linear_rows:
         derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
-        z, p_star = evaluate_precisely(chain, pose, derivation.z), evaluate_precisely(chain, pose, derivation.p_star)
-        vectors.append(p_star.col(joint).extract(linear, [0]))
+        z, p_star = (
+            evaluate_precisely(chain, configuration, derivation.z),
+            evaluate_precisely(chain, configuration, derivation.p_star),
+        )
+        vectors.append(p_star.col(joint).extract(linear_rows, [0]))
         origin = joint + is_revolute
         if origin < chain.n:
-            vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear, [0]))
+            vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
     vectors += [
         sp.Matrix(entries) for entries in ([-y, x, *other_entries], [y, x, *other_entries], [x, -y, *other_entries])
     ]
-    return [vector for vector in vectors if _measure(vector) > 0.05]
+    return [vector for vector in vectors if _compute_norm(vector) > 0.05]
 
 
-def _measure(vector: Iterable[sp.Expr]) -> float:
+def _compute_norm(vector: Iterable[sp.Expr]) -> float:
     """Return the norm of a vector. The sum is equal on every machine, because a norm may be exactly at a limit."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
-def _round_vector(vector: sp.Matrix) -> Numbers:
+def _round_vector(vector: sp.Matrix) -> RoundedVector:
     """Return the entries of a vector, rounded to three decimals."""
     return tuple(_round_to(value, 3) for value in vector)
 
 
-def _round_to(value: sp.Expr, places: int) -> sp.Rational:
-    return sp.Rational(nearest_integer(sp.Float(value, 30) * 10**places), 10**places)
+def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
+    return sp.Rational(nearest_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
 
 
-def _differ(a: Numbers, b: Numbers) -> bool:
-    distance = _measure(x - y for x, y in zip(a, b, strict=True))
-    return distance > DIFFERENT * max(_measure(a), _measure(b))
+def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:
+    distance = _compute_norm(x - y for x, y in zip(a, b, strict=True))
+    return distance > MIN_OPTION_DIFFERENCE * max(_compute_norm(a), _compute_norm(b))
 
 
-def write_vector(vector: Numbers) -> str:
+def write_vector(vector: RoundedVector) -> str:
     """Return a vector as the text of an option, with three decimals per entry.
 
     >>> write_vector((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
@@ -186,18 +193,18 @@ def write_vector(vector: Numbers) -> str:
     return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
 
 
-def read_vector(words: str) -> list[float]:
+def parse_vector(text: str) -> list[float]:
     """Return the vector that an option shows, parsed from the text of `write_vector`.
 
-    >>> read_vector("(0.333, -2.000)")
+    >>> parse_vector("(0.333, -2.000)")
     [0.333, -2.0]
     """
-    return [float(value) for value in words.strip("()").split(",")]
+    return [float(value) for value in text.strip("()").split(",")]
 
 
 # --- when (6.7) can be used ---
 
-USES = {
+INVERTIBILITY_ANSWERS = {
     "regular": "yes: $J$ is square and has full rank in this configuration",
     "singular": "no: $J$ is square, but singular in this configuration",
     "redundant": "no: $J$ has more columns than rows, and infinitely many joint rates give the same velocity",
@@ -206,7 +213,7 @@ USES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForUse(AtPose):
+class InvertibilityDetails(ConfigurationDetails):
     """Details of a question whether (6.7) applies: the answer's key in USES, J in numbers, and det J if J is square."""
 
     use: str
@@ -215,128 +222,140 @@ class ForUse(AtPose):
     determinant: sp.Float | None = None
 
 
-def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose the answer first, then a task and a configuration for which it is correct."""
-    for use in rng.permutation(tuple(USES)):
+    for use in rng.permutation(tuple(INVERTIBILITY_ANSWERS)):
         for task in rng.permutation(_list_tasks(chain, use))[:6]:
             arm = chain.with_task(*task)
-            configuration = _sample_pose_for(arm, use, rng)
+            configuration = _sample_configuration_for(arm, use, rng)
             if configuration is not None:
-                answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
-                return answer, _describe_use(arm, use, configuration)
+                answer, _ = shuffle_options(tuple(INVERTIBILITY_ANSWERS), use, rng, INVERTIBILITY_ANSWERS.__getitem__)
+                return answer, _describe_invertibility(arm, use, configuration)
     return None
 
 
-def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
+def _describe_invertibility(chain: Chain, answer_key: str, configuration: ExactConfiguration) -> InvertibilityDetails:
     """Return the details for an arm with the given task, with numbers to four digits."""
-    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
-    numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
-    value = four_digits(determinant(numbers)) if jacobian.is_square else None
-    return ForUse(
-        use=use, task=chain.task, place=pose, pose=pose.figure, numbers=round_matrix(numbers), determinant=value
+    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
+    numbers = [[evaluate_in_context(value) for value in row] for row in jacobian.tolist()]
+    value = round_to_four_digits(determinant(numbers)) if jacobian.is_square else None
+    return InvertibilityDetails(
+        use=answer_key,
+        task=chain.task,
+        place=configuration,
+        pose=configuration.figure_values,
+        numbers=round_matrix(numbers),
+        determinant=value,
     )
 
 
 @lru_cache(maxsize=1024)
-def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
+def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs. For square J, prefer the arm's own task."""
     rows = moving_rows(derive(chain).geometric)
     row_counts = {
         "regular": [chain.n], "singular": [chain.n],
         "redundant": range(1, chain.n), "few": range(chain.n + 1, len(rows) + 1),
-    }[use]  # fmt: skip
-    if use in ("regular", "singular") and len(chain.task) == chain.n:
+    }[answer_key]  # fmt: skip
+    if answer_key in ("regular", "singular") and len(chain.task) == chain.n:
         return (chain.task,)
-    if use in ("regular", "singular") and chain.n > 3:
+    if answer_key in ("regular", "singular") and chain.n > 3:
         return ()
     return tuple(task for size in row_counts for task in combinations(rows, size))
 
 
-def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
-    if use == "singular":
-        return find_singular_pose(chain, rng)
-    return sample_regular_pose(chain, rng, 0.06, use == "regular")
+def _sample_configuration_for(chain: Chain, answer_key: str, rng: Stream) -> ExactConfiguration | None:
+    if answer_key == "singular":
+        return find_singular_configuration(chain, rng)
+    return sample_regular_configuration(chain, rng, 0.06, answer_key == "regular")
 
 
 # --- which velocities a singularity makes impossible ---
 
-MOST_ROWS = 4
+MAX_ROWS = 4
 """Maximum number of velocity components of an option."""
 
 
 @dataclass(frozen=True)
-class Cost:
+class VelocityLoss:
     """The singular configuration, whether the correct option is a possible velocity, and the lost direction.
 
     `products` are the scalar products of the lost direction with the options (by letter), to two decimals.
     """
 
-    place: Pose
+    place: ExactConfiguration
     possible: bool
     lost: tuple[sp.Rational, ...]
     products: tuple[tuple[str, sp.Rational], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfCost(Details):
+class VelocityLossDetails(Details):
     """Details of a question about the velocities that are impossible at a singular configuration."""
 
-    cost: Cost
+    cost: VelocityLoss
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the singular configuration."""
         return {**self.cost.place.numbers, **(self.pose or {})}
 
 
-def _object_to_cost(chain: Chain) -> str | None:
-    if objection := objection_unless_direction_lost(chain):
+def _object_to_velocity_loss(chain: Chain) -> str | None:
+    if objection := object_unless_direction_lost(chain):
         return objection
-    if len(chain.task) > MOST_ROWS:
+    if len(chain.task) > MAX_ROWS:
         return f"its task counts {len(chain.task)} components of velocity"
-    return None if _has_cost(chain) else "no singular configuration loses exactly one direction"
+    return None if _loses_one_direction_somewhere(chain) else "no singular configuration loses exactly one direction"
 
 
 @lru_cache(maxsize=1024)
-def _has_cost(chain: Chain) -> bool:
-    return find_singular_pose(chain, Stream("cost"), 1) is not None
+def _loses_one_direction_somewhere(chain: Chain) -> bool:
+    return find_singular_configuration(chain, Stream("cost"), 1) is not None
 
 
-def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose at random whether exactly one of four velocities can be produced, or all but one."""
     is_possible = rng.choice((True, False))
     for _ in range(20):
-        configuration = find_singular_pose(chain, rng, 1)
+        configuration = find_singular_configuration(chain, rng, 1)
         if configuration is None:
             continue
         jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_vector = lost_direction(jacobian_at(chain, configuration))
+        lost_vector = lost_direction(evaluate_jacobian(chain, configuration))
         assert lost_vector is not None
         velocities = _sample_velocities(jacobian, lost_vector, is_possible, rng)
         if velocities is not None:
             answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
-            lost_entries = _round_vector(precise_lost_direction(chain, configuration))
+            lost_entries = _round_vector(compute_lost_direction(chain, configuration))
             products = [sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled]
             lettered_products = tuple(
                 (letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True)
             )
-            return answer, OfCost(
-                cost=Cost(configuration, is_possible, lost_entries, lettered_products), pose=configuration.figure
+            return answer, VelocityLossDetails(
+                cost=VelocityLoss(configuration, is_possible, lost_entries, lettered_products),
+                pose=configuration.figure_values,
             )
     return None
 
 
-def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
+def _sample_velocities(
+    jacobian: sp.Matrix, lost_unit_vector: np.ndarray, possible: bool, rng: Stream
+) -> list[RoundedVector] | None:
     """Return four velocities, the correct option first: only it can be produced if `possible`, else only the others."""
-    velocities: list[Numbers] = []
+    velocities: list[RoundedVector] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
         is_possible = possible == (not velocities)
-        addition = sp.zeros(jacobian.rows, 1) if is_possible else _sample_velocity_along(lost, _measure(produced), rng)
+        addition = (
+            sp.zeros(jacobian.rows, 1)
+            if is_possible
+            else _sample_velocity_along(lost_unit_vector, _compute_norm(produced), rng)
+        )
         velocity = _round_vector(produced + addition)
         if (
-            0.1 < _measure(sp.Matrix(velocity)) < 3
-            and _has_clear_share(velocity, lost, is_possible)
+            0.1 < _compute_norm(sp.Matrix(velocity)) < 3
+            and _is_clearly_as_intended(velocity, lost_unit_vector, is_possible)
             and _is_new(velocity, velocities)
         ):
             velocities.append(velocity)
@@ -345,36 +364,43 @@ def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rn
     return None
 
 
-def _sample_velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
-    """Return a velocity along the lost direction whose length is `size` in whole hundredths, at least 0.2."""
-    factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
-    first_entry = next(value for value in lost if abs(value) > 1e-3)
-    oriented = lost if first_entry > 0 else -lost
+def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) -> sp.Matrix:
+    """Return a velocity along the lost direction whose length is `length` in whole hundredths, at least 0.2."""
+    factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(length, 0.2)), 100)
+    first_entry = next(value for value in direction if abs(value) > 1e-3)
+    oriented = direction if first_entry > 0 else -direction
     return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
 
 
-def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
-    """Return whether a velocity has no component along the lost direction if it `can` be produced, else a clear one."""
+def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
+    """Return whether the arm can clearly produce a velocity if `is_possible`, and clearly can't otherwise.
+
+    It can if the velocity has no component along the lost direction, and can't if it has a large one.
+    """
     numbers = np.array([float(value) for value in velocity])
-    lost_share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
-    return lost_share < 0.012 if can else lost_share > 0.5
+    lost_share = abs(float(numbers @ lost_unit_vector)) / float(np.linalg.norm(numbers))
+    return lost_share < 0.012 if is_possible else lost_share > 0.5
 
 
-def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:
-    return all(_differ(velocity, previous) and _differ(velocity, tuple(-v for v in previous)) for previous in chosen)
+def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> bool:
+    return all(
+        _differ_clearly(velocity, previous) and _differ_clearly(velocity, tuple(-v for v in previous))
+        for previous in chosen_velocities
+    )
 
 
 QUESTIONS = (
     Question(
-        "jacobian-size", "Size of the Jacobian", "6.4", points=0.5, sample=_ask_size, objection=_object_to_task,
-        entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
+        "jacobian-size", "Size of the Jacobian", "6.4", points=0.5, sample=_ask_jacobian_size,
+        objection=_object_to_task, entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
         "joint-effect", "What one joint does", "6.12",
         sample=_ask_effect, formula=_derive_effect, objection=_object_to_effect,
     ),
-    Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_use),
+    Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_invertibility),
     Question(
-        "unreachable-velocity", "What a singularity costs", "6.8", sample=_ask_cost, objection=_object_to_cost,
+        "unreachable-velocity", "What a singularity costs", "6.8", sample=_ask_unreachable_velocity,
+        objection=_object_to_velocity_loss,
     ),
 )  # fmt: skip

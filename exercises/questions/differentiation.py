@@ -11,17 +11,23 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
-from qdot.exercises.questions.base import Question, objection_to_length, objection_unless_square, rates_to, velocities
+from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails
+from qdot.exercises.questions.base import (
+    Question,
+    make_jacobian_labels,
+    make_length_objection,
+    name_velocity_components,
+    object_unless_square,
+)
 
 
-def moving_rows(chain: Chain) -> list[int]:
+def list_linear_task_rows(chain: Chain) -> list[int]:
     """Return the indices of the coordinates x, y, z whose velocity is in the task."""
     return ["xyz".index(axis) for axis in chain.linear_rows]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForTask(Details):
+class TaskDetails(Details):
     """Details of a question about the Jacobian for a task, which may differ from the arm's own."""
 
     task: tuple[str, ...]
@@ -29,11 +35,11 @@ class ForTask(Details):
 
 def find_power_of_metres(part: Part) -> int | None:
     """Return the power of metres in a determinant's unit, one per linear row of the task; None for other parts."""
-    return sum(row.startswith("v") for row in part.about(ForTask).task) if part.kind == "determinant" else None
+    return sum(row.startswith("v") for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
 
 
 @dataclass(frozen=True, kw_only=True)
-class AlongAxes(Details):
+class AxesDetails(Details):
     """Details of a question about the coordinates of the tool point whose velocity is in the task, from "x", "y", "z".
 
     `by_links` says whether a velocity is written link by link, as in Example 6.1.
@@ -44,29 +50,29 @@ class AlongAxes(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AlongAxis(OneOfSeveral):
+class AxisDetails(ResultChoiceDetails):
     """Details of a question about one component of the tool point's velocity: its axis and its row (0 to 2)."""
 
     axis: str
     row: int
 
 
-def linear_velocity(chain: Chain) -> sp.Matrix:
+def write_linear_velocity(chain: Chain) -> sp.Matrix:
     """Return the components of the tool point's velocity that are in the task (6.2).
 
     If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
     in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
     """
     d = derive(chain)
-    if is_by_links(chain):
-        position = d.position.extract(moving_rows(chain), [0])
+    if is_written_by_links(chain):
+        position = d.position.extract(list_linear_task_rows(chain), [0])
         return position.applyfunc(lambda entry: _differentiate_by_links(entry, chain))
-    return d.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
+    return d.geometric.extract(list_linear_task_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
-def is_by_links(chain: Chain) -> bool:
+def is_written_by_links(chain: Chain) -> bool:
     """Return whether each term of the position depends on at most one angle, and one of these is a sum of angles."""
-    position = derive(chain).position.extract(moving_rows(chain), [0])
+    position = derive(chain).position.extract(list_linear_task_rows(chain), [0])
     trig_terms = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
     has_angle_sum = any(len(trig.args[0].free_symbols) > 1 for trigs in trig_terms for trig in trigs)
     return has_angle_sum and all(len(trigs) <= 1 for trigs in trig_terms)
@@ -93,20 +99,20 @@ def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     return velocity
 
 
-def _choose_component(chain: Chain, rng: Stream) -> AlongAxis:
-    velocity = linear_velocity(chain)
+def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
+    velocity = write_linear_velocity(chain)
     multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     index = rng.choice(multi_rate_rows or list(range(len(velocity))))
-    return AlongAxis(axis=chain.linear_rows[index], row=moving_rows(chain)[index])
+    return AxisDetails(axis=chain.linear_rows[index], row=list_linear_task_rows(chain)[index])
 
 
 def _write_component(chain: Chain, details: Details) -> sp.Matrix:
-    assert isinstance(details, AlongAxis)
-    return linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
+    assert isinstance(details, AxisDetails)
+    return write_linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
 
 
 def _derive_component(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, AlongAxis)
+    assert isinstance(details, AxisDetails)
     return apply_matrix(w["linear"][[details.row]], w["joint rates"])
 
 
@@ -119,12 +125,12 @@ def _choose_title(chain: Chain) -> str:
     return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
 
 
-def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
+def _substitute_position(position: np.ndarray) -> dict[str, Change]:
     """Return the change of the linear Jacobian to the derivatives of a position, (rows, 1, …)."""
 
-    def differentiate(w: Working, right: np.ndarray) -> np.ndarray:
-        derivatives, linear = w.arithmetic.slopes(rows[:, 0]), right.copy()
-        for k, row in enumerate(moving_rows(w.chain)):
+    def differentiate(w: Working, correct: np.ndarray) -> np.ndarray:
+        derivatives, linear = w.arithmetic.derivatives(position[:, 0]), correct.copy()
+        for k, row in enumerate(list_linear_task_rows(w.chain)):
             linear[row] = derivatives[:, k]
         return linear
 
@@ -134,35 +140,37 @@ def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1",
-        formula=lambda w, _: w["point"][moving_rows(w.chain)], substitutes=_substitute_position,
-        details=lambda chain, _: AlongAxes(axes=chain.linear_rows), entry_names=lambda chain, _: chain.linear_rows,
-        objection=_object_to_task, too_long=objection_to_length("position"),
-        adds_up="links", linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
+        formula=lambda w, _: w["point"][list_linear_task_rows(w.chain)], substitution=_substitute_position,
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
+        entry_names=lambda chain, _: chain.linear_rows,
+        objection=_object_to_task, too_long=make_length_objection("position"),
+        link_sums="links", link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
     Question(
         "velocity", "Cartesian velocity", "6.2", needs=("position",),
-        formula=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
-        reference=lambda chain, _: linear_velocity(chain),
-        details=lambda chain, _: AlongAxes(axes=chain.linear_rows, by_links=is_by_links(chain)),
-        entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
-        objection=_object_to_task, too_long=objection_to_length("linear"),
+        formula=lambda w, _: apply_matrix(w["linear"][list_linear_task_rows(w.chain)], w["joint rates"]),
+        reference=lambda chain, _: write_linear_velocity(chain),
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows, by_links=is_written_by_links(chain)),
+        entry_names=lambda chain, _: name_velocity_components([row for row in chain.task if row[0] == "v"]),
+        objection=_object_to_task, too_long=make_length_objection("linear"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", needs=("position",),
-        formula=_derive_component, reference=_write_component, answer_type=Expression, details=_choose_component,
-        entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
-        objection=_object_to_task, too_long=objection_to_length("linear"),
+        formula=_derive_component, reference=_write_component, answer_type=Expression, make_details=_choose_component,
+        entry_names=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
+        objection=_object_to_task, too_long=make_length_objection("linear"),
     ),
     Question(
         "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_choose_title,
-        stage="jacobian", details=lambda chain, _: ForTask(task=chain.task), grid=rates_to(lambda chain: chain.task),
-        too_long=objection_to_length("jacobian"), adds_up="columns of links",
-        linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
+        stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
+        row_and_column_labels=make_jacobian_labels(lambda chain: chain.task),
+        too_long=make_length_objection("jacobian"), link_sums="columns of links",
+        link_sum_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
     ),
     Question(
         "determinant", "Determinant of the Jacobian", "6.8", needs=("jacobian",),
-        stage="determinant", answer_type=Expression, details=lambda chain, _: ForTask(task=chain.task),
-        entry_names=lambda chain, _: [r"\det J"], objection=objection_unless_square,
+        stage="determinant", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
+        entry_names=lambda chain, _: [r"\det J"], objection=object_unless_square,
         is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

@@ -16,21 +16,21 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import CLEAR, clear_rank
+from qdot.exercises.arm.directions import NONZERO_THRESHOLD, clear_rank
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_pose
+from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_joint_values
 
-DIGITS, KEPT = 30, 40
-TRIES = 12
-EXACT_TRIES = 24
-MOST_TIED = 4
+DIGITS, WORKING_DIGITS = 30, 40
+MAX_TRIES = 12
+MAX_EXACT_TRIES = 24
+MAX_TIED_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid."""
-BITS, MOST_COUNTED = 86, 1e6
+MIN_BITS, MAX_BINARY_ROUNDED = 86, 1e6
 """Precision (bits, about 25 digits) and size limit of numbers that are rounded in binary.
 
 They must also differ from half-integers by more than 1e-15.
@@ -38,7 +38,7 @@ They must also differ from half-integers by more than 1e-15.
 
 
 @dataclass(frozen=True)
-class Pose(Configuration):
+class ExactConfiguration(Configuration):
     """A configuration with exact joint values, and the rounded ones to show.
 
     `about` has the rounded values: degrees to two decimals for a revolute joint, metres to four for a prismatic one.
@@ -47,47 +47,50 @@ class Pose(Configuration):
     about: dict[sp.Symbol, sp.Rational] = field(default_factory=dict)
 
     @property
-    def figure(self) -> dict[str, float]:
+    def figure_values(self) -> dict[str, float]:
         """The joint values for a figure."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
-class AtPose(Details):
+class ConfigurationDetails(Details):
     """Details of a question about a given configuration."""
 
-    place: Pose
+    place: ExactConfiguration
 
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration."""
         return self.place.numbers
 
 
-def make_pose(
+def make_exact_configuration(
     chain: Chain,
     lengths: Mapping[sp.Symbol, sp.Rational],
     joints: Mapping[sp.Symbol, sp.Expr],
-    symbolic: bool = False,
-) -> Pose:
+    keeps_formulas: bool = False,
+) -> ExactConfiguration:
     """Return the configuration with these joint values; values that are not simple have 40 digits and are rounded.
 
-    Simple values are multiples of 0.1 degrees and of 0.1 mm. With `symbolic`, formulas such as arctan(3/4) are kept.
+    Simple values are multiples of 0.1 degrees and of 0.1 mm. With `keeps_formulas`, formulas such as arctan(3/4) are
+    kept.
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
         unit, decimals = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
         simple_steps = sp.Integer(10 if joint.kind == "R" else 10000) * unit
-        if (simple_steps * joints[q]).is_Integer or (symbolic and not joints[q].has(sp.Float)):
+        if (simple_steps * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
             continue
-        number = sp.N(joints[q], KEPT)
-        scaled = sp.N(simple_steps, KEPT) * number
+        number = sp.N(joints[q], WORKING_DIGITS)
+        scaled = sp.N(simple_steps, WORKING_DIGITS) * number
         nearest_step = sp.Integer(nearest_integer(scaled))
         if abs(scaled - nearest_step) < sp.Float("1e-25"):
             exact_values[q] = nearest_step / simple_steps
         else:
             exact_values[q] = number
-            rounded_values[q] = sp.Rational(nearest_integer(sp.N(unit, KEPT) * number * 10**decimals), 10**decimals)
-    return Pose(dict(lengths), exact_values, rounded_values)
+            rounded_values[q] = sp.Rational(
+                nearest_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals), 10**decimals
+            )
+    return ExactConfiguration(dict(lengths), exact_values, rounded_values)
 
 
 def nearest_integer(value: sp.Expr) -> int:
@@ -98,7 +101,7 @@ def nearest_integer(value: sp.Expr) -> int:
     >>> nearest_integer(sp.Float("-7.51", 30)), nearest_integer(sp.Float("2.5", 30)), nearest_integer(sp.S.Zero)
     (-8, 2, 0)
     """
-    if isinstance(value, sp.Float) and value._prec >= BITS and abs(float(value)) < MOST_COUNTED:
+    if isinstance(value, sp.Float) and value._prec >= MIN_BITS and abs(float(value)) < MAX_BINARY_ROUNDED:
         sign, mantissa, exponent, _ = value._mpf_
         unit = 1 << max(0, -int(exponent))
         rounded, remainder = divmod(2 * (int(mantissa) << max(0, int(exponent))) + unit, 2 * unit)
@@ -107,26 +110,26 @@ def nearest_integer(value: sp.Expr) -> int:
     return int(value.round())
 
 
-def to_sample(chain: Chain, pose: Pose) -> Sample:
+def convert_to_sample(chain: Chain, configuration: ExactConfiguration) -> Sample:
     """Return a configuration in floating point, with its numeric arm."""
-    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in pose.lengths.items()})
-    return Sample(arm, np.array([float(sp.N(pose.joints[q])) for q in chain.q]))
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in configuration.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(configuration.joints[q])) for q in chain.q]))
 
 
-def full_rank(chain: Chain) -> int:
+def compute_full_rank(chain: Chain) -> int:
     """Return the rank of the task Jacobian at a regular configuration."""
     return min(len(chain.task), chain.n)
 
 
-def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
+def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.ndarray:
     """Return the task Jacobian at a configuration, (m, n), in floating point."""
-    sample = to_sample(chain, pose)
+    sample = convert_to_sample(chain, configuration)
     return np.asarray(sample.arm.jacobian(sample.q)[chain.task_rows])
 
 
-def evaluate_precisely(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
+def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:
     """Return the values of a matrix of formulas at a configuration, to 30 digits, with tiny values set to zero."""
-    substituted = matrix.xreplace(pose.values)
+    substituted = matrix.xreplace(configuration.values)
 
     def number(entry: sp.Expr) -> sp.Expr:
         value = sp.N(entry, DIGITS, maxn=60)
@@ -135,12 +138,12 @@ def evaluate_precisely(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix
     return substituted.applyfunc(number)
 
 
-def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
+def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> sp.Matrix:
     """Return the unit vector u with u^T J = 0 at a singular configuration, to 30 digits.
 
     Its first entry above 1e-3 in absolute value is positive.
     """
-    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
         numbers = mpmath.matrix([[mpmath.mpf(str(value)) for value in row] for row in jacobian.tolist()])
         gram = numbers * numbers.T
@@ -155,25 +158,28 @@ def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
 # --- sampling ---
 
 
-def sample_regular_pose(
-    chain: Chain, rng: Stream, clear: float = 0.1, misleading: bool = True, exact: bool = False
-) -> Pose | None:
+def sample_regular_configuration(
+    chain: Chain, rng: Stream, min_ratio: float = 0.1, prefers_misleading: bool = True, needs_no_rounding: bool = False
+) -> ExactConfiguration | None:
     """Return a random configuration of full rank, or None if none is found.
 
-    With `misleading`, prefer one that seems singular after a mistake. With `exact`, no joint value is shown rounded.
+    With `prefers_misleading`, prefer one that seems singular after a mistake. With `needs_no_rounding`, no joint value
+    is shown rounded.
     """
-    components = singular_set(chain) or () if misleading else ()
+    components = singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
     for attempt in range(60):
-        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
         if roots and attempt < 30:
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        configuration = make_pose(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-        if not (exact and configuration.about) and clear_rank(jacobian_at(chain, configuration), clear) == full_rank(
-            chain
-        ):
+        configuration = make_exact_configuration(
+            chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()}
+        )
+        if not (needs_no_rounding and configuration.about) and clear_rank(
+            evaluate_jacobian(chain, configuration), min_ratio
+        ) == compute_full_rank(chain):
             return configuration
     return None
 
@@ -188,46 +194,60 @@ def sample_false_root(
     return {joint: rng.choice((-value, value + shift, shift - value))}
 
 
-def sample_singular_pose(
+def sample_singular_configuration(
     chain: Chain,
     components: Sequence[Component],
     rng: Stream,
-    lost: int | None = None,
-    wide: bool = False,
-    exact: bool = False,
-    symbolic: bool = False,
-) -> Pose | None:
+    lost_rank: int | None = None,
+    has_wide_lengths: bool = False,
+    needs_no_rounding: bool = False,
+    keeps_formulas: bool = False,
+) -> ExactConfiguration | None:
     """Return a random configuration on all `components` at once where J clearly loses rank; None if none is found.
 
-    If `lost` is given, J loses exactly that much rank. With `wide`, symbolic lengths get numbers that differ by up to a
-    factor of 12. With `exact`, no joint value is shown rounded. With `exact` and `symbolic`, values may be formulas.
+    If `lost_rank` is given, J loses exactly that much rank. With `has_wide_lengths`, symbolic lengths get numbers that
+    differ by up to a factor of 12. With `needs_no_rounding`, no joint value is shown rounded. With `needs_no_rounding`
+    and `keeps_formulas`, values may be formulas.
     """
-    for _ in range(EXACT_TRIES if exact else TRIES):
-        lengths = _sample_wide_lengths(chain, rng) if wide else sample_unequal_lengths(chain, rng)
-        joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
+    for _ in range(MAX_EXACT_TRIES if needs_no_rounding else MAX_TRIES):
+        lengths = _sample_wide_lengths(chain, rng) if has_wide_lengths else sample_unequal_lengths(chain, rng)
+        joints = (_sample_exact_joint_values_on if needs_no_rounding else _sample_joint_values_on)(
+            chain, components, lengths, rng
+        )
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        configuration = make_pose(chain, lengths, joints, symbolic)
-        if exact and configuration.about:
+        configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
+        if needs_no_rounding and configuration.about:
             continue
-        rank = clear_rank(jacobian_at(chain, configuration), CLEAR / 5 if wide else CLEAR)
-        if rank is not None and rank < full_rank(chain) and lost in (None, full_rank(chain) - rank):
+        rank = clear_rank(
+            evaluate_jacobian(chain, configuration), NONZERO_THRESHOLD / 5 if has_wide_lengths else NONZERO_THRESHOLD
+        )
+        if (
+            rank is not None
+            and rank < compute_full_rank(chain)
+            and lost_rank in (None, compute_full_rank(chain) - rank)
+        ):
             return configuration
     return None
 
 
-def sample_shown_pose(chain: Chain, branch: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
+def sample_displayable_configuration(
+    chain: Chain, branch: Sequence[Component], rng: Stream, lost_rank: int | None = None
+) -> ExactConfiguration | None:
     """Return a random singular configuration, preferably without rounded joint values; None if none is found."""
-    sample = partial(sample_singular_pose, chain, branch, rng, lost)
-    return sample(exact=True) or sample()
+    sample = partial(sample_singular_configuration, chain, branch, rng, lost_rank)
+    return sample(needs_no_rounding=True) or sample()
 
 
-def find_singular_pose(
-    chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = sample_shown_pose
-) -> Pose | None:
+def find_singular_configuration(
+    chain: Chain,
+    rng: Stream,
+    lost_rank: int | None = None,
+    sample: Callable[..., ExactConfiguration | None] = sample_displayable_configuration,
+) -> ExactConfiguration | None:
     """Return a singular configuration: try the components in random order until one is found."""
     configurations = (
-        sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ())
+        sample(chain, (component,), rng, lost_rank) for component in rng.permutation(singular_set(chain) or ())
     )
     return next((configuration for configuration in configurations if configuration is not None), None)
 
@@ -244,15 +264,19 @@ def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Ration
     """Return random lengths of very different size, no two of which are nearly equal."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
-    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in pairs}
+    return {symbol: sp.Rational(size + rng.integer_below(2), 100) for symbol, size in pairs}
 
 
 @lru_cache(maxsize=1024)
-def sample_singular_poses(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
+def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.pieces()}")
-    configurations = (sample_singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
-    return tuple(to_sample(chain, configuration) for configuration in configurations if configuration is not None)
+    configurations = (
+        sample_singular_configuration(chain, (component,), stream, 1, has_wide_lengths=True) for _ in range(count)
+    )
+    return tuple(
+        convert_to_sample(chain, configuration) for configuration in configurations if configuration is not None
+    )
 
 
 @dataclass(frozen=True)
@@ -267,10 +291,12 @@ class Branch:
 
 
 @lru_cache(maxsize=1024)
-def branches(chain: Chain) -> tuple[Branch, ...]:
+def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set, each with the corresponding branch of its structure."""
     derivation = derive(chain)
-    generic = {tuple(map(derivation.fill, c.conditions)): c for c in singular_set(structure(chain).chain) or ()}
+    generic = {
+        tuple(map(derivation.substitute_values, c.conditions)): c for c in singular_set(structure(chain).chain) or ()
+    }
     matched_branches: list[Branch] = []
     for component in singular_set(chain) or ():
         generic_component = generic.get(component.conditions)
@@ -293,7 +319,9 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
     for (q, value), (_, generic_value) in zip(arm_values, generic_values, strict=True):
         index = chain.q.index(q)
-        difference = sp.N((derive(chain).fill(generic_value) - chain.offsets[index] - value).xreplace(lengths), 15)
+        difference = sp.N(
+            (derive(chain).substitute_values(generic_value) - chain.offsets[index] - value).xreplace(lengths), 15
+        )
         if chain.joints[index].kind == "R":
             difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
         if abs(difference) > sp.Float("1e-9"):
@@ -301,7 +329,7 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
     return True
 
 
-def _sample_joints_on(
+def _sample_joint_values_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Return random joint values on all components.
@@ -317,7 +345,7 @@ def _sample_joints_on(
             fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
-    sampled_values = sample_pose(chain, rng)
+    sampled_values = sample_joint_values(chain, rng)
     for component in components:
         if component.solutions is not None:
             continue
@@ -330,7 +358,7 @@ def _sample_joints_on(
         solved_joint = rng.choice(free_joints)
         known_values = {**lengths, **sampled_values, **fixed}
         known_values.pop(solved_joint)
-        zeros = _zeros(
+        zeros = _find_zeros(
             condition.xreplace(known_values), solved_joint, chain.joints[chain.q.index(solved_joint)].kind == "R"
         )
         if not zeros:
@@ -340,7 +368,7 @@ def _sample_joints_on(
     return {**sampled_values, **fixed}
 
 
-def _sample_exact_joints_on(
+def _sample_exact_joint_values_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Return random joint values on all components that need no rounding.
@@ -349,7 +377,7 @@ def _sample_exact_joints_on(
     multiples of 5 cm.
     """
     solved_components = [component for component in components if component.solutions is not None]
-    fixed = _sample_joints_on(chain, solved_components, lengths, rng)
+    fixed = _sample_joint_values_on(chain, solved_components, lengths, rng)
     if fixed is None:
         return None
     solved_joints = {q for component in solved_components for q, _ in component.solutions or ()}
@@ -357,7 +385,7 @@ def _sample_exact_joints_on(
     tied_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
         return fixed
-    if not 0 < len(tied_joints) <= MOST_TIED:
+    if not 0 < len(tied_joints) <= MAX_TIED_JOINTS:
         return None
     kinds, offsets = (dict(zip(chain.q, items, strict=True)) for items in (chain.joints, chain.offsets))
     steps = {
@@ -369,7 +397,7 @@ def _sample_exact_joints_on(
     grid = np.meshgrid(*([float(value) for value in steps[q]] for q in tied_joints), indexing="ij")
     values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
     values |= {q.name: axis.ravel() for q, axis in zip(tied_joints, grid, strict=True)}
-    programs = compile_program([read(str(condition)) for condition in conditions])
+    programs = compile_program([parse_formula(str(condition)) for condition in conditions])
     residuals = np.abs(evaluate(programs, values, grid[0].size)[0]).max(axis=0)
     zero_indices = np.argwhere(residuals.reshape(grid[0].shape) < 1e-9)
     if not len(zero_indices):
@@ -380,30 +408,32 @@ def _sample_exact_joints_on(
     return joints if all(abs(sp.N(c.xreplace(exact_values), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
 
 
-def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
+def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list[sp.Expr]:
     """Return the zeros of a condition in a joint to 40 digits.
 
     The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one. For any other
     condition, return none.
     """
-    test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
-    f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)
+    test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
+    f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), WORKING_DIGITS) for test_value in test_values)
     tiny = sp.Float("1e-30")
-    with mpmath.workdps(KEPT):
-        if not turns:
+    with mpmath.workdps(WORKING_DIGITS):
+        if not is_revolute:
             derivative = f_1 - f_0
             is_linear = abs(f_3 - f_0 - 3 * derivative) < tiny and abs(derivative) > sp.Float("1e-3")
             return [-f_0 / derivative] if is_linear else []
         a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
         c = f_1 - a
         norm = sp.sqrt(b**2 + c**2)
-        if abs(f_3 - a - b * sp.N(sp.cos(1), KEPT) - c * sp.N(sp.sin(1), KEPT)) > tiny or norm <= abs(a) + sp.Float(
-            "1e-3"
-        ):
+        if abs(
+            f_3 - a - b * sp.N(sp.cos(1), WORKING_DIGITS) - c * sp.N(sp.sin(1), WORKING_DIGITS)
+        ) > tiny or norm <= abs(a) + sp.Float("1e-3"):
             return []
         maximum_angle, half_distance = sp.atan2(c, b), sp.acos(-a / norm)
-        zeros = [sp.N(maximum_angle + sign * half_distance, KEPT) for sign in (1, -1)]
-        return [value - 2 * sp.N(sp.pi, KEPT) * round(value / sp.N(2 * sp.pi, KEPT)) for value in zeros]
+        zeros = [sp.N(maximum_angle + sign * half_distance, WORKING_DIGITS) for sign in (1, -1)]
+        return [
+            value - 2 * sp.N(sp.pi, WORKING_DIGITS) * round(value / sp.N(2 * sp.pi, WORKING_DIGITS)) for value in zeros
+        ]
 
 
 def _is_real(value: sp.Expr) -> bool:

@@ -9,22 +9,28 @@ from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solve_linear, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import (
+    PreciseArm,
+    Vector,
+    evaluate_in_context,
+    round_to_ten_digits,
+    solve_linear,
+)
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import (
-    BY_HAND,
-    Asked,
+    MAX_JOINTS_FOR_INVERSE,
+    AnswerAndDetails,
     Question,
-    joint_rates,
-    objection_to_inverse,
-    objection_unless_square,
+    name_joint_rates,
+    object_to_inverse,
+    object_unless_square,
 )
 
-POSES = 2000
+MAX_SAMPLES = 2000
 """Maximum number of configurations that are sampled to find a well-conditioned one."""
 
-THREE_DIGITS = 0.005
+THREE_DIGIT_TOLERANCE = 0.005
 """Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
 
 
@@ -46,13 +52,13 @@ class Configuration:
         return {str(symbol): float(sp.N(value.xreplace(self.lengths))) for symbol, value in self.values.items()}
 
     @property
-    def figure(self) -> dict[str, float]:
+    def figure_values(self) -> dict[str, float]:
         """The joint values for a figure."""
         return {q.name: float(value) for q, value in self.joints.items()}
 
 
 @dataclass(frozen=True)
-class Situation(Configuration):
+class ConfigurationAndVelocity(Configuration):
     """A configuration with simple numbers, and the task velocity there."""
 
     velocity: dict[sp.Symbol, sp.Rational]
@@ -64,17 +70,17 @@ class Situation(Configuration):
 
 
 @dataclass(frozen=True, kw_only=True)
-class InSituation(Details):
+class VelocityDetails(Details):
     """Details of a question about a given configuration and task velocity."""
 
-    situation: Situation
+    situation: ConfigurationAndVelocity
 
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration and velocity."""
         return self.situation.numbers
 
 
-def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
+def sample_joint_values(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
     """Return random joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
     return {
         q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
@@ -101,7 +107,9 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
 
-def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]) -> float:
+def compute_conditioning(
+    chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]
+) -> float:
     """Return the ratio of the smallest to the largest singular value of the task Jacobian at a configuration."""
     arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
@@ -109,59 +117,62 @@ def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: di
     return float(sigma[-1] / sigma[0])
 
 
-def sample_situation(chain: Chain, rng: Stream) -> Situation:
+def sample_situation(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
     """Return a random configuration far from singular ones, with a random task velocity."""
-    for _ in range(POSES):
-        lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
+    for _ in range(MAX_SAMPLES):
+        lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
-        if conditioning(chain, lengths, joints) > least_conditioning(chain):
-            return Situation(lengths, joints, velocity)
+        if compute_conditioning(chain, lengths, joints) > min_conditioning(chain):
+            return ConfigurationAndVelocity(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
-def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
+def evaluate_jacobian_precisely(chain: Chain, situation: ConfigurationAndVelocity) -> list[Vector]:
     """Return the task Jacobian at a situation's configuration, as rows of high-precision numbers."""
     arm = PreciseArm(chain, situation.lengths)
-    return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
+    return arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in chain.q])
 
 
-def least_conditioning(chain: Chain) -> float:
+def min_conditioning(chain: Chain) -> float:
     """Return the minimum sigma_min/sigma_max of a numeric configuration.
 
     It is smaller for many joints, because few configurations exceed it. It is also smaller for tasks in metres and
     radians, because the ratio means less there.
     """
     kinds = {row[0] for row in chain.task}
-    return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
+    return 0.15 if chain.n <= MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
 
 
-def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
+def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = sample_situation(chain, rng)
-    velocity = [numeric(value) for value in situation.velocity.values()]
-    numbers = sp.Matrix(list(map(ten_digits, solve_linear(jacobian_at(chain, situation), velocity))))
+    velocity = [evaluate_in_context(value) for value in situation.velocity.values()]
+    numbers = sp.Matrix(
+        list(map(round_to_ten_digits, solve_linear(evaluate_jacobian_precisely(chain, situation), velocity)))
+    )
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * max(abs(float(value)) for value in numbers)
-    return Number(numbers, units, THREE_DIGITS, floor), InSituation(situation=situation)
+    return Number(numbers, units, THREE_DIGIT_TOLERANCE, floor), VelocityDetails(situation=situation)
 
 
-OF_INVERSE = (("jacobian",), ("jacobian", "determinant"))
-OF_RATES = (("inverse-velocity",), ("inverse-jacobian",), *OF_INVERSE)
+INVERSE_SOURCES = (("jacobian",), ("jacobian", "determinant"))
+RATE_SOURCES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_SOURCES)
 """The sets of questions from whose answers the inverse can be derived, and those for numeric joint rates."""
 
 QUESTIONS = (
     Question(
         "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, needs=("jacobian", "determinant"),
-        stage="inverse", grid=lambda chain: (joint_rates(chain), chain.task), objection=objection_unless_square,
-        too_long=objection_to_inverse, is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_INVERSE,
+        stage="inverse", row_and_column_labels=lambda chain: (name_joint_rates(chain), chain.task),
+        objection=object_unless_square, too_long=object_to_inverse,
+        is_made_of_jacobian=True, is_made_of_minors=True, source_questions=INVERSE_SOURCES,
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, needs=("jacobian", "inverse-jacobian"),
-        stage="rates", labels=joint_rates, objection=objection_unless_square, too_long=objection_to_inverse,
-        is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_RATES[1:],
+        stage="rates", typed_names=name_joint_rates, objection=object_unless_square, too_long=object_to_inverse,
+        is_made_of_jacobian=True, is_made_of_minors=True, source_questions=RATE_SOURCES[1:],
     ),
     Question(
         "joint-rates", "Joint rates at a configuration", "6.7", needs=("inverse-velocity",),
-        stage="rates", sample=_ask_joint_rates, labels=joint_rates, objection=objection_unless_square,
-        is_made_of_jacobian=True, follows_from=OF_RATES,
+        stage="rates", sample=_ask_joint_rates, typed_names=name_joint_rates, objection=object_unless_square,
+        is_made_of_jacobian=True, source_questions=RATE_SOURCES,
     ),
 )  # fmt: skip

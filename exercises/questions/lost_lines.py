@@ -7,43 +7,43 @@ from itertools import compress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction
+from qdot.exercises.arm.directions import NONZERO_THRESHOLD, ArmLine, candidate_lines, line_directions, lost_direction
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.questions.geometry import sample_singular_poses
+from qdot.exercises.questions.geometry import sample_singular_configurations
 
-SAMPLES = 8
+SAMPLE_COUNT = 8
 """Number of configurations at which lines are compared with the lost direction."""
 
-CLEARLY_OFF = float(np.cos(np.radians(13.7)))
+MAX_WRONG_COSINE = float(np.cos(np.radians(13.7)))
 """Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction. It is not 15 degrees: joints
 are sampled in steps of 5 degrees, so 15 degrees occur exactly, and rounding would decide, not equally everywhere."""
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A lost translation of "P" or rotation of the last "link" (`moving`), with the correct and the wrong lines.
+class LostMotion:
+    """A lost translation of "P" or rotation of the last "link" (`moving_part`), with the correct and the wrong lines.
 
-    If `held` is true, the motion is lost only while the other one is zero.
+    If `holds_other_motion` is true, the motion is lost only while the other one is zero.
     """
 
-    moving: str
-    held: bool
-    right: tuple[Line, ...]
-    wrong: tuple[Line, ...]
+    moving_part: str
+    holds_other_motion: bool
+    correct_lines: tuple[ArmLine, ...]
+    wrong_lines: tuple[ArmLine, ...]
 
 
 @lru_cache(maxsize=1024)
-def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
+def find_lost_motion(generic: Chain, component: Component) -> LostMotion | None:
     """Return the motion that a structure loses on a branch, or None if no line of the arm describes it."""
-    samples, rows = sample_singular_poses(generic, component, SAMPLES), generic.task_rows
-    lost_directions = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
-    if len(samples) < SAMPLES // 2 or any(u is None for u in lost_directions):
+    samples, rows = sample_singular_configurations(generic, component, SAMPLE_COUNT), generic.task_rows
+    lost_directions = [lost_direction(sample.arm.jacobian(sample.q)[rows], NONZERO_THRESHOLD / 5) for sample in samples]
+    if len(samples) < SAMPLE_COUNT // 2 or any(u is None for u in lost_directions):
         return None
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
     norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
-    lines = lines_of(generic)
-    vectors = directions(lines, samples)
+    lines = candidate_lines(generic)
+    vectors = line_directions(lines, samples)
     for moving, held_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(norms[moving] < 0.02):
             continue
@@ -52,18 +52,18 @@ def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
         cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / norms[moving][:, None]), axis=2))
         is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
         is_wrong = (
-            in_task & ~is_correct & (np.mean(cosine < CLEARLY_OFF, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
+            in_task & ~is_correct & (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
         )
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
             is_held = bool(np.any(norms[held_part] > 1e-7))
-            return Motion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
+            return LostMotion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
     return None
 
 
-def _count_directions(along: np.ndarray) -> int:
+def _count_directions(line_directions: np.ndarray) -> int:
     """Return the number of different directions among lines, (lines, samples, 3)."""
     distinct_directions: list[np.ndarray] = []
-    for vectors in along:
+    for vectors in line_directions:
         if not any(_are_parallel(vectors, known_vectors) for known_vectors in distinct_directions):
             distinct_directions.append(vectors)
     return len(distinct_directions)
@@ -74,8 +74,8 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[Line, Line], bool]:
+def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[ArmLine, ArmLine], bool]:
     """Return for each pair of lines whether they are parallel everywhere on a branch."""
-    lines = lines_of(generic)
-    vectors = directions(lines, sample_singular_poses(generic, component, SAMPLES))
+    lines = candidate_lines(generic)
+    vectors = line_directions(lines, sample_singular_configurations(generic, component, SAMPLE_COUNT))
     return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

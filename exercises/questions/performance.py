@@ -12,18 +12,24 @@ import sympy as sp
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import (
-    PRECISE,
+    PRECISE_CONTEXT,
     Vector,
     determinant,
-    four_digits,
-    gram,
+    gram_matrix,
     round_matrix,
-    ten_digits,
+    round_to_four_digits,
+    round_to_ten_digits,
 )
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.questions.base import Asked, Question
-from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
-from qdot.exercises.questions.redundancy import objection_to_mixed_joints, objection_to_numbers
+from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.questions.inversion import (
+    THREE_DIGIT_TOLERANCE,
+    ConfigurationAndVelocity,
+    VelocityDetails,
+    evaluate_jacobian_precisely,
+    sample_situation,
+)
+from qdot.exercises.questions.redundancy import object_to_mixed_joints, object_to_rank_loss_everywhere
 
 
 def _object_to_arm(chain: Chain) -> str | None:
@@ -33,35 +39,37 @@ def _object_to_arm(chain: Chain) -> str | None:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
     if len({row[0] for row in chain.task}) > 1:
         return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
-    if n > m and (objection := objection_to_mixed_joints(chain)):
+    if n > m and (objection := object_to_mixed_joints(chain)):
         return objection
     if all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same in every configuration"
-    return objection_to_numbers(chain)
+    return object_to_rank_loss_everywhere(chain)
 
 
 def _object_to_ratio(chain: Chain) -> str | None:
     if len(chain.task) == 1:
         return "its Jacobian has one row, and so one singular value"
-    return objection_to_mixed_joints(chain) or _object_to_arm(chain)
+    return object_to_mixed_joints(chain) or _object_to_arm(chain)
 
 
-def unit_power(chain: Chain) -> int:
+def find_power_of_metres(chain: Chain) -> int:
     """Return k for the unit m^k of w: the number of linear rows less the number of prismatic joints."""
     linear_row_count = sum(row[0] == "v" for row in chain.task)
     return linear_row_count - sum(joint.kind == "P" for joint in chain.joints)
 
 
-def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
+def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = sample_situation(chain, rng)
-    value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
-    power = unit_power(chain)
+    value = round_to_ten_digits(
+        PRECISE_CONTEXT.sqrt(determinant(gram_matrix(evaluate_jacobian_precisely(chain, situation))))
+    )
+    power = find_power_of_metres(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _describe_measures(chain, situation, power)
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGIT_TOLERANCE, 1e-9), _describe_measures(chain, situation, power)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured(InSituation):
+class GramDetails(VelocityDetails):
     """Details about J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
 
     gram: sp.Matrix
@@ -69,28 +77,28 @@ class Measured(InSituation):
     power: int | None = None
 
 
-def _describe_measures(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
-    squares = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
-    return Measured(
+def _describe_measures(chain: Chain, situation: ConfigurationAndVelocity, power: int | None = None) -> GramDetails:
+    squares = sorted((value**2 for value in compute_singular_values(chain, situation)), reverse=True)
+    return GramDetails(
         situation=situation,
-        gram=round_matrix(gram(jacobian_at(chain, situation))),
-        eigenvalues=tuple(map(four_digits, squares)),
+        gram=round_matrix(gram_matrix(evaluate_jacobian_precisely(chain, situation))),
+        eigenvalues=tuple(map(round_to_four_digits, squares)),
         power=power,
-        pose=situation.figure,
+        pose=situation.figure_values,
     )
 
 
-def singular_values(chain: Chain, situation: Situation) -> Vector:
+def compute_singular_values(chain: Chain, situation: ConfigurationAndVelocity) -> Vector:
     """Return the singular values of the task Jacobian at a situation's configuration, to 30 digits."""
-    jacobian = PRECISE.matrix(jacobian_at(chain, situation))
-    return list(PRECISE.svd_r(jacobian, compute_uv=False))
+    jacobian = PRECISE_CONTEXT.matrix(evaluate_jacobian_precisely(chain, situation))
+    return list(PRECISE_CONTEXT.svd_r(jacobian, compute_uv=False))
 
 
-def _ask_condition_number(chain: Chain, rng: Stream) -> Asked:
+def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = sample_situation(chain, rng)
-    sigma = singular_values(chain, situation)
-    value = ten_digits(max(sigma) / min(sigma))
-    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _describe_measures(chain, situation)
+    sigma = compute_singular_values(chain, situation)
+    value = round_to_ten_digits(max(sigma) / min(sigma))
+    return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), _describe_measures(chain, situation)
 
 
 QUESTIONS = (

@@ -13,36 +13,36 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, OneOfSeveral
+from qdot.exercises.problem.problem import Details, ResultChoiceDetails
 from qdot.exercises.questions.base import (
     Question,
-    objection_to_length,
-    objection_to_point,
-    rates_to,
-    substitute_columns,
-    times_rates,
-    velocities,
+    make_column_substitution,
+    make_jacobian_labels,
+    make_length_objection,
+    make_rate_product_formula,
+    name_velocity_components,
+    object_to_point_before_last_link,
 )
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfFrame(OneOfSeveral):
+class FrameDetails(ResultChoiceDetails):
     """Details of a question about the frame of a link, by its number."""
 
     frame: int
 
 
-def _choose_link(chain: Chain, rng: Stream) -> OfFrame:
+def _choose_link(chain: Chain, rng: Stream) -> FrameDetails:
     # Too many arms have the same motion of frame 1, and frames beyond the third are too much work.
-    return OfFrame(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
+    return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
 
 
 def _derive_link_velocity(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, OfFrame)
-    return apply_matrix(w.up_to(details.frame)["geometric"], w["joint rates"][: details.frame])
+    assert isinstance(details, FrameDetails)
+    return apply_matrix(w.for_first_joints(details.frame)["geometric"], w["joint rates"][: details.frame])
 
 
-AXES = ("x", "y", "z")
+AXIS_NAMES = ("x", "y", "z")
 """The axes of a frame, which label the rows of vectors."""
 
 
@@ -53,7 +53,7 @@ def _name_axes(chain: Chain) -> tuple[str, ...]:
 
 def _order_rows(chain: Chain) -> list[int]:
     """Return the indices, among six rows with the linear ones first, of the rows in the order asked for."""
-    return [TASK_ROWS.index(row) for row in convention_of(chain).velocities]
+    return [TASK_ROWS.index(row) for row in convention_of(chain).velocity_names]
 
 
 def _find_linear_rows(chain: Chain) -> list[tuple[int, int]]:
@@ -64,32 +64,37 @@ QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10",
         formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        substitutes=substitute_columns("axes", linear=propagate_linear_rows),
-        columns=_name_axes,
-        grid=lambda chain: (AXES, [convention_of(chain).axis(joint) for joint in range(1, chain.n + 1)]),
-        too_long=objection_to_length("z"),
+        substitution=make_column_substitution("axes", linear=propagate_linear_rows),
+        column_names=_name_axes,
+        row_and_column_labels=lambda chain: (
+            AXIS_NAMES, [convention_of(chain).axis_name(joint) for joint in range(1, chain.n + 1)]
+        ),
+        too_long=make_length_objection("z"),
     ),
     Question(
-        "position-vectors", "Position vectors p*", "6.13", points=2.0, speaks_of=FRAMES,
+        "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
         formula=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
-        substitutes=substitute_columns("arms", linear=propagate_linear_rows),
-        grid=lambda chain: (AXES, [convention_of(chain).vector(joint) for joint in range(1, chain.n + 1)]),
-        objection=objection_to_point, too_long=objection_to_length("p_star"),
+        substitution=make_column_substitution("arms", linear=propagate_linear_rows),
+        row_and_column_labels=lambda chain: (
+            AXIS_NAMES, [convention_of(chain).vector_name(joint) for joint in range(1, chain.n + 1)]
+        ),
+        objection=object_to_point_before_last_link, too_long=make_length_objection("p_star"),
     ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
         needs=("joint-axes", "position-vectors"), stage="geometric", row_order=_order_rows,
-        grid=rates_to(lambda chain: convention_of(chain).velocities), too_long=objection_to_length("geometric"),
-        adds_up="columns of links", linear_rows=_find_linear_rows,
+        row_and_column_labels=make_jacobian_labels(lambda chain: convention_of(chain).velocity_names),
+        too_long=make_length_objection("geometric"), link_sums="columns of links", link_sum_rows=_find_linear_rows,
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", needs=("geometric-jacobian",),
-        formula=times_rates("geometric", _order_rows), too_long=objection_to_length("geometric"),
-        entry_names=lambda chain, _: velocities(convention_of(chain).velocities),
+        formula=make_rate_product_formula("geometric", _order_rows), too_long=make_length_objection("geometric"),
+        entry_names=lambda chain, _: name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
-        "link-velocity", "Velocity of a link frame", "6.9 and 6.10", speaks_of=FRAMES,
-        formula=_derive_link_velocity, details=_choose_link, entry_names=lambda chain, _: velocities(TASK_ROWS),
+        "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
+        formula=_derive_link_velocity, make_details=_choose_link,
+        entry_names=lambda chain, _: name_velocity_components(TASK_ROWS),
         objection=lambda chain: None if chain.n > 1 else "it has one joint, so no frame between base and end",
     ),
 )  # fmt: skip

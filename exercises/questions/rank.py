@@ -12,38 +12,38 @@ from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula
-from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
+from qdot.exercises.arm.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
+from qdot.exercises.arm.meanings import BranchMeanings, Meaning, common_kind, find_branch_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import kind_at, kind_is_sure
+from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_sample
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, shuffle_options
+from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.geometry import (
-    AtPose,
     Branch,
-    Pose,
-    branches,
-    find_singular_pose,
-    full_rank,
-    jacobian_at,
-    precise_lost_direction,
-    sample_regular_pose,
-    sample_shown_pose,
-    sample_singular_pose,
-    sample_singular_poses,
-    to_sample,
+    ConfigurationDetails,
+    ExactConfiguration,
+    compute_full_rank,
+    compute_lost_direction,
+    convert_to_sample,
+    evaluate_jacobian,
+    find_singular_configuration,
+    match_branches,
+    sample_displayable_configuration,
+    sample_regular_configuration,
+    sample_singular_configuration,
+    sample_singular_configurations,
 )
-from qdot.exercises.questions.inversion import THREE_DIGITS
-from qdot.exercises.questions.lost_lines import SAMPLES, Motion, find_lost_motion, find_parallel_lines
-from qdot.exercises.questions.singular import objection_unless_direction_lost, objection_unless_singular
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
+from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, find_lost_motion, find_parallel_lines
+from qdot.exercises.questions.singular import object_unless_direction_lost, object_unless_singular
 
-MOST_ROWS = 4
+MAX_ROWS = 4
 """Maximum number of rows of a Jacobian whose null space is found by hand."""
 
-Sampler = Callable[[Chain, Stream], Pose | None]
+Sampler = Callable[[Chain, Stream], ExactConfiguration | None]
 
-KINDS = 60
+KIND_SAMPLE_COUNT = 60
 """Number of configurations at which the kind of a branch (boundary or internal) is determined."""
 
 
@@ -51,44 +51,47 @@ KINDS = 60
 
 
 @lru_cache(maxsize=1024)
-def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
+def _find_sets_with_larger_rank_loss(generic: Chain) -> tuple[tuple[int, ...], ...]:
     """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
     components = singular_set(generic) or ()
 
-    def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
-        chosen_components = [components[i] for i in chosen]
-        lost_counts = range(2, full_rank(generic) + 1)
+    def loses_more_than_one(indices: tuple[int, ...]) -> bool:
+        chosen_components = [components[i] for i in indices]
+        lost_counts = range(2, compute_full_rank(generic) + 1)
         return any(
-            sample_singular_pose(generic, chosen_components, Stream(f"deep/{chosen}"), lost) for lost in lost_counts
+            sample_singular_configuration(generic, chosen_components, Stream(f"deep/{indices}"), lost)
+            for lost in lost_counts
         )
 
     index_sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
     return tuple(filter(loses_more_than_one, index_sets))
 
 
-_sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
+_sample_formula_configuration = partial(sample_singular_configuration, needs_no_rounding=True, keeps_formulas=True)
 
 
-def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
+def _sample_configuration_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
-    generic, fill = structure(chain).chain, derive(chain).fill
+    generic, fill = structure(chain).chain, derive(chain).substitute_values
     generic_components = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
-    for indices in rng.permutation(_find_deep_sets(generic)):
+    for indices in rng.permutation(_find_sets_with_larger_rank_loss(generic)):
         matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
         if len(components) == len(indices):
-            configuration = _sample_formula_pose(chain, components, rng)
+            configuration = _sample_formula_configuration(chain, components, rng)
             if (
                 configuration is not None
-                and (clear_rank(jacobian_at(chain, configuration)) or 0) < full_rank(chain) - 1
+                and (clear_rank(evaluate_jacobian(chain, configuration)) or 0) < compute_full_rank(chain) - 1
             ):
                 return configuration
     return None
 
 
-_sample_regular_pose = partial(sample_regular_pose, exact=True)
-_sample_single_pose = partial(find_singular_pose, lost=1, sample=_sample_formula_pose)
+_sample_exact_regular_configuration = partial(sample_regular_configuration, needs_no_rounding=True)
+_sample_configuration_with_rank_loss_one = partial(
+    find_singular_configuration, lost_rank=1, sample=_sample_formula_configuration
+)
 
 
 @dataclass(frozen=True)
@@ -100,23 +103,27 @@ class RankFacts:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfRank(AtPose):
+class RankDetails(ConfigurationDetails):
     """Details of a question about the rank at a configuration, and what a solution says about it."""
 
     facts: RankFacts
 
 
-def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose how much rank is lost, if any, then sample an exact configuration. A rounded one would have full rank."""
-    samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
+    samplers: tuple[Sampler, ...] = (
+        _sample_exact_regular_configuration,
+        _sample_configuration_with_rank_loss_one,
+        _sample_configuration_with_larger_rank_loss,
+    )
     for sample in rng.permutation(samplers):
         configuration = sample(chain, rng)
         if configuration is not None:
-            jacobian = jacobian_at(chain, configuration)
+            jacobian = evaluate_jacobian(chain, configuration)
             rank = clear_rank(jacobian)
             facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, configuration))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
-            return answer, OfRank(place=configuration, facts=facts, pose=configuration.figure)
+            return answer, RankDetails(place=configuration, facts=facts, pose=configuration.figure_values)
     return None
 
 
@@ -130,13 +137,16 @@ def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     return tuple(column + 1 for column in independent_columns)
 
 
-def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
+def _find_vanishing_conditions(chain: Chain, configuration: ExactConfiguration) -> tuple[tuple[sp.Expr, ...], ...]:
     """Return the conditions of the components that contain a configuration."""
     components = singular_set(chain) or ()
     return tuple(
         component.conditions
         for component in components
-        if all(abs(sp.N(condition.xreplace(pose.values), 30)) < sp.Float("1e-20") for condition in component.conditions)
+        if all(
+            abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20")
+            for condition in component.conditions
+        )
     )
 
 
@@ -144,8 +154,8 @@ def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr,
 
 
 def _object_to_vector(chain: Chain) -> str | None:
-    objection = objection_unless_direction_lost(chain)
-    if objection is None and len(chain.task) > MOST_ROWS:
+    objection = object_unless_direction_lost(chain)
+    if objection is None and len(chain.task) > MAX_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
     if objection is None and not _find_branches_with_vector(chain):
         return "no singular configuration loses exactly one direction"
@@ -155,18 +165,20 @@ def _object_to_vector(chain: Chain) -> str | None:
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction. If some have a formula for it, return only those."""
     generic = structure(chain).chain
-    single_loss_branches = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
-    return [branch for branch in single_loss_branches if lost_formula(generic, branch.generic)] or single_loss_branches
+    single_loss_branches = [branch for branch in match_branches(chain) if loses_one_direction(generic, branch.generic)]
+    return [
+        branch for branch in single_loss_branches if lost_direction_formula(generic, branch.generic)
+    ] or single_loss_branches
 
 
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Return whether a sampled configuration of a structure on a component loses exactly one direction."""
-    return sample_singular_pose(generic, (component,), Stream("one"), 1) is not None
+    return sample_singular_configuration(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
-class LostAt:
+class LostDirectionAt:
     """A branch with a formula for the lost direction: its joint values, free joints, J, and the columns used."""
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
@@ -176,10 +188,10 @@ class LostAt:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LostInFormulas(Details):
+class LostDirectionDetails(Details):
     """Details about a direction that is lost at given joint values, for any values of the other joints."""
 
-    lost: LostAt
+    lost: LostDirectionAt
 
     @property
     def given_joints(self) -> dict[sp.Symbol, sp.Expr]:
@@ -187,35 +199,37 @@ class LostInFormulas(Details):
         return dict(self.lost.values)
 
 
-def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_formula(structure(chain).chain, branch.generic)
+        formula = lost_direction_formula(structure(chain).chain, branch.generic)
         if formula is not None:
-            direction = formula.direction.applyfunc(derive(chain).fill)
+            direction = formula.direction.applyfunc(derive(chain).substitute_values)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
-            return Direction(direction), LostInFormulas(lost=_describe_loss(chain, branch.component, formula))
-        configuration = sample_shown_pose(chain, (branch.component,), rng, 1)
+            return Direction(direction), LostDirectionDetails(lost=_describe_loss(chain, branch.component, formula))
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is not None:
-            numbers = precise_lost_direction(chain, configuration).applyfunc(
+            numbers = compute_lost_direction(chain, configuration).applyfunc(
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
             )
-            return Direction(numbers, THREE_DIGITS), AtPose(place=configuration, pose=configuration.figure)
+            return Direction(numbers, THREE_DIGIT_TOLERANCE), ConfigurationDetails(
+                place=configuration, pose=configuration.figure_values
+            )
     return None
 
 
-def _describe_loss(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
+def _describe_loss(chain: Chain, component: Component, formula: LostDirectionFormula) -> LostDirectionAt:
     (values,) = component.value_combinations()
-    jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).fill)
-    return LostAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
+    jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).substitute_values)
+    return LostDirectionAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
 
 
 # --- lost direction, in words ---
 
 
 @dataclass(frozen=True)
-class Where:
+class BranchConfigurations:
     """The configurations of a branch: given joint values, or a description in words with the condition behind it."""
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
@@ -223,67 +237,73 @@ class Where:
     condition: sp.Expr | None = None
 
 
-def _describe_where(chain: Chain, branch: Branch) -> Where | None:
+def _describe_branch(chain: Chain, branch: Branch) -> BranchConfigurations | None:
     if branch.component.solutions is not None:
-        return Where(branch.component.value_combinations()[0])
-    reading = read_branch(structure(chain).chain, branch.generic)
-    if reading is None or len(branch.component.conditions) > 1 or reading.right.kind != "on axis":
+        return BranchConfigurations(branch.component.value_combinations()[0])
+    reading = describe_branch_in_words(structure(chain).chain, branch.generic)
+    if reading is None or len(branch.component.conditions) > 1 or reading.correct.kind != "on axis":
         return None
-    return Where((), reading.right.words, branch.component.conditions[0])
+    return BranchConfigurations((), reading.correct.words, branch.component.conditions[0])
 
 
-def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
+def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch, LostMotion]]:
     generic = structure(chain).chain
     return [
         (where, branch, motion)
-        for branch in branches(chain)
-        if (where := _describe_where(chain, branch)) is not None
+        for branch in match_branches(chain)
+        if (where := _describe_branch(chain, branch)) is not None
         and (motion := find_lost_motion(generic, branch.generic)) is not None
     ]
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    objection = objection_unless_direction_lost(chain)
+    objection = object_unless_direction_lost(chain)
     if objection is None and not _find_lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
     return objection
 
 
 @dataclass(frozen=True)
-class MotionAsked:
+class LostMotionQuestion:
     """The question: where, what moves, whether the other motion is held at zero, and the lines in option order."""
 
-    where: Where
+    where: BranchConfigurations
     moving: str
     held: bool
-    lines: tuple[Line, ...]
+    lines: tuple[ArmLine, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfMotion(Details):
+class LostMotionDetails(Details):
     """Details of a question about a lost motion."""
 
-    asked: MotionAsked
+    asked: LostMotionQuestion
 
 
-def _ask_motion(chain: Chain, rng: Stream) -> Asked:
+def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     where, branch, motion = rng.choice(_find_lost_motions(chain))
     parallel = find_parallel_lines(structure(chain).chain, branch.generic)
-    chosen_lines = [rng.choice(motion.right)]
-    for line in rng.permutation(motion.wrong):
+    chosen_lines = [rng.choice(motion.correct_lines)]
+    for line in rng.permutation(motion.wrong_lines):
         if len(chosen_lines) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen_lines):
             chosen_lines.append(line)
-    answer, shuffled = shuffle_options(chosen_lines, chosen_lines[0], rng, lambda line: line.words)
-    return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(shuffled)))
+    answer, shuffled = shuffle_options(chosen_lines, chosen_lines[0], rng, lambda line: line.description)
+    return answer, LostMotionDetails(
+        asked=LostMotionQuestion(where, motion.moving_part, motion.holds_other_motion, tuple(shuffled))
+    )
 
 
-def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+def find_lost_direction_formula(
+    chain: Chain, configurations: BranchConfigurations
+) -> tuple[LostDirectionAt, sp.Matrix] | None:
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
-    for branch in branches(chain) if where.values else ():
-        if branch.component.solutions is not None and branch.component.value_combinations()[0] == where.values:
-            formula = lost_formula(structure(chain).chain, branch.generic)
+    for branch in match_branches(chain) if configurations.values else ():
+        if branch.component.solutions is not None and branch.component.value_combinations()[0] == configurations.values:
+            formula = lost_direction_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
-                return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
+                return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(
+                    derive(chain).substitute_values
+                )
     return None
 
 
@@ -291,10 +311,12 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
 
 
 @lru_cache(maxsize=1024)
-def read_branch(generic: Chain, component: Component) -> Reading | None:
+def describe_branch_in_words(generic: Chain, component: Component) -> BranchMeanings | None:
     """Return a description that fits all configurations of a structure's branch, or None if there is none."""
     additional_samples = representative_samples(generic, component.pieces())
-    meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), additional_samples)
+    meanings = find_branch_meanings(
+        generic, sample_singular_configurations(generic, component, SAMPLE_COUNT), additional_samples
+    )
     if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
@@ -303,71 +325,77 @@ def read_branch(generic: Chain, component: Component) -> Reading | None:
 @lru_cache(maxsize=1024)
 def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
-    return common_kind(generic, sample_singular_poses(generic, component, KINDS)) if kind_is_sure(generic) else None
+    return (
+        common_kind(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT))
+        if can_establish_kind(generic)
+        else None
+    )
 
 
-def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
+def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a description in words, in the given order, with that description."""
     generic = structure(chain).chain
     for branch in order:
-        reading = read_branch(generic, branch.generic)
+        reading = describe_branch_in_words(generic, branch.generic)
         if reading is not None:
             yield branch, reading
 
 
 def _object_to_meaning(chain: Chain) -> str | None:
-    objection = objection_unless_singular(chain)
-    if objection is None and next(_read_branches(chain, branches(chain)), None) is None:
+    objection = object_unless_singular(chain)
+    if objection is None and next(_describe_branches_in_words(chain, match_branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
     return objection
 
 
 @dataclass(frozen=True)
-class MeaningAsked:
+class MeaningQuestion:
     """The question: joint values, or one configuration that satisfies a condition, and the options.
 
     `offered` has the meaning and the kind of each option. The kind is None if it differs within the branch.
     """
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
-    place: Pose | None
+    place: ExactConfiguration | None
     condition: sp.Expr | None
     offered: tuple[tuple[Meaning, str | None], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfMeaning(Details):
+class MeaningDetails(Details):
     """Details of a question about the geometric meaning of a singularity: what all of its configurations look like."""
 
-    asked: MeaningAsked
+    asked: MeaningQuestion
 
 
-def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
-    for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
-        configuration = sample_shown_pose(chain, (branch.component,), rng, 1)
+    for branch, reading in _describe_branches_in_words(chain, rng.permutation(match_branches(chain))):
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
             continue
-        kind = _find_kind_with_numbers(chain, branch, configuration)
+        kind = _find_kind_of_arm(chain, branch, configuration)
         kinds = ("boundary", "internal")
-        offered = [(reading.right, kind)]
+        offered = [(reading.correct, kind)]
         if kind is not None:
-            offered.append((reading.right, kinds[kind == "boundary"]))
+            offered.append((reading.correct, kinds[kind == "boundary"]))
         wrong_meanings = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(wrong_meaning, None if kind is None else rng.choice(kinds)) for wrong_meaning in wrong_meanings]
         answer, shuffled = shuffle_options(offered, offered[0], rng, _describe_meaning)
         has_condition = branch.component.solutions is None
         values = () if has_condition else branch.component.value_combinations()[0]
         condition = branch.component.conditions[0] if has_condition else None
-        meaning_asked = MeaningAsked(values, configuration if has_condition else None, condition, tuple(shuffled))
-        return answer, OfMeaning(asked=meaning_asked)
+        meaning_asked = MeaningQuestion(values, configuration if has_condition else None, condition, tuple(shuffled))
+        return answer, MeaningDetails(asked=meaning_asked)
     return None
 
 
-def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
+def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
     kind = find_common_kind(structure(chain).chain, branch.generic)
-    return kind if kind is not None and kind == kind_at(chain, to_sample(chain, pose)) else None
+    return (
+        kind if kind is not None and kind == classify_sample(chain, convert_to_sample(chain, configuration)) else None
+    )
 
 
 def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
@@ -386,13 +414,13 @@ QUESTIONS = (
     ),
     Question(
         "rank", "Rank of the Jacobian", "6.8", needs=("jacobian",), sample=_ask_rank,
-        entry_names=lambda chain, _: [r"\text{rank}"], objection=objection_unless_singular, follows_from=(),
+        entry_names=lambda chain, _: [r"\text{rank}"], objection=object_unless_singular, source_questions=(),
     ),
     Question(
         "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",),
         stage="lost direction", sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
-        follows_from=(),
+        source_questions=(),
     ),
     Question("lost-motion", "Motion that is lost", "6.8", sample=_ask_motion, objection=_object_to_motion),
 )  # fmt: skip

@@ -19,17 +19,17 @@ from qdot.exercises.arm.conventions.base import FRAMES_OF_JOINTS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z
-from qdot.exercises.arm.trigonometry import count_terms, textbook
+from qdot.exercises.arm.trigonometry import count_terms, textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import MOST_TERMS, Question, velocities
+from qdot.exercises.questions.base import MAX_TERMS, Question, name_velocity_components
 
-FURTHEST = 3
+LAST_FRAME = 3
 """The last frame that is asked for; later frames are too much work by hand."""
 
 
 @dataclass(frozen=True)
-class Step:
+class RecursionStep:
     """One step of the recursion: the rotation from the previous frame, the origin in that frame, omega and v.
 
     The velocities are in the coordinates of the new frame.
@@ -44,15 +44,15 @@ class Step:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FromFrameToFrame(Details):
+class RecursionDetails(Details):
     """Details of a question about the velocity of a frame, with the steps of the recursion up to it."""
 
     frame: int
-    steps: tuple[Step, ...]
+    steps: tuple[RecursionStep, ...]
 
 
 @lru_cache(maxsize=1024)
-def _derive_steps(generic: Chain) -> tuple[Step, ...]:
+def _derive_steps(generic: Chain) -> tuple[RecursionStep, ...]:
     """Return the steps of the recursion for all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
@@ -65,7 +65,7 @@ def _derive_steps(generic: Chain) -> tuple[Step, ...]:
             _collect_rates(rotation * omega, generic),
         )
         v, omega = (v, omega + joint_velocity) if row.kind == "R" else (v + joint_velocity, omega)
-        steps.append(Step(number, row.kind, rotation, origin, omega, v))
+        steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)
 
 
@@ -74,30 +74,32 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
 
     def entry(value: sp.Expr) -> sp.Expr:
         value = sp.expand(value)
-        return sp.Add(*(textbook(value.coeff(rate)) * rate for rate in generic.rates if value.coeff(rate) != 0))
+        return sp.Add(*(textbook_form(value.coeff(rate)) * rate for rate in generic.rates if value.coeff(rate) != 0))
 
     return vector.applyfunc(entry)
 
 
-def _choose_frame(chain: Chain, rng: Stream) -> FromFrameToFrame:
-    fill, frame = derive(chain).fill, rng.choice(_find_frames(chain))
+def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
+    fill, frame = derive(chain).substitute_values, rng.choice(_find_frames(chain))
     steps = _derive_steps(structure(chain).chain)[:frame]
     filled_steps = (
-        Step(step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v)))
+        RecursionStep(
+            step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v))
+        )
         for step in steps
     )
-    return FromFrameToFrame(frame=frame, steps=tuple(filled_steps))
+    return RecursionDetails(frame=frame, steps=tuple(filled_steps))
 
 
 def _find_frames(chain: Chain) -> list[int]:
     """Return the frames whose velocity depends on more than one joint and can be worked out by hand."""
-    return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _count_terms(chain, frame) <= MOST_TERMS]
+    return [frame for frame in range(2, min(chain.n, LAST_FRAME) + 1) if _count_terms(chain, frame) <= MAX_TERMS]
 
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
     step = _derive_steps(structure(chain).chain)[frame - 1]
-    return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).fill))
+    return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).substitute_values))
 
 
 def _object_to_length(chain: Chain) -> str | None:
@@ -105,20 +107,21 @@ def _object_to_length(chain: Chain) -> str | None:
 
 
 def _derive_velocity(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, FromFrameToFrame)
-    return apply_matrix(w.up_to(details.frame)["tool jacobian"], w["joint rates"][: details.frame])
+    assert isinstance(details, RecursionDetails)
+    return apply_matrix(w.for_first_joints(details.frame)["tool jacobian"], w["joint rates"][: details.frame])
 
 
 def _write_velocity(chain: Chain, details: Details) -> sp.Matrix:
-    assert isinstance(details, FromFrameToFrame)
+    assert isinstance(details, RecursionDetails)
     return details.steps[-1].v.col_join(details.steps[-1].omega)
 
 
 QUESTIONS = (
     Question(
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
-        speaks_of=FRAMES_OF_JOINTS, formula=_derive_velocity, reference=_write_velocity, details=_choose_frame,
-        entry_names=lambda chain, _: velocities(TASK_ROWS), too_long=_object_to_length,
+        required_feature=FRAMES_OF_JOINTS, formula=_derive_velocity, reference=_write_velocity,
+        make_details=_choose_frame,
+        entry_names=lambda chain, _: name_velocity_components(TASK_ROWS), too_long=_object_to_length,
         objection=lambda chain: None if chain.n > 1 else "it has one joint",
     ),
 )  # fmt: skip

@@ -15,85 +15,92 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.mpmath_kinematics import (
-    DOUBLE,
+    FLOAT_CONTEXT,
     PreciseArm,
     Vector,
-    gram,
+    gram_matrix,
     round_matrix,
+    round_to_ten_digits,
     solve_linear,
-    ten_digits,
 )
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, joint_rates
-from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, jacobian_at, sample_situation
+from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
+from qdot.exercises.questions.inversion import (
+    THREE_DIGIT_TOLERANCE,
+    VelocityDetails,
+    evaluate_jacobian_precisely,
+    sample_situation,
+)
 
-TERMS = 12
+MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
 
-NOTHING = 1e-9
+ZERO_TOLERANCE = 1e-9
 """Limit below which a singular value or a column counts as zero."""
 
-JOINTS = 4
+MAX_JOINTS = 4
 """Maximum number of joints for which minors are worked out as formulas by hand."""
 
 
-def objection_unless_redundant(chain: Chain) -> str | None:
+def object_unless_redundant(chain: Chain) -> str | None:
     """Return the objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
     m, n = len(chain.task), chain.n
     if n <= m:
         return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
-    if objection := objection_to_numbers(chain):
+    if objection := object_to_rank_loss_everywhere(chain):
         return objection
     joints_without_effect = [
-        i for i, column in enumerate(jacobian_somewhere(chain).T, 1) if np.abs(column).max() < NOTHING
+        i
+        for i, column in enumerate(evaluate_jacobian_at_generic_configuration(chain).T, 1)
+        if np.abs(column).max() < ZERO_TOLERANCE
     ]
     return f"joint {joints_without_effect[0]} does not move the task at all" if joints_without_effect else None
 
 
-def jacobian_somewhere(chain: Chain) -> np.ndarray:
+def evaluate_jacobian_at_generic_configuration(chain: Chain) -> np.ndarray:
     """Return the task Jacobian (m x n) at a generic configuration, for tests of its rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
-    return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
+    return np.array(PreciseArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
-def objection_to_open_angles(chain: Chain) -> str | None:
+def object_to_symbolic_angles(chain: Chain) -> str | None:
     """Return the objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
     return f"its angle {angles[0]} is left open" if angles else None
 
 
-def objection_to_numbers(chain: Chain) -> str | None:
+def object_to_rank_loss_everywhere(chain: Chain) -> str | None:
     """Return the objection to an arm that has no numeric configuration of full rank."""
-    if objection := objection_to_open_angles(chain):
+    if objection := object_to_symbolic_angles(chain):
         return objection
-    sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
-    return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
+    sigma = np.linalg.svd(evaluate_jacobian_at_generic_configuration(chain), compute_uv=False)
+    return "its Jacobian has less than full rank everywhere" if sigma[-1] <= ZERO_TOLERANCE * sigma[0] else None
 
 
-def objection_to_mixed_joints(chain: Chain) -> str | None:
+def object_to_mixed_joints(chain: Chain) -> str | None:
     """Return the objection to an arm with revolute and prismatic joints: their rates have no common unit."""
     if len({joint.kind for joint in chain.joints}) > 1:
         return "it has revolute and prismatic joints, whose rates have no common unit"
     return None
 
 
-def _object_to_least_norm(chain: Chain) -> str | None:
-    return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
+def _object_to_minimum_norm(chain: Chain) -> str | None:
+    return object_unless_redundant(chain) or object_to_mixed_joints(chain)
 
 
 # --- det(J J^T) ---
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    if chain.n > JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > TERMS:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > MAX_TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfMinors(Details):
+class MinorDetails(Details):
     """Details about the maximal minors: the factors that all of them share, and the squares of the quotients."""
 
     shared: sp.Expr
@@ -104,22 +111,22 @@ def _write_gram_determinant(chain: Chain) -> sp.Expr:
     return _derive_gram(structure(chain).chain).substitute(dict(structure(chain).values))
 
 
-def _describe_gram(chain: Chain, rng: Stream) -> OfMinors:
+def _describe_gram(chain: Chain, rng: Stream) -> MinorDetails:
     values = dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(structure(chain).chain)[1])
-    return OfMinors(shared=_find_shared_factors(chain), squares=squares)
+    squares = tuple(minor.substitute(values) ** 2 for minor in factor_out_common_factors(structure(chain).chain)[1])
+    return MinorDetails(shared=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
     arm_structure = structure(chain)
-    return split_minors(arm_structure.chain)[0].substitute(dict(arm_structure.values))
+    return factor_out_common_factors(arm_structure.chain)[0].substitute(dict(arm_structure.values))
 
 
 @lru_cache(maxsize=1024)
 def _derive_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
-    shared_factors, quotients = split_minors(chain)
+    shared_factors, quotients = factor_out_common_factors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
     factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
     shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
@@ -128,7 +135,7 @@ def _derive_gram(chain: Chain) -> Factored:
 
 
 @lru_cache(maxsize=1024)
-def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
+def factor_out_common_factors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
     minors = derive(chain).generic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
@@ -156,69 +163,76 @@ def _count_leaves(expression: sp.Expr) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeastNorm(InSituation):
+class MinimumNormDetails(VelocityDetails):
     """Details of a question about joint rates J^T w: the matrix J J^T, and the weights w that solve J J^T w = v."""
 
     gram: sp.Matrix
     weights: sp.Matrix
 
 
-def _ask_least_norm(chain: Chain, rng: Stream) -> Asked:
+def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = sample_situation(chain, rng)
     arm = PreciseArm(chain, situation.lengths)
-    jacobian = jacobian_at(chain, situation)
-    weights = solve_linear(gram(jacobian), [arm.number(value) for value in situation.velocity.values()])
+    jacobian = evaluate_jacobian_precisely(chain, situation)
+    weights = solve_linear(gram_matrix(jacobian), [arm.evaluate_number(value) for value in situation.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     unit = "rad/s" if chain.joints[0].kind == "R" else "m/s"
     floor = 0.001 * float(max(map(abs, rates)))
-    details = LeastNorm(
+    details = MinimumNormDetails(
         situation=situation,
-        gram=round_matrix(gram(jacobian)),
+        gram=round_matrix(gram_matrix(jacobian)),
         weights=round_matrix([[weight] for weight in weights]),
-        pose=situation.figure,
+        pose=situation.figure_values,
     )
-    return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
+    return Number(
+        sp.Matrix(list(map(round_to_ten_digits, rates))), (unit,) * chain.n, THREE_DIGIT_TOLERANCE, floor
+    ), details
 
 
 # --- self-motion ---
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    if objection := objection_unless_redundant(chain):
+    if objection := object_unless_redundant(chain):
         return objection
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion has {n - m} dimensions for the task {', '.join(chain.task)}, not one"
-    if n <= JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
+    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
         return "one joint alone does not move the task"
     return None
 
 
 @dataclass(frozen=True, kw_only=True)
-class InFormulas(Details):
+class SelfMotionFormulaDetails(Details):
     """Details about a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
 
     situation: None
     shared: sp.Expr
 
 
-def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
-    if chain.n <= JOINTS and sum(map(_count_terms, split_minors(structure(chain).chain)[1])) <= TERMS / 2:
-        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_find_shared_factors(chain))
+def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
+    if (
+        chain.n <= MAX_JOINTS
+        and sum(map(_count_terms, factor_out_common_factors(structure(chain).chain)[1])) <= MAX_TERMS / 2
+    ):
+        return Direction(write_self_motion(chain)), SelfMotionFormulaDetails(
+            situation=None, shared=_find_shared_factors(chain)
+        )
     situation = sample_situation(chain, rng)
-    jacobian = jacobian_at(chain, situation)
-    numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
-    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=situation.figure)
+    jacobian = evaluate_jacobian_precisely(chain, situation)
+    numbers = sp.Matrix(list(map(round_to_ten_digits, compute_null_vector(jacobian))))
+    return Direction(numbers, THREE_DIGIT_TOLERANCE), VelocityDetails(situation=situation, pose=situation.figure_values)
 
 
-def null_vector(jacobian: list[Vector]) -> Vector:
+def compute_null_vector(jacobian: list[Vector]) -> Vector:
     """Return the unit vector (up to its sign) in the null space of an m x (m + 1) matrix of full rank.
 
     To project a unit vector e_k on the null space, subtract its part J^T (J J^T)^-1 J e_k in the row space.
     """
     n = len(jacobian[0])
     for k in range(n):
-        weights = solve_linear(gram(jacobian), [row[k] for row in jacobian])
+        weights = solve_linear(gram_matrix(jacobian), [row[k] for row in jacobian])
         projection = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
         if projection[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
             norm = sum(value**2 for value in projection) ** 0.5
@@ -226,13 +240,13 @@ def null_vector(jacobian: list[Vector]) -> Vector:
     raise ValueError("the matrix has more than one direction in its null space, or none")
 
 
-def self_motion(chain: Chain) -> sp.Matrix:
+def write_self_motion(chain: Chain) -> sp.Matrix:
     """Return joint rates with zero task velocity, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
     arm_structure = structure(chain)
-    _, quotients = split_minors(arm_structure.chain)
+    _, quotients = factor_out_common_factors(arm_structure.chain)
     # The minors are in the order of the columns that they contain, so the first one omits the last column.
     minors = [minor.substitute(dict(arm_structure.values)) for minor in reversed(quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
@@ -241,18 +255,18 @@ def self_motion(chain: Chain) -> sp.Matrix:
 QUESTIONS = (
     Question(
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, needs=("jacobian",),
-        stage="gram determinant", written={"gram determinant": _write_gram_determinant}, answer_type=Expression,
-        details=_describe_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
-        objection=_object_to_least_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
+        stage="gram determinant", textbook_stages={"gram determinant": _write_gram_determinant}, answer_type=Expression,
+        make_details=_describe_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
+        objection=_object_to_minimum_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
         "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", needs=("jacobian",),
-        formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_least_norm,
-        labels=joint_rates, objection=_object_to_least_norm, is_made_of_jacobian=True,
+        formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_minimum_norm_rates,
+        typed_names=name_joint_rates, objection=_object_to_minimum_norm, is_made_of_jacobian=True,
     ),
     Question(
         "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",),
-        stage="self-motion", sample=_ask_self_motion, labels=joint_rates, objection=_object_to_motion,
+        stage="self-motion", sample=_ask_self_motion, typed_names=name_joint_rates, objection=_object_to_motion,
         is_made_of_jacobian=True,
     ),
 )  # fmt: skip

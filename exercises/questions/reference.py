@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import Formulas
+from qdot.exercises.arm.arithmetic import SympyArithmetic
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 
-Written = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
+TextbookStages = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
 """Formulas of stages in textbook form, by name: derived for the arm's structure, then filled with its numbers."""
 
-WRITTEN: Written = {
+TEXTBOOK_STAGES: TextbookStages = {
     "point": lambda chain: derive(chain).position,
     "axes": lambda chain: derive(chain).z.T,
     "arms": lambda chain: derive(chain).p_star.T,
@@ -28,30 +28,32 @@ WRITTEN: Written = {
     "rates": lambda chain: derive(chain).rate_law(),
 }
 
-VECTORS = frozenset({"point", "last origin", "rates"})
+VECTOR_STAGES = frozenset({"point", "last origin", "rates"})
 """Stages that are vectors; their formulas are matrices with one column."""
 
 
 @dataclass
-class ReferenceWorking(Working):
-    """A derivation that takes the stages in `written` in textbook form and computes the others from them."""
+class ReferenceDerivation(Working):
+    """A derivation that takes the stages in `textbook_stages` in textbook form and computes the others from them."""
 
-    written: Written = field(default_factory=dict)
+    textbook_stages: TextbookStages = field(default_factory=dict)
 
     def _compute(self, stage: str) -> Any:
-        if stage not in self.written:
+        if stage not in self.textbook_stages:
             return super()._compute(stage)
-        formula = self.written[stage](self.chain)
+        formula = self.textbook_stages[stage](self.chain)
         if isinstance(formula, sp.Expr):
-            return self.arithmetic.number(formula)
+            return self.arithmetic.constant(formula)
         rows = np.array(formula.tolist(), dtype=object)
-        return rows if stage in VECTORS else rows[..., None]
+        return rows if stage in VECTOR_STAGES else rows[..., None]
 
-    def up_to(self, frame: int) -> Working:
+    def for_first_joints(self, frame: int) -> Working:
         """Return the derivation for the first joints of the arm, up to a frame."""
-        return reference_working(convention_of(self.chain).first_joints(frame), self.written)
+        return derive_reference(convention_of(self.chain).first_joints(frame), self.textbook_stages)
 
 
-def reference_working(chain: Chain, written: Written) -> ReferenceWorking:
-    """Return the derivation of an arm with the stages of WRITTEN and those that a question adds in `written`."""
-    return ReferenceWorking(chain, Formulas([q.name for q in chain.q]), written={**WRITTEN, **written})
+def derive_reference(chain: Chain, textbook_stages: TextbookStages) -> ReferenceDerivation:
+    """Return the derivation of an arm with TEXTBOOK_STAGES and the stages that a question adds, `textbook_stages`."""
+    return ReferenceDerivation(
+        chain, SympyArithmetic([q.name for q in chain.q]), textbook_stages={**TEXTBOOK_STAGES, **textbook_stages}
+    )

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.arithmetic import Trees, determinant
+from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import RESULT, Working
@@ -29,19 +29,19 @@ def is_product(part: Part) -> bool:
     return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors and part.shape is None
 
 
-def divisor(chain: Chain, part: Part, known: Iterable[str]) -> Node | None:
+def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iterable[str]) -> Node | None:
     """Return det J if the answer to a part has several entries with that denominator, such as the inverse, else None.
 
-    `known` are the names of the problem's symbols.
+    `symbol_names` are the names of the problem's symbols.
     """
     is_made_of_minors = part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors
     if not is_made_of_minors or part.shape is None or len(chain.task) != chain.n:
         return None
-    jacobian = Matrix(derive(chain).jacobian).trees(known)
-    return Trees.rows(determinant(Trees.matrix(jacobian)))[0][0]
+    jacobian = Matrix(derive(chain).jacobian).trees(symbol_names)
+    return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(jacobian)))[0][0]
 
 
-def result(w: Working, part: Part) -> np.ndarray:
+def compute_answer(derivation: Working, part: Part) -> np.ndarray:
     """Return the answer that a derivation gives to a part, (rows, columns, …), with its changes of the final result.
 
     Raises TypeError if the answer to the part is not computed by a derivation.
@@ -49,9 +49,9 @@ def result(w: Working, part: Part) -> np.ndarray:
     formula = QUESTIONS[part.kind].formula
     if formula is None:
         raise TypeError(f"the answer to {part.kind!r} comes out of no derivation")
-    answer = formula(w, part.details)
+    answer = formula(derivation, part.details)
     answer = answer[:, None] if answer.ndim == 2 else answer
-    for name, change in w.changes:
+    for name, change in derivation.changes:
         if name == RESULT:
-            answer = change(w, answer)
+            answer = change(derivation, answer)
     return answer

@@ -16,35 +16,41 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
-from qdot.exercises.arm.axes_to_dh import Axis, to_exact
+from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import frames_and_point
-from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
+from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
+from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
-    Asked,
+    AnswerAndDetails,
     Question,
-    objection_to_size,
-    objection_to_terms,
-    rates_to,
-    times_rates,
-    velocities,
+    make_jacobian_labels,
+    make_rate_product_formula,
+    make_size_objection,
+    name_velocity_components,
+    object_to_term_count,
 )
-from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, sample_lengths, sample_pose
-from qdot.exercises.questions.reference import Written
-from qdot.exercises.questions.transforms import pose_formula
+from qdot.exercises.questions.inversion import (
+    MAX_SAMPLES,
+    THREE_DIGIT_TOLERANCE,
+    Configuration,
+    sample_joint_values,
+    sample_lengths,
+)
+from qdot.exercises.questions.reference import TextbookStages
+from qdot.exercises.questions.transforms import assemble_transform
 
-SOURCE = "product of exponentials"
+SCREWS_SOURCE = "product of exponentials"
 DECIMALS = 3
 """Number of decimals of a numeric twist."""
-MOST_JOINTS = 4
+MAX_JOINTS = 4
 """Maximum number of joints for which the exponentials are multiplied by hand."""
 
 
@@ -65,21 +71,21 @@ class Screw:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfScrews(Details):
+class HomeScrewDetails(Details):
     """Details of a question about the home screws."""
 
     screws: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class InSpace(Details):
+class SpaceJacobianDetails(Details):
     """Details of a question about the space Jacobian: the screws, moved by the joints before them."""
 
     carried: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class InNumbers(Details):
+class NumericTwistDetails(Details):
     """Details about a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}, 6 x 1.
 
     The twist is rounded to three decimals, and the answer is computed from the rounded twist.
@@ -95,7 +101,7 @@ class InNumbers(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfBody(Details):
+class BodyFrameDetails(Details):
     """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
 
     rotation: sp.Matrix
@@ -103,7 +109,7 @@ class OfBody(Details):
     space: sp.Matrix | None = None
 
 
-def home_screws(chain: Chain) -> tuple[Screw, ...]:
+def list_home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the home screws of an arm in the world frame."""
     screws = []
     for number, axis in enumerate(axes_of(chain)[0], 1):
@@ -115,64 +121,64 @@ def home_screws(chain: Chain) -> tuple[Screw, ...]:
     return tuple(screws)
 
 
-def hat(vector: sp.Matrix) -> sp.Matrix:
+def make_cross_product_matrix(vector: sp.Matrix) -> sp.Matrix:
     """Return the 3 x 3 matrix [v] with [v] u = v x u."""
     x, y, z = vector
     return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
+def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
     """Return e^([S] value), 4 x 4, for a joint axis at home: Rodrigues' formula, or a translation if prismatic.
 
     >>> theta = sp.Symbol("theta1")
-    >>> exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
+    >>> compute_exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
     Matrix([
     [2 - 2*cos(theta1)],
     [  -2*sin(theta1)]])
     """
     rotation, translation = sp.eye(3), value * axis.direction
     if axis.kind == "R":
-        cross = hat(axis.direction)
+        cross = make_cross_product_matrix(axis.direction)
         rotation = (rotation + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
         translation = axis.point - rotation * axis.point
     return rotation.row_join(translation.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @lru_cache(maxsize=1024)
-def _carry_screws(generic: Chain) -> tuple[Screw, ...]:
+def _derive_moved_screws(generic: Chain) -> tuple[Screw, ...]:
     """Return the screws of a structure's joints, moved by the joints before them."""
     frames, columns = frames_and_point(generic)[0], []
     for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
-        z, origin = _tidy(frame.rotation[:, 2]), _tidy(frame.origin)
-        column = z.col_join(_tidy(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
+        z, origin = _simplify_entries(frame.rotation[:, 2]), _simplify_entries(frame.origin)
+        column = z.col_join(_simplify_entries(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
         columns.append(Screw(number, joint.kind, z, origin, column))
     return tuple(columns)
 
 
-def _tidy(matrix: sp.Matrix) -> sp.Matrix:
-    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
+def _simplify_entries(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
-def carried_screws(chain: Chain) -> tuple[Screw, ...]:
+def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
-    fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
+    fill, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     moved_screws = []
-    for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
+    for joint, axis in zip(_derive_moved_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # shift the points along their axes to the given points
-            distance = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
-            point = (point + distance * direction).applyfunc(without_brackets)
+            distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
+            point = (point + distance * direction).applyfunc(remove_brackets)
         moved_screws.append(Screw(joint.number, joint.kind, direction, point, screw))
     return tuple(moved_screws)
 
 
-def space_jacobian(chain: Chain) -> sp.Matrix:
+def derive_space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n, for the twist (omega, v) in {s}.
 
     v is the velocity of the point of the last link (extended) that is at the origin of {s}.
     """
-    fill = derive(chain).fill_matrix
-    return sp.Matrix.hstack(*(fill(screw.screw) for screw in _carry_screws(structure(chain).chain)))
+    fill = derive(chain).substitute_matrix
+    return sp.Matrix.hstack(*(fill(screw.screw) for screw in _derive_moved_screws(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -195,18 +201,22 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
     """Return R_sb, the body Jacobian and [P] R_sb of a structure with the joint values `home` at home."""
     frames, point = frames_and_point(generic)
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
-    rotation = _tidy(last_rotation * home_rotation.T)
+    rotation = _simplify_entries(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(generic.joints, frames, strict=False):
         # Simplify in the coordinates of the last frame, then change to those of {b}.
-        z = home_rotation * _tidy(last_rotation.T * frame.rotation[:, 2])
-        arm = home_rotation * _tidy(last_rotation.T * (point - frame.origin))
+        z = home_rotation * _simplify_entries(last_rotation.T * frame.rotation[:, 2])
+        arm = home_rotation * _simplify_entries(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
-    return rotation, _tidy(sp.Matrix.hstack(*columns)), _tidy(hat(point) * rotation)
+    return (
+        rotation,
+        _simplify_entries(sp.Matrix.hstack(*columns)),
+        _simplify_entries(make_cross_product_matrix(point) * rotation),
+    )
 
 
-def _is_oblique(chain: Chain) -> bool:
+def _has_oblique_angles(chain: Chain) -> bool:
     """Return whether the arm has oblique angles.
 
     These are link twists that are symbols in its structure, and joint offsets that are not rational multiples of pi. If
@@ -219,23 +229,23 @@ def _is_oblique(chain: Chain) -> bool:
 
 def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
     """Return vectors, 3 x k, rotated by the negative angle about an axis direction, with products expanded."""
-    cross = hat(axis.direction)
+    cross = make_cross_product_matrix(axis.direction)
     rotation = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
     return (rotation.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
 
 
-def _derive_column(chain: Chain, number: int) -> sp.Matrix:
+def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     """Return a column of the body Jacobian, 6 x 1: its home screw about P, moved back by the joints after it.
 
     A revolute joint only rotates omega and the velocity of a point on its own axis. Therefore the sine and cosine of a
     joint occur at most once in each product.
     """
     axes, home_point = axes_of(chain)
-    own_axis = axes[number]
+    own_axis = axes[index]
     omega, v = own_axis.direction, own_axis.direction.cross(home_point - own_axis.point)
     if own_axis.kind == "P":
         omega, v = sp.zeros(3, 1), own_axis.direction
-    for axis, q in zip(axes[number + 1 :], chain.q[number + 1 :], strict=True):
+    for axis, q in zip(axes[index + 1 :], chain.q[index + 1 :], strict=True):
         if axis.kind == "P":
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
@@ -247,102 +257,104 @@ def _derive_column(chain: Chain, number: int) -> sp.Matrix:
 
 
 @lru_cache(maxsize=256)
-def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _derive_body_by_exponentials(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian by exponentials of the axes, with the arm's own numbers."""
     inverse_rotation = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
         inverse_rotation = rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
-    jacobian = sp.Matrix.hstack(*(_derive_column(chain, number) for number in range(chain.n)))
-    return inverse_rotation.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
+    jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, number) for number in range(chain.n)))
+    return inverse_rotation.T.applyfunc(remove_brackets), jacobian.applyfunc(remove_brackets)
 
 
 def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb (3 x 3) and the body Jacobian (6 x n)."""
-    if _is_oblique(chain):
-        return _derive_oblique_body(chain)
-    rotation, jacobian, _ = _fill_body(chain)
+    if _has_oblique_angles(chain):
+        return _derive_body_by_exponentials(chain)
+    rotation, jacobian, _ = _derive_body_from_structure(chain)
     return rotation, jacobian
 
 
-def _fill_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
     generic, home = structure(chain).chain, _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
-    fill = derive(chain).fill
+    fill = derive(chain).substitute_values
     rotation, jacobian, point_times_rotation = (
-        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(home_values)))
+        matrix.applyfunc(lambda entry: remove_brackets(fill(entry).xreplace(home_values)))
         for matrix in _derive_body_matrices(generic, tuple(home.items()))
     )
     return rotation, jacobian, point_times_rotation
 
 
-def body_rotation(chain: Chain) -> sp.Matrix:
+def derive_body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
     return _derive_body(chain)[0]
 
 
-def body_jacobian(chain: Chain) -> sp.Matrix:
+def derive_body_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_b, 6 x n, for the twist (omega, v) of the last link in {b}: v is the velocity of P."""
     return _derive_body(chain)[1]
 
 
-def body_pose(chain: Chain) -> sp.Matrix:
+def derive_body_pose(chain: Chain) -> sp.Matrix:
     """Return the pose T_sb of the body frame, 4 x 4."""
-    pose = body_rotation(chain).row_join(derive(chain).position)
+    pose = derive_body_rotation(chain).row_join(derive(chain).position)
     return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
-def body_adjoint(chain: Chain) -> sp.Matrix:
+def derive_body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6, which maps a twist (omega, v) in {b} to the same twist in {s}."""
-    if _is_oblique(chain):
-        rotation = body_rotation(chain)
-        point_times_rotation = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
+    if _has_oblique_angles(chain):
+        rotation = derive_body_rotation(chain)
+        point_times_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
     else:
-        rotation, _, point_times_rotation = _fill_body(chain)
+        rotation, _, point_times_rotation = _derive_body_from_structure(chain)
     return rotation.row_join(sp.zeros(3)).col_join(point_times_rotation.row_join(rotation))
 
 
 # --- questions ---
 
 
-def _describe_body(chain: Chain, rng: Stream) -> OfBody:
-    return OfBody(rotation=body_rotation(chain), place=derive(chain).position)
+def _describe_body(chain: Chain, rng: Stream) -> BodyFrameDetails:
+    return BodyFrameDetails(rotation=derive_body_rotation(chain), place=derive(chain).position)
 
 
-def _describe_body_and_space(chain: Chain, rng: Stream) -> OfBody:
-    return replace(_describe_body(chain, rng), space=space_jacobian(chain))
+def _describe_body_and_space(chain: Chain, rng: Stream) -> BodyFrameDetails:
+    return replace(_describe_body(chain, rng), space=derive_space_jacobian(chain))
 
 
-def _describe_space(chain: Chain, rng: Stream) -> InSpace:
-    return InSpace(carried=carried_screws(chain))
+def _describe_space(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
+    return SpaceJacobianDetails(carried=list_moved_screws(chain))
 
 
-def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Sample a configuration and joint rates for which the twist in {b} is not zero."""
-    for _ in range(POSES):
-        configuration = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
+    for _ in range(MAX_SAMPLES):
+        configuration = Configuration(sample_lengths(chain, rng), sample_joint_values(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
-        exact_twist = body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
+        exact_twist = derive_body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
         twist = exact_twist.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
-            space_twist = convention_of(chain).twist(body_adjoint(chain).xreplace(configuration.values) * twist)
-            numbers = space_twist.applyfunc(lambda value: ten_digits(numeric(value)))
+            space_twist = convention_of(chain).reorder_twists(
+                derive_body_adjoint(chain).xreplace(configuration.values) * twist
+            )
+            numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
             floor = 0.001 * max(abs(float(value)) for value in numbers)
-            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
-            return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), InNumbers(
+            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocity_names)
+            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, floor), NumericTwistDetails(
                 place=configuration, rates=rates, twist=twist
             )
     return None
 
 
 def _derive_changed_twist(w: Working, details: Details) -> np.ndarray:
-    assert isinstance(details, InNumbers)
-    twist = np.stack([w.arithmetic.number(value) for value in details.twist])
+    assert isinstance(details, NumericTwistDetails)
+    twist = np.stack([w.arithmetic.constant(value) for value in details.twist])
     return np.asarray(apply_matrix(w["body adjoint"], twist)[_order_twist(w.chain)])
 
 
 def _order_twist(chain: Chain) -> Sequence[int]:
-    return convention_of(chain).twist_rows
+    return convention_of(chain).twist_row_order
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
@@ -355,82 +367,84 @@ def _object_to_body(chain: Chain) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def _count_terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
-    return count_terms(result(chain), trivial=(0, 1))
+def _count_terms(chain: Chain, derive_result: Callable[[Chain], sp.Matrix]) -> int:
+    return count_terms(derive_result(chain), trivial=(0, 1))
 
 
-def _objection_to_size(what: str, result: Callable[[Chain], sp.Matrix]) -> Callable[[Chain], str | None]:
-    return objection_to_size(what, MOST_JOINTS, lambda chain: _count_terms(chain, result))
+def _make_size_objection(
+    description: str, derive_result: Callable[[Chain], sp.Matrix]
+) -> Callable[[Chain], str | None]:
+    return make_size_objection(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
 
 
-_OBJECT_TO_POSE = _objection_to_size("the product of the exponentials of {n} joints", body_pose)
-_OBJECT_TO_BODY_JACOBIAN = _objection_to_size("the body Jacobian of {n} joints", body_jacobian)
+_OBJECT_TO_POSE = _make_size_objection("the product of the exponentials of {n} joints", derive_body_pose)
+_OBJECT_TO_BODY_JACOBIAN = _make_size_objection("the body Jacobian of {n} joints", derive_body_jacobian)
 
 
 def _object_to_space(chain: Chain) -> str | None:
-    return objection_to_terms(_count_terms(chain, space_jacobian))
+    return object_to_term_count(_count_terms(chain, derive_space_jacobian))
 
 
 def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(convention_of(chain).velocities)
+    return name_velocity_components(convention_of(chain).velocity_names)
 
 
 def _list_rows(chain: Chain) -> Sequence[str]:
-    return convention_of(chain).velocities
+    return convention_of(chain).velocity_names
 
 
-_WRITTEN: Written = {
-    "home screws": lambda chain: sp.Matrix.hstack(*(screw.screw for screw in home_screws(chain))),
-    "space jacobian": space_jacobian,
-    "body rotation": body_rotation,
-    "body jacobian": body_jacobian,
-    "body adjoint": body_adjoint,
+_SCREW_STAGES: TextbookStages = {
+    "home screws": lambda chain: sp.Matrix.hstack(*(screw.screw for screw in list_home_screws(chain))),
+    "space jacobian": derive_space_jacobian,
+    "body rotation": derive_body_rotation,
+    "body jacobian": derive_body_jacobian,
+    "body adjoint": derive_body_adjoint,
 }
 
-_of_screws = partial(Question, source=SOURCE, speaks_of=SCREWS, written=_WRITTEN)
-_of_body = partial(_of_screws, objection=_object_to_body)
+_make_screw_question = partial(Question, source=SCREWS_SOURCE, required_feature=SCREWS, textbook_stages=_SCREW_STAGES)
+_make_body_question = partial(_make_screw_question, objection=_object_to_body)
 
 QUESTIONS = (
-    _of_screws(
+    _make_screw_question(
         "home-screws", "Screw axes at home", stage="home screws", row_order=_order_twist,
-        details=lambda chain, _: OfScrews(screws=home_screws(chain)),
-        grid=lambda chain: (_list_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
+        make_details=lambda chain, _: HomeScrewDetails(screws=list_home_screws(chain)),
+        row_and_column_labels=lambda chain: (_list_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
     ),
-    _of_body(
+    _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
-        formula=lambda w, _: pose_formula(w["body rotation"], w["point"]),
-        substitutes=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
-        details=_describe_body, too_long=_OBJECT_TO_POSE, last_row=("0", "0", "0", "1"),
+        formula=lambda w, _: assemble_transform(w["body rotation"], w["point"]),
+        substitution=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
+        make_details=_describe_body, too_long=_OBJECT_TO_POSE, constant_last_row=("0", "0", "0", "1"),
     ),
-    _of_body(
+    _make_body_question(
         "body-adjoint", "Adjoint of the body frame", points=2.0, needs=("body-pose",),
         formula=lambda w, _: _order_adjoint(w.chain, w["body adjoint"]),
-        substitutes=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
-        details=_describe_body, grid=lambda chain: (_list_rows(chain), _list_rows(chain)),
-        too_long=_objection_to_size("the adjoint of the pose of {n} joints", body_adjoint),
+        substitution=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
+        make_details=_describe_body, row_and_column_labels=lambda chain: (_list_rows(chain), _list_rows(chain)),
+        too_long=_make_size_objection("the adjoint of the pose of {n} joints", derive_body_adjoint),
     ),
-    _of_body(
+    _make_body_question(
         "changed-twist", "Twist changed from the body to the space frame", needs=("body-adjoint",),
         sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist, too_long=_OBJECT_TO_POSE,
-        follows_from=(("body-adjoint",), ("body-pose",)),
+        source_questions=(("body-adjoint",), ("body-pose",)),
     ),
-    _of_screws(
+    _make_screw_question(
         "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_order_twist,
-        details=_describe_space, grid=rates_to(_list_rows), too_long=_object_to_space,
+        make_details=_describe_space, row_and_column_labels=make_jacobian_labels(_list_rows), too_long=_object_to_space,
     ),
-    _of_body(
+    _make_body_question(
         "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
-        stage="body jacobian", row_order=_order_twist, details=_describe_body_and_space, grid=rates_to(_list_rows),
-        too_long=_OBJECT_TO_BODY_JACOBIAN,
+        stage="body jacobian", row_order=_order_twist, make_details=_describe_body_and_space,
+        row_and_column_labels=make_jacobian_labels(_list_rows), too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
-    _of_screws(
+    _make_screw_question(
         "space-twist", "Twist in the space frame", needs=("space-jacobian",),
-        formula=times_rates("space jacobian", _order_twist), details=_describe_space, entry_names=_name_twist,
-        too_long=_object_to_space,
+        formula=make_rate_product_formula("space jacobian", _order_twist), make_details=_describe_space,
+        entry_names=_name_twist, too_long=_object_to_space,
     ),
-    _of_body(
+    _make_body_question(
         "body-twist", "Twist in the body frame", needs=("body-jacobian",),
-        formula=times_rates("body jacobian", _order_twist), details=_describe_body_and_space, entry_names=_name_twist,
-        too_long=_OBJECT_TO_BODY_JACOBIAN,
+        formula=make_rate_product_formula("body jacobian", _order_twist), make_details=_describe_body_and_space,
+        entry_names=_name_twist, too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
 )  # fmt: skip

@@ -17,25 +17,30 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import kind_is_sure, kinds_at
+from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, shuffle_options, stage_formula
+from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
 from qdot.exercises.questions.geometry import sample_false_root
-from qdot.exercises.questions.inversion import conditioning, least_conditioning, sample_lengths, sample_pose
+from qdot.exercises.questions.inversion import (
+    compute_conditioning,
+    min_conditioning,
+    sample_joint_values,
+    sample_lengths,
+)
 
-OPTIONS = {
+KIND_OPTIONS = {
     "boundary": "a boundary singularity",
     "internal": "an internal singularity",
     "regular": "no singularity: the Jacobian has full rank there",
 }
 
 
-def _ask_conditions(chain: Chain, rng: Stream) -> Asked:
+def _ask_conditions(chain: Chain, rng: Stream) -> AnswerAndDetails:
     return ConditionSet(singular_set(chain) or ()), Details()
 
 
-def objection_unless_singular(chain: Chain) -> str | None:
+def object_unless_singular(chain: Chain) -> str | None:
     """Return the objection to an arm without singular configurations, or without regular ones."""
     components = singular_set(chain)
     if components is None:
@@ -43,10 +48,10 @@ def objection_unless_singular(chain: Chain) -> str | None:
     return None if components else "it has no singular configuration"
 
 
-def objection_unless_direction_lost(chain: Chain) -> str | None:
+def object_unless_direction_lost(chain: Chain) -> str | None:
     """Return the objection to an arm that can't lose exactly one of several directions of motion."""
     m = len(chain.task)
-    if objection := objection_unless_singular(chain):
+    if objection := object_unless_singular(chain):
         return objection
     if m > chain.n:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
@@ -54,13 +59,13 @@ def objection_unless_direction_lost(chain: Chain) -> str | None:
 
 
 def _object_to_kinds(chain: Chain) -> str | None:
-    if not kind_is_sure(chain):
+    if not can_establish_kind(chain):
         return "boundary or internal can't be established for its task"
-    return objection_unless_singular(chain)
+    return object_unless_singular(chain)
 
 
 @dataclass(frozen=True)
-class Place:
+class ConfigurationsOfOneKind:
     """The configurations that a question is about: given joint values, or all that satisfy a condition.
 
     The prompt shows the joint values or `words`, never the condition, which is the answer to another question.
@@ -76,45 +81,49 @@ class Place:
         return tuple(self.joints.items())
 
 
-def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
+def find_components_with(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[tuple[Component, Component]]:
     """Return the components that contain the configurations, each also restricted to the given joint values."""
     components = []
     for component in singular_set(chain) or ():
-        if place.condition is not None:
-            if place.condition in component.conditions:
+        if configurations.condition is not None:
+            if configurations.condition in component.conditions:
                 components.append((component, component))
-        elif component.solutions is not None and all(place.joints[q] in values for q, values in component.solutions):
-            given_solutions = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
+        elif component.solutions is not None and all(
+            configurations.joints[q] in values for q, values in component.solutions
+        ):
+            given_solutions = tuple((q, (configurations.joints[q],)) for q, _ in component.solutions)
             components.append((component, replace(component, solutions=given_solutions)))
     return components
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfKind(Details):
+class KindDetails(Details):
     """Details of a question about the kind of a configuration: "boundary", "internal" or "regular"."""
 
-    place: Place
+    place: ConfigurationsOfOneKind
     type: str
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the given joint values."""
-        return by_name(self.place.joints)
+        return values_by_name(self.place.joints)
 
 
-def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_type(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose the correct answer first, then configurations of that kind; the kind is computed."""
     components = singular_set(chain) or ()
-    for kind in rng.permutation(tuple(OPTIONS)):
-        configurations = _sample_place(chain, components, kind, rng)
+    for kind in rng.permutation(tuple(KIND_OPTIONS)):
+        configurations = _sample_configurations_of_kind(chain, components, kind, rng)
         if configurations is not None:
-            answer, _ = shuffle_options(tuple(OPTIONS), kind, rng, OPTIONS.__getitem__)
-            return answer, OfKind(place=configurations, type=kind)
+            answer, _ = shuffle_options(tuple(KIND_OPTIONS), kind, rng, KIND_OPTIONS.__getitem__)
+            return answer, KindDetails(place=configurations, type=kind)
     return None
 
 
-def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
+def _sample_configurations_of_kind(
+    chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream
+) -> ConfigurationsOfOneKind | None:
     if kind == "regular":
-        return _sample_regular_place(chain, components, rng)
+        return _sample_regular_configuration(chain, components, rng)
     for component in rng.permutation(components):
         if component.solutions is None:
             classification = classify(chain, component)
@@ -122,15 +131,17 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
             if len(component.conditions) > 1 or "axis" not in convention_of(chain).rename_origins(words):
                 continue
             if classification.uniform and classification.kind == kind:
-                return Place({}, component.conditions[0], words)
+                return ConfigurationsOfOneKind({}, component.conditions[0], words)
         else:
-            for joints in _sample_poses(chain, component, rng):
+            for joints in _sample_joint_values_on(chain, component, rng):
                 if _find_kinds_over_lengths(chain, joints) == {kind}:
-                    return Place(joints)
+                    return ConfigurationsOfOneKind(joints)
     return None
 
 
-def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
+def _sample_regular_configuration(
+    chain: Chain, components: tuple[Component, ...], rng: Stream
+) -> ConfigurationsOfOneKind:
     """Return a random regular configuration that seems singular after a mistake of a sign or a right angle."""
     roots = [
         (q, values)
@@ -139,12 +150,12 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
     for attempt in range(200):
-        joints = sample_pose(chain, rng)
+        joints = sample_joint_values(chain, rng)
         if roots and attempt < 150:  # later, accept any: perhaps no mistake leads far enough from a root
             joints |= sample_false_root(roots, {}, rng)
         is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if is_clearly_regular and _find_kinds_over_lengths(chain, joints) == {"regular"}:
-            return Place(joints)
+            return ConfigurationsOfOneKind(joints)
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
 
@@ -161,11 +172,11 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
 
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    minimum = 0.8 * least_conditioning(chain)
-    return all(conditioning(chain, sample_lengths(chain, rng), joints) > minimum for _ in range(4))
+    minimum = 0.8 * min_conditioning(chain)
+    return all(compute_conditioning(chain, sample_lengths(chain, rng), joints) > minimum for _ in range(4))
 
 
-def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
+def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
     """Yield configurations of a component: its joint values, with new random values of the other joints each time."""
     assert component.solutions is not None
     joints = [joint for joint, _ in component.solutions]
@@ -173,21 +184,21 @@ def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[d
         dict(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
     ]
     for values in rng.permutation(combinations * 2):
-        yield {**sample_pose(chain, rng), **values}
+        yield {**sample_joint_values(chain, rng), **values}
 
 
-_TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
-_MORE_LENGTHS = 20
+_TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
+_RANDOM_LENGTH_COUNT = 20
 """Test values of symbolic lengths, and the number of random ones. A kind must hold for very different lengths."""
 
 
-def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
+def _iterate_test_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
     """Yield values of the symbolic lengths: the tried values in turn, then random values between 0.05 and 6."""
-    count = len(_TRIED_LENGTHS) if chain.parameters else 1
+    count = len(_TEST_LENGTHS) if chain.parameters else 1
     for start in range(count):
-        yield {s: _TRIED_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+        yield {s: _TEST_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
-    for _ in range(_MORE_LENGTHS * min(len(chain.parameters), 2)):
+    for _ in range(_RANDOM_LENGTH_COUNT * min(len(chain.parameters), 2)):
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
@@ -206,7 +217,7 @@ def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> 
 def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
     numeric_values = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
     samples = []
-    for lengths in _try_lengths(chain):
+    for lengths in _iterate_test_lengths(chain):
         joint_values = [
             numeric_values[k] if k in numeric_values else sp.N(value.xreplace(lengths))
             for k, value in enumerate(values)
@@ -215,14 +226,14 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
             return frozenset({None})
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
         samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joint_values])))
-    return frozenset(kinds_at(chain, samples))
+    return frozenset(classify_samples(chain, samples))
 
 
 QUESTIONS = (
     Question(
         "singular-angles", "Singular configurations", "6.8", points=2.0, needs=("determinant", "jacobian"),
-        sample=_ask_conditions, objection=objection_unless_singular, follows_from=(("determinant",), ("jacobian",)),
-        vanishes=stage_formula("determinant"),
+        sample=_ask_conditions, objection=object_unless_singular, source_questions=(("determinant",), ("jacobian",)),
+        zero_formula=make_stage_formula("determinant"),
     ),
     Question(
         "singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds,

@@ -8,11 +8,11 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo
-from qdot.exercises.questions.base import Question, objection_to_length
+from qdot.exercises.questions.base import Question, make_length_objection
 
 
 @dataclass(frozen=True, kw_only=True)
-class Loaded(Details):
+class LoadDetails(Details):
     """Details of a question about an arm that exerts a force or moment, with one component for each row of the task."""
 
     force: sp.Matrix
@@ -28,10 +28,10 @@ def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     }
 
 
-def _describe(chain: Chain, rng: Stream) -> Loaded:
+def _describe_load(chain: Chain, rng: Stream) -> LoadDetails:
     symbols = make_load_symbols(chain)
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
-    return Loaded(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
+    return LoadDetails(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
 
 def _choose_title(chain: Chain) -> str:
@@ -44,8 +44,9 @@ def _choose_title(chain: Chain) -> str:
 QUESTIONS = (
     Question(
         "joint-torques", "Static joint torques", "dual of 6.4", needs=("jacobian",), title_for=_choose_title,
-        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(make_load_symbols(w.chain))),
-        details=_describe, entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
-        too_long=objection_to_length("jacobian"), is_made_of_jacobian=True,
+        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbol_vector(make_load_symbols(w.chain))),
+        make_details=_describe_load,
+        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        too_long=make_length_objection("jacobian"), is_made_of_jacobian=True,
     ),
 )  # fmt: skip

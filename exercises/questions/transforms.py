@@ -9,12 +9,23 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
+from qdot.exercises.arm.transforms import (
+    count_last_pose_terms,
+    count_tool_jacobian_terms,
+    frame_poses,
+    jacobian_in_tool_frame,
+    joint_vectors_in_tool_frame,
+)
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Question, objection_to_point, objection_to_size, rates_to
+from qdot.exercises.questions.base import (
+    Question,
+    make_jacobian_labels,
+    make_size_objection,
+    object_to_point_before_last_link,
+)
 
-MOST_JOINTS = 5
+MAX_JOINTS = 5
 """Maximum number of joints whose transforms are multiplied by hand. The result also has at most MOST_TERMS terms."""
 
 
@@ -40,7 +51,7 @@ class ToolColumn:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByTransforms(Details):
+class TransformDetails(Details):
     """Details about T_{w,n}: the transforms T_{w,0} ... T_{w,n}, and the first entry with a sum of angles, if any."""
 
     poses: tuple[sp.Matrix, ...]
@@ -48,14 +59,14 @@ class ByTransforms(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
-class InToolFrame(Details):
+class ToolJacobianDetails(Details):
     """Details of a question about the Jacobian in the last frame: the vectors in its columns."""
 
     columns: tuple[ToolColumn, ...]
 
 
-def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
-    """Return the first entry with a sum of angles of parallel joints, or None; `poses` are T_{w,0} ... T_{w,n}.
+def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
+    """Return the first entry with a sum of angles of parallel joints, or None; `frame_poses` are T_{w,0} ... T_{w,n}.
 
     Only the columns x_i are searched: a row of T_{w,i-1} times the first column of T_{i-1,i}.
     """
@@ -70,26 +81,28 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
     return None
 
 
-def _fill_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
+def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return the transforms T_{w,0} ... T_{w,n} of an arm, filled with its numbers."""
-    return tuple(pose.applyfunc(derive(chain).fill) for pose in poses(structure(chain).chain))
+    return tuple(pose.applyfunc(derive(chain).substitute_values) for pose in frame_poses(structure(chain).chain))
 
 
-def _describe_transforms(chain: Chain, rng: Stream) -> ByTransforms:
-    arm_poses = _fill_poses(chain)
-    return ByTransforms(poses=arm_poses, sum=first_angle_sum(chain, arm_poses))
+def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
+    arm_poses = _list_poses(chain)
+    return TransformDetails(poses=arm_poses, sum=find_first_angle_sum(chain, arm_poses))
 
 
-def _describe_columns(chain: Chain, rng: Stream) -> InToolFrame:
+def _describe_columns(chain: Chain, rng: Stream) -> ToolJacobianDetails:
     d, generic = derive(chain), structure(chain).chain
     columns = (
-        ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in vectors))
-        for number, (joint, vectors) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
+        ToolColumn(number, joint.kind, *(vector.applyfunc(d.substitute_values) for vector in vectors))
+        for number, (joint, vectors) in enumerate(
+            zip(generic.joints, joint_vectors_in_tool_frame(generic), strict=True), 1
+        )
     )
-    return InToolFrame(columns=tuple(columns))
+    return ToolJacobianDetails(columns=tuple(columns))
 
 
-def pose_formula(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
+def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return the transform, (4, 4, …), with a given rotation (3, 3, …) and origin (3, …)."""
     last_row = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), last_row[None]])
@@ -97,27 +110,32 @@ def pose_formula(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
 
 QUESTIONS = (
     Question(
-        "transform", "Transform of the last frame", "Example 6.1", points=2.0, speaks_of=FRAMES,
-        formula=lambda w, _: pose_formula(w["last rotation"], w["last origin"]),
-        substitutes=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
-        written={
-            "last rotation": lambda chain: _fill_poses(chain)[-1][:3, :3],
-            "last origin": lambda chain: _fill_poses(chain)[-1][:3, 3],
+        "transform", "Transform of the last frame", "Example 6.1", points=2.0, required_feature=FRAMES,
+        formula=lambda w, _: assemble_transform(w["last rotation"], w["last origin"]),
+        substitution=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
+        textbook_stages={
+            "last rotation": lambda chain: _list_poses(chain)[-1][:3, :3],
+            "last origin": lambda chain: _list_poses(chain)[-1][:3, 3],
         },
-        details=_describe_transforms, last_row=("0", "0", "0", "1"),
-        too_long=objection_to_size(
-            "the product of the transforms of {n} joints", MOST_JOINTS,
-            lambda chain: terms_of_last_pose(structure(chain).chain),
+        make_details=_describe_transforms, constant_last_row=("0", "0", "0", "1"),
+        too_long=make_size_objection(
+            "the product of the transforms of {n} joints", MAX_JOINTS,
+            lambda chain: count_last_pose_terms(structure(chain).chain),
         ),
     ),
     Question(
-        "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, speaks_of=FRAMES,
+        "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, required_feature=FRAMES,
         needs=("transform", "geometric-jacobian"), stage="tool jacobian",
-        written={"tool jacobian": lambda chain: in_tool_frame(structure(chain).chain).applyfunc(derive(chain).fill)},
-        details=_describe_columns, grid=rates_to(lambda _: TASK_ROWS), objection=objection_to_point,
-        too_long=objection_to_size(
-            "the Jacobian of {n} joints in the tool frame", MOST_JOINTS,
-            lambda chain: terms_in_tool_frame(structure(chain).chain),
+        textbook_stages={
+            "tool jacobian": lambda chain: jacobian_in_tool_frame(structure(chain).chain).applyfunc(
+                derive(chain).substitute_values
+            ),
+        },
+        make_details=_describe_columns, row_and_column_labels=make_jacobian_labels(lambda _: TASK_ROWS),
+        objection=object_to_point_before_last_link,
+        too_long=make_size_objection(
+            "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,
+            lambda chain: count_tool_jacobian_terms(structure(chain).chain),
         ),
     ),
 )  # fmt: skip

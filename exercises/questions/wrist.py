@@ -17,40 +17,40 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook
+from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
+from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook_form
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, objection_unless_square
+from qdot.exercises.questions.base import MAX_TERMS, Question, name_joint_rates, object_unless_square
 
 
 @lru_cache(maxsize=1024)
 def _write_wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on axis 4 (3 x 3)."""
-    axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
+    axes = [frame_after(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
         axes = [rot_z(-joint.theta) * axis for axis in axes]
-    return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
 def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block in the coordinates of link 1, with equal determinant."""
-    first_joint, rotation = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
-    point = frame_behind(generic.joints[1:4]).origin
+    first_joint, rotation = generic.joints[0], rot_x(convention_of(generic).step_to_standard_frame(1)[0])
+    point = frame_after(generic.joints[1:4]).origin
     r_1 = sp.Matrix(
         [first_joint.a, first_joint.d * sp.sin(first_joint.alpha), first_joint.d * sp.cos(first_joint.alpha)]
     )  # in frame 1
     axes_and_arms = [(sp.Matrix([0, sp.sin(first_joint.alpha), sp.cos(first_joint.alpha)]), r_1 + point)]
     for i in (1, 2):
-        previous_frame = frame_behind(generic.joints[1:i])
+        previous_frame = frame_after(generic.joints[1:i])
         axes_and_arms.append((previous_frame.rotation * Z, point - previous_frame.origin))
     columns = [
         z.cross(arm) if joint.kind == "R" else z
         for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
     ]
-    return (rotation * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    return (rotation * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
@@ -60,24 +60,24 @@ def _factor_determinants(generic: Chain) -> tuple[Factored, Factored]:
     return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_write_wrist_axes(generic).det()))
 
 
-def arm_block(chain: Chain) -> sp.Matrix:
+def derive_arm_block(chain: Chain) -> sp.Matrix:
     """Return J11, the linear rows of joints 1 to 3, in the world frame (3 x 3)."""
     return derive(chain).geometric[:3, :3]
 
 
-def wrist_block(chain: Chain) -> sp.Matrix:
+def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return _write_wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
+    return _write_wrist_axes(structure(chain).chain).applyfunc(derive(chain).substitute_values)
 
 
-def block_determinants(chain: Chain) -> sp.Matrix:
+def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
     values = dict(structure(chain).values)
     return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(structure(chain).chain)])
 
 
 @dataclass(frozen=True)
-class Blocks:
+class WristBlocks:
     """The steps to the determinants: the blocks, their expansions, and their zeros.
 
     `arm_seen` is R_1^T J11, the arm block as seen from frame 1. `expanded` is det J22, expanded along the first column
@@ -96,14 +96,14 @@ class Blocks:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByBlocks(Details):
+class BlockDetails(Details):
     """Details of a question about the determinants of the blocks, with the steps to them."""
 
-    blocks: Blocks
+    blocks: WristBlocks
 
 
 @dataclass(frozen=True, kw_only=True)
-class WristAxes(Details):
+class WristAxisDetails(Details):
     """Details about J22: the rotations between the frames on its three axes, and axes 5 and 6 in the first frame.
 
     `inner` is axis 6 in the frame on axis 5. `z_4` and `z_5` are axes 5 and 6, named as in a standard table.
@@ -115,16 +115,16 @@ class WristAxes(Details):
     z_5: sp.Matrix
 
 
-def blocks(chain: Chain) -> Blocks:
+def derive_blocks(chain: Chain) -> WristBlocks:
     """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
-    arm_structure, fill = structure(chain), derive(chain).fill
-    wrist = wrist_block(chain)
+    arm_structure, fill = structure(chain), derive(chain).substitute_values
+    wrist = derive_wrist_block(chain)
     factors = (
         substitute(factor, dict(arm_structure.values))
         for factor, _ in _factor_determinants(arm_structure.chain)[0].factors
     )
-    return Blocks(
-        arm_block(chain),
+    return WristBlocks(
+        derive_arm_block(chain),
         _derive_arm_from_frame_1(arm_structure.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
@@ -143,12 +143,12 @@ def _wrap_angle(angle: sp.Expr) -> sp.Expr:
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
-def _describe_wrist(chain: Chain, rng: Stream) -> WristAxes:
+def _describe_wrist(chain: Chain, rng: Stream) -> WristAxisDetails:
     convention = convention_of(chain)
     first_frame = convention.frame_on_axis(4)
     rotations = tuple(convention.rotation(row) for row in convention.rows[first_frame:][:2])
-    block = wrist_block(chain)
-    return WristAxes(rotations=rotations, inner=rotations[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
+    block = derive_wrist_block(chain)
+    return WristAxisDetails(rotations=rotations, inner=rotations[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 @lru_cache(maxsize=1024)
@@ -160,42 +160,44 @@ def _is_at_wrist_centre(generic: Chain, centre: int) -> bool:
     return all(are_identical(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
 
 
-def objection_unless_partitioned(chain: Chain) -> str | None:
+def object_unless_block_triangular(chain: Chain) -> str | None:
     """Return the objection to arms whose Jacobian at P is not block triangular."""
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it has not six joints for all six rows"
     centre = wrist_centre(chain)
     if centre is None or not _is_at_wrist_centre(structure(chain).chain, centre):
         return "the axes of its last three joints do not meet in its point"
-    return objection_unless_square(chain)
+    return object_unless_square(chain)
 
 
-def objection_to_long_block(chain: Chain) -> str | None:
+def object_to_long_arm_block(chain: Chain) -> str | None:
     """Return the objection to arms whose block J11 is too long to work out by hand."""
     entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
     count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
-    return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+    return f"its arm block has {count} terms, too many to be worked out by hand" if count > MAX_TERMS else None
 
 
 QUESTIONS = (
     Question(
-        "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, speaks_of=FRAMES,
-        stage="arm block", grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
-        objection=objection_unless_partitioned, too_long=objection_to_long_block,
-        adds_up="columns of links", linear_rows=lambda _: [(axis, axis) for axis in range(3)],
+        "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, required_feature=FRAMES,
+        stage="arm block", row_and_column_labels=lambda chain: (TASK_ROWS[:3], name_joint_rates(chain)[:3]),
+        objection=object_unless_block_triangular, too_long=object_to_long_arm_block,
+        link_sums="columns of links", link_sum_rows=lambda _: [(axis, axis) for axis in range(3)],
     ),
     Question(
-        "wrist-block", "Wrist block of the Jacobian", "6.12", speaks_of=FRAMES,
-        stage="wrist block", written={"wrist block": wrist_block}, details=_describe_wrist,
-        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]), objection=objection_unless_partitioned,
+        "wrist-block", "Wrist block of the Jacobian", "6.12", required_feature=FRAMES,
+        stage="wrist block", textbook_stages={"wrist block": derive_wrist_block}, make_details=_describe_wrist,
+        row_and_column_labels=lambda chain: (TASK_ROWS[3:], name_joint_rates(chain)[3:]),
+        objection=object_unless_block_triangular,
     ),
     Question(
-        "block-determinants", "Determinants of the blocks", "6.8", points=2.0, speaks_of=FRAMES,
+        "block-determinants", "Determinants of the blocks", "6.8", points=2.0, required_feature=FRAMES,
         needs=("arm-block", "wrist-block"),
         formula=lambda w, _: np.stack([determinant(w["arm block"]), determinant(w["wrist block"])]),
-        reference=lambda chain, _: block_determinants(chain), details=lambda chain, _: ByBlocks(blocks=blocks(chain)),
+        reference=lambda chain, _: derive_block_determinants(chain),
+        make_details=lambda chain, _: BlockDetails(blocks=derive_blocks(chain)),
         entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
-        objection=objection_unless_partitioned, too_long=objection_to_long_block,
+        objection=object_unless_block_triangular, too_long=object_to_long_arm_block,
         is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

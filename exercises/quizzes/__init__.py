@@ -15,7 +15,8 @@ from qdot.exercises.quizzes import choice, drawings, matching, selections, value
 QUIZZES: dict[str, Question] = {
     question.name: question
     for question in (
-        *choice.CHOICES, *selections.SELECTIONS, *matching.MATCHINGS, *values.VALUES, *drawings.DRAWN
+        *choice.CHOICE_QUESTIONS, *selections.SELECTION_QUESTIONS, *matching.MATCHING_QUESTIONS,
+        *values.VALUE_QUESTIONS, *drawings.DRAWING_QUESTIONS,
     )
 }  # fmt: skip
 """Short questions by name."""

@@ -8,22 +8,24 @@ from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.base import AnswerAndDetails, Question
 
 
 @dataclass(frozen=True)
 class ShortQuestion(Question):
-    """A short question about the result that the question `about` asks for. It applies only if that question does.
+    """A short question about the result that another question, `base_question`, asks for.
 
-    `otherwise` is the objection if sampling finds nothing to ask. This is determined once for all arms of a structure.
-    If an arm's own numbers leave nothing to ask, `generate` samples another arm.
+    It applies to an arm only if that question does.
+
+    `objection_if_nothing_found` is the objection if sampling finds nothing to ask. This is determined once for all arms
+    of a structure. If an arm's own numbers leave nothing to ask, `generate` samples another arm.
     """
 
-    about: str = ""
-    otherwise: str = ""
+    base_question: str = ""
+    objection_if_nothing_found: str = ""
     points: float = 0.5
 
-    def ask(self, chain: Chain, rng: Stream) -> Asked:
+    def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return an answer and details sampled from `rng`. If that finds nothing to ask, sample from a fixed stream."""
         try:
             return super().ask(chain, rng)
@@ -33,16 +35,16 @@ class ShortQuestion(Question):
                 raise
             return answer_and_details
 
-    def object_to_arm(self, chain: Chain) -> str | None:
+    def find_arm_objection(self, chain: Chain) -> str | None:
         """Return why the question makes no sense for an arm or finds nothing to ask, or None."""
-        if objection := QUESTIONS[self.about].objects(chain) or self.objection(chain):
+        if objection := QUESTIONS[self.base_question].find_objection(chain) or self.objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
-        arms = (chain, structure(chain).chain) if self.speaks_of == SCREWS else (structure(chain).chain,)
-        return self.otherwise if any(_find(self, arm) is None for arm in arms) else None
+        arms = (chain, structure(chain).chain) if self.required_feature == SCREWS else (structure(chain).chain,)
+        return self.objection_if_nothing_found if any(_find(self, arm) is None for arm in arms) else None
 
 
 @lru_cache(maxsize=20_000)
-def _find(question: ShortQuestion, chain: Chain) -> Asked | None:
+def _find(question: ShortQuestion, chain: Chain) -> AnswerAndDetails | None:
     assert question.sample is not None, question.name
     return question.sample(chain, Stream(f"quiz/{question.name}"))

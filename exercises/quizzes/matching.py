@@ -6,22 +6,22 @@ from qdot.exercises.answers import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.questions.base import Asked
+from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options
-from qdot.exercises.quizzes.wrong import Subject, all_differ, make_four_options
+from qdot.exercises.quizzes.wrong import OptionSubject, are_different_functions, make_four_options
 
-LONGEST, MOST = 260, 6
+MAX_CHARACTERS, MAX_COLUMNS = 260, 6
 """Maximum number of characters of a column, and maximum number of columns."""
 
 
-def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Sample the order of the columns; add one wrong column if the maximum number allows it."""
-    if not 2 <= chain.n <= MOST or not _are_distinct(chain):
+    if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
         return None
     jacobian = derive(chain).jacobian
     correct_options = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
-    wrong_option = _make_extra_column(chain, rng) if chain.n < MOST else None
+    wrong_option = _make_extra_column(chain, rng) if chain.n < MAX_COLUMNS else None
     shuffled = tuple(rng.permutation([*correct_options, *([] if wrong_option is None else [wrong_option])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
@@ -36,30 +36,31 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
     for number in rng.permutation(range(chain.n)):
-        for option in (make_four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
-            if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
+        for option in (make_four_options(chain, OptionSubject("jacobian", number), rng) or ())[1:]:
+            if are_different_functions(chain, [*columns, option.shown]) and len(option.text) <= MAX_CHARACTERS:
                 return option
     return None
 
 
 @lru_cache(maxsize=1024)
-def _are_distinct(chain: Chain) -> bool:
+def _has_short_distinct_columns(chain: Chain) -> bool:
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
-    return _is_short(structure(chain).chain) and all_differ(chain, columns)
+    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, columns)
 
 
 @lru_cache(maxsize=1024)
-def _is_short(generic: Chain) -> bool:
+def _has_short_columns(generic: Chain) -> bool:
     """Return whether the columns of a structure are short; the question applies to all of its arms or to none."""
     jacobian = derive(generic).jacobian
-    return all(len(OfferedOption(jacobian.col(column)).text) <= LONGEST for column in range(generic.n))
+    return all(len(OfferedOption(jacobian.col(column)).text) <= MAX_CHARACTERS for column in range(generic.n))
 
 
-MATCHINGS = (
+MATCHING_QUESTIONS = (
     ShortQuestion(
         "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns,
-        form="matching", about="jacobian", otherwise="columns of its Jacobian are many, or long, or the same",
-        shows=("jacobian",),
+        form="matching", base_question="jacobian",
+        objection_if_nothing_found="columns of its Jacobian are many, or long, or the same",
+        shown_answers=("jacobian",),
     ),
 )  # fmt: skip

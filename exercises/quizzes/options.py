@@ -11,17 +11,17 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem.problem import Details, Part, by_name
+from qdot.exercises.problem.problem import Details, Part, values_by_name
 from qdot.exercises.questions.base import shuffle_options
-from qdot.exercises.questions.geometry import Pose
+from qdot.exercises.questions.geometry import ExactConfiguration
 
 Formula: TypeAlias = Any
 """A matrix, an expression, or the components of a singular set."""
 
-SPREAD, MOST_SPREAD = 1.35, 2.0
+PREFERRED_LENGTH_RATIO, MAX_LENGTH_RATIO = 1.35, 2.0
 """Maximum length ratio of the longest option to the shortest: the preferred limit, and the limit if none meets it."""
 
-SHOWS_ITSELF = frozenset({"rates-left-in", "angles-in-degrees"})
+SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
 """Mistakes that are visible without a calculation: they produce symbols or values that can't occur."""
 
 
@@ -33,7 +33,7 @@ class Blame:
     words: tuple[tuple[str, str], ...]
 
     @staticmethod
-    def of(mistake: Mistake, words: Iterable[tuple[str, object]]) -> "Blame":
+    def from_mistake(mistake: Mistake, words: Iterable[tuple[str, object]]) -> "Blame":
         """Return the blame on a mistake, with its words as plain text."""
         return Blame(mistake.name, tuple((name, str(word)) for name, word in sorted(words, key=lambda pair: pair[0])))
 
@@ -90,30 +90,32 @@ class Options(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Places(Details):
+class ConfigurationOptions(Details):
     """The configurations offered, the lengths of the arm, and the mistake that makes each one seem singular, if any."""
 
-    places: tuple[Pose, ...]
+    places: tuple[ExactConfiguration, ...]
     lengths: dict[sp.Symbol, sp.Rational]
     blames: tuple[Blame | None, ...]
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths only: the arm is not shown in any of the configurations."""
-        return by_name(self.lengths)
+        return values_by_name(self.lengths)
 
     @property
-    def rounded(self) -> tuple[sp.Symbol, ...]:
+    def rounded_joints(self) -> tuple[sp.Symbol, ...]:
         """The joints whose value is shown rounded in at least one configuration."""
         return tuple(q for q in self.places[0].joints if any(q in configuration.about for configuration in self.places))
 
-    def shown_rounded(self, place: Pose, q: sp.Symbol) -> str:
+    def format_rounded_joint(self, configuration: ExactConfiguration, q: sp.Symbol) -> str:
         """Return the text of a rounded joint's value, in degrees or metres, with the same decimals in all options."""
         is_revolute = q.name.startswith("theta")
-        value = place.about.get(q, place.joints[q] * 180 / sp.pi if is_revolute else place.joints[q])
+        value = configuration.about.get(
+            q, configuration.joints[q] * 180 / sp.pi if is_revolute else configuration.joints[q]
+        )
         return f"{float(value) + 0.0:.{2 if is_revolute else 4}f}"
 
 
-def rank_right_option(lengths: Sequence[int]) -> int:
+def rank_correct_option(lengths: Sequence[int]) -> int:
     """Return how many options are shorter than the first, which is the correct one."""
     return sum(length < lengths[0] for length in lengths[1:])
 
@@ -128,5 +130,5 @@ def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
     """Return the known mistakes behind an option of a part (none if it is correct)."""
     if isinstance(part.details, Options):
         return part.details.offered[index].behind
-    blame = part.details.blames[index] if isinstance(part.details, Places) else None
+    blame = part.details.blames[index] if isinstance(part.details, ConfigurationOptions) else None
     return () if blame is None else (blame,)

@@ -9,31 +9,46 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, objection_unless_square
+from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
 from qdot.exercises.quizzes.asking import ShortQuestion
-from qdot.exercises.quizzes.options import OfferedOption, Options, Places
-from qdot.exercises.quizzes.places import regular_poses, singular_poses, take_distinct, with_random_lengths, write_pose
-from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, list_wrong_forms
+from qdot.exercises.quizzes.options import ConfigurationOptions, OfferedOption, Options
+from qdot.exercises.quizzes.places import (
+    assign_random_lengths,
+    iterate_regular_configurations,
+    iterate_singular_configurations,
+    take_distinct,
+    write_configuration,
+)
+from qdot.exercises.quizzes.wrong import (
+    MAX_CHARACTERS_PER_ENTRY,
+    OptionSubject,
+    are_different_functions,
+    list_wrong_forms,
+)
 
-OPTIONS = 5
+OPTION_COUNT = 5
 
 # --- which of these configurations are singular? ---
 
 
-def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_configurations(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(4):
-        arm, lengths = with_random_lengths(chain, rng)
+        arm, lengths = assign_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
-        singular = take_distinct(singular_poses(arm, rng), singular_count)
+        singular = take_distinct(iterate_singular_configurations(arm, rng), singular_count)
         regular = take_distinct(
-            regular_poses(arm, rng), OPTIONS - len(singular), [configuration for configuration, _ in singular]
+            iterate_regular_configurations(arm, rng),
+            OPTION_COUNT - len(singular),
+            [configuration for configuration, _ in singular],
         )
-        if len(singular) == singular_count and len(singular) + len(regular) == OPTIONS:
+        if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
             shuffled = rng.permutation([*singular, *regular])
             shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
             correct = tuple(index for index, pose_and_blame in enumerate(shuffled) if pose_and_blame in singular)
-            answer = Selection(tuple(write_pose(configuration) for configuration in shown_configurations), correct)
-            return answer, Places(places=shown_configurations, lengths=lengths, blames=blames)
+            answer = Selection(
+                tuple(write_configuration(configuration) for configuration in shown_configurations), correct
+            )
+            return answer, ConfigurationOptions(places=shown_configurations, lengths=lengths, blames=blames)
     return None
 
 
@@ -48,7 +63,7 @@ class Quantity:
     row: int | None = None
     column: int | None = None
 
-    def of(self, chain: Chain) -> sp.Matrix:
+    def derive_formulas(self, chain: Chain) -> sp.Matrix:
         """Return the formulas of the quantity as a column."""
         d = derive(chain)
         if self.name == "determinant":
@@ -60,7 +75,7 @@ class Quantity:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfQuantity(Details):
+class QuantityDetails(Details):
     """Details of a question about a result of the derivation."""
 
     quantity: Quantity
@@ -73,34 +88,44 @@ class EqualForms(Options):
     quantity: Quantity
 
 
-def _list_determinant(chain: Chain) -> list[Quantity]:
-    return [] if objection_unless_square(chain) else [Quantity("determinant")]
+def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
+    return [] if object_unless_square(chain) else [Quantity("determinant")]
 
 
-def quantities(chain: Chain) -> list[Quantity]:
+def list_quantities(chain: Chain) -> list[Quantity]:
     """Return the results of an arm's derivation that can be asked about."""
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return [*_list_determinant(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
+    return [
+        *_list_determinant_if_square(chain),
+        *coordinates,
+        *(Quantity("column", None, column) for column in range(chain.n)),
+    ]
 
 
-def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
+def find_joints_with_influence(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
     """Return the indices (from 0) of the joints on whose variables a quantity depends."""
-    symbols = quantity.of(chain).free_symbols
+    symbols = quantity.derive_formulas(chain).free_symbols
     return tuple(index for index, q in enumerate(chain.q) if q in symbols)
 
 
-def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
-    partial_quantities = [quantity for quantity in quantities(chain) if 0 < len(joints_of(chain, quantity)) < chain.n]
+def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    partial_quantities = [
+        quantity
+        for quantity in list_quantities(chain)
+        if 0 < len(find_joints_with_influence(chain, quantity)) < chain.n
+    ]
     if not partial_quantities:
         return None
     quantity = rng.choice(partial_quantities)
-    return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
+    return Selection(tuple(q.name for q in chain.q), find_joints_with_influence(chain, quantity)), QuantityDetails(
+        quantity=quantity
+    )
 
 
 # --- which of these forms are equal? ---
 
 
-def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
+def _ask_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for quantity in rng.permutation(_find_short_quantities(chain)):
         offered = _make_five_options(chain, quantity, rng)
         if offered is not None:
@@ -113,64 +138,68 @@ def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
 
 def _find_short_quantities(chain: Chain) -> list[Quantity]:
     def is_short(quantity: Quantity) -> bool:
-        formula = quantity.of(chain)[0]
-        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= LONGEST
+        formula = quantity.derive_formulas(chain)[0]
+        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= MAX_CHARACTERS_PER_ENTRY
 
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
-    return [*filter(is_short, [*_list_determinant(chain), *entries])]
+    return [*filter(is_short, [*_list_determinant_if_square(chain), *entries])]
 
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
     generic = structure(chain).chain
-    correct_forms = _write_ways(generic, quantity.of(generic)[0], quantity)
+    correct_forms = _list_equal_forms(generic, quantity.derive_formulas(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
-    subject = Subject(base, quantity.column, quantity.row)
+    subject = OptionSubject(base, quantity.column, quantity.row)
     wrong_forms = [
-        (form, blame) for formula, blame in list_wrong_forms(generic, subject) for form in _write_ways(generic, formula)
+        (form, blame)
+        for formula, blame in list_wrong_forms(generic, subject)
+        for form in _list_equal_forms(generic, formula)
     ]
     if len(correct_forms) < 2 or len(wrong_forms) < 3:
         return None
-    fill = derive(chain).fill
+    fill = derive(chain).substitute_values
     correct_count = min(rng.choice((2, 3)), len(correct_forms))
     for _ in range(8):
         correct_options = [OfferedOption(fill(form)) for form in rng.permutation(correct_forms)[:correct_count]]
         wrong_options = [
             OfferedOption(fill(form), (blame,))
-            for form, blame in rng.permutation(wrong_forms)[: OPTIONS - correct_count]
+            for form, blame in rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
         ]
         texts = {option.text for option in (*correct_options, *wrong_options)}
         correct_matrix, *wrong_matrices = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
-        if len(texts) == OPTIONS and all(
-            all_differ(chain, [correct_matrix, wrong_matrix]) for wrong_matrix in wrong_matrices
+        if len(texts) == OPTION_COUNT and all(
+            are_different_functions(chain, [correct_matrix, wrong_matrix]) for wrong_matrix in wrong_matrices
         ):
             return [*correct_options, *wrong_options]
     return None
 
 
-def _write_ways(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
+def _list_equal_forms(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return a formula unchanged and with sums of angles expanded; a determinant also as products of entries."""
     expanded = sp.expand(sp.expand_trig(formula))
     forms = [formula, expanded, sp.expand(formula)]
     if quantity is not None and quantity.name == "determinant" and generic.n == 2:
         (a, b), (c, d) = derive(generic).jacobian.tolist()
         forms.append(sp.expand(a * d) - sp.expand(b * c))
-    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * LONGEST]
+    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * MAX_CHARACTERS_PER_ENTRY]
 
 
-SELECTIONS = (
+SELECTION_QUESTIONS = (
     ShortQuestion(
         "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
-        form="selection", about="singular-angles", otherwise="it has no five configurations to choose from",
-        shows=("singular-angles",),
+        form="selection", base_question="singular-angles",
+        objection_if_nothing_found="it has no five configurations to choose from", shown_answers=("singular-angles",),
     ),
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
-        about="jacobian", otherwise="what could be asked about depends on all joints, or on none",
+        base_question="jacobian",
+        objection_if_nothing_found="what could be asked about depends on all joints, or on none",
     ),
     ShortQuestion(
         "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
-        about="jacobian", otherwise="no result of it is short and can be written in several ways",
-        shows=("jacobian", "determinant"),
+        base_question="jacobian",
+        objection_if_nothing_found="no result of it is short and can be written in several ways",
+        shown_answers=("jacobian", "determinant"),
     ),
 )  # fmt: skip

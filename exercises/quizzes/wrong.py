@@ -18,35 +18,42 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas, formulas, numbers
-from qdot.exercises.arm.trigonometry import factor_trig, textbook
+from qdot.exercises.arm.derivation_graph import Change, Working, numeric_working, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.trigonometry import factor_trig, textbook_form
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import READABLE, Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.identity import READABLE_POINTS, Domain
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
-from qdot.exercises.mistakes.catalogue import wrong_answers
+from qdot.exercises.mistakes.catalogue import predict_wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.results import result
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_right_option
+from qdot.exercises.questions.results import compute_answer
+from qdot.exercises.quizzes.options import (
+    MAX_LENGTH_RATIO,
+    PREFERRED_LENGTH_RATIO,
+    SELF_EVIDENT_MISTAKES,
+    Blame,
+    OfferedOption,
+    rank_correct_option,
+)
 
-POINTS = 5
-APART = 1e-6
+SAMPLE_COUNT = 5
+MIN_RELATIVE_DIFFERENCE = 1e-6
 """Relative difference by which two answers must differ at one sample at least."""
-PAIRS, WRITTEN = 300, 12
+MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
 """Maximum number of pairs of mistakes to try with numbers, and of those to write as formulas."""
-OF_SCREWS = frozenset(mistake.name for mistake in screws.MISTAKES)
+SCREW_MISTAKES = frozenset(mistake.name for mistake in screws.MISTAKES)
 """Names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
-NO_NUMBER = (sp.nan, sp.zoo, sp.oo)
-LONGEST, LEAST = 110, 260
+NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
+MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
 """Maximum number of characters of an option: LONGEST per entry (for up to four entries), but at least LEAST."""
-MOST_JOINTS = 4
+MAX_JOINTS_FOR_MINORS = 4
 """Maximum number of joints for which determinants are derived as formulas: for more joints it takes minutes."""
 
 
 @dataclass(frozen=True)
-class Subject:
+class OptionSubject:
     """The result that options show: the answer to the question `base`, one of its columns, or one of its entries."""
 
     base: str
@@ -54,19 +61,19 @@ class Subject:
     row: int | None = None
 
     @property
-    def is_of_screws(self) -> bool:
+    def depends_on_home_position(self) -> bool:
         """Whether it depends on the arm's home position. The structure of an arm does not determine that."""
-        return QUESTIONS[self.base].speaks_of == SCREWS
+        return QUESTIONS[self.base].required_feature == SCREWS
 
     @property
-    def is_quotient(self) -> bool:
+    def has_denominator(self) -> bool:
         """Whether the correct answer has a denominator."""
         return "inverse" in self.base
 
-    def of(self, answer: np.ndarray) -> np.ndarray:
+    def extract_from(self, whole_answer: np.ndarray) -> np.ndarray:
         """Return the part of a whole answer, (rows, columns, …), that the options are about."""
         rows = slice(None) if self.row is None else slice(self.row, self.row + 1)
-        return answer[rows, slice(None) if self.column is None else slice(self.column, self.column + 1)]
+        return whole_answer[rows, slice(None) if self.column is None else slice(self.column, self.column + 1)]
 
 
 @dataclass(frozen=True)
@@ -79,107 +86,110 @@ class _Variant:
 
 
 @lru_cache(maxsize=512)
-def _ask_base(generic: Chain, base: str) -> Part:
-    answer, details = QUESTIONS[base].ask(generic, Stream("quiz"))
-    return Part(base, base, answer, details=details)
+def _ask_question(generic: Chain, question: str) -> Part:
+    answer, details = QUESTIONS[question].ask(generic, Stream("quiz"))
+    return Part(question, question, answer, details=details)
 
 
 @lru_cache(maxsize=512)
-def _sample_values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
-    symbols = _ask_base(generic, base).symbols
+def _sample_values(generic: Chain, question: str) -> Mapping[str, np.ndarray]:
+    symbols = _ask_question(generic, question).symbols
     names = {*domain_of(generic).roles, *(rate.name for rate in generic.rates), *generic.task, *symbols}
-    sampled = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
-    return {name: values[READABLE:] for name, values in sampled.items()}
+    sampled = Domain(domain_of(generic).roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}"))
+    return {name: values[READABLE_POINTS:] for name, values in sampled.items()}
 
 
 @lru_cache(maxsize=512)
-def _evaluate_right_answer(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
-    w = numbers(generic, _sample_values(generic, subject.base))
-    return w, subject.of(result(w, _ask_base(generic, subject.base)))
+def _evaluate_correct_answer(generic: Chain, subject: OptionSubject) -> tuple[Working, np.ndarray]:
+    w = numeric_working(generic, _sample_values(generic, subject.base))
+    return w, subject.extract_from(compute_answer(w, _ask_question(generic, subject.base)))
 
 
 @lru_cache(maxsize=512)
-def _find_variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
+def _find_variants(generic: Chain, subject: OptionSubject) -> tuple[_Variant, ...]:
     """Return the variants of mistakes that change the subject, one for each different result."""
-    w, correct = _evaluate_right_answer(generic, subject)
+    w, correct = _evaluate_correct_answer(generic, subject)
     variants: list[_Variant] = []
-    for wrong in wrong_answers(w, _ask_base(generic, subject.base)):
-        values = subject.of(wrong.answer)
+    for wrong in predict_wrong_answers(w, _ask_question(generic, subject.base)):
+        values = subject.extract_from(wrong.answer)
         if (
             wrong.mistake.rare
-            or (subject.is_of_screws and wrong.mistake.name not in OF_SCREWS)
-            or wrong.mistake.name in SHOWS_ITSELF
+            or (subject.depends_on_home_position and wrong.mistake.name not in SCREW_MISTAKES)
+            or wrong.mistake.name in SELF_EVIDENT_MISTAKES
             or values.shape != correct.shape
             or not np.isfinite(values).all()
         ):
             continue
-        if all(differ(values, known_values) for known_values in (correct, *(variant.values for variant in variants))):
-            blame = Blame.of(wrong.mistake, wrong.variant.words.items())
+        if all(
+            have_different_values(values, known_values)
+            for known_values in (correct, *(variant.values for variant in variants))
+        ):
+            blame = Blame.from_mistake(wrong.mistake, wrong.variant.words.items())
             variants.append(_Variant(blame, values, wrong.working.changes))
     return tuple(variants)
 
 
-def differ(a: np.ndarray, b: np.ndarray) -> bool:
+def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
     """Return whether two answers have different values somewhere."""
-    return bool(np.abs(a - b).max() > APART * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
+    return bool(np.abs(a - b).max() > MIN_RELATIVE_DIFFERENCE * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
-def _are_three(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> bool:
+def _differ_pairwise(generic: Chain, subject: OptionSubject, first: _Variant, second: _Variant) -> bool:
     """Return whether both mistakes together give a different answer from either mistake alone and from none."""
-    w, correct = _evaluate_right_answer(generic, subject)
+    w, correct = _evaluate_correct_answer(generic, subject)
     combined_working = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
-        values = subject.of(result(combined_working, _ask_base(generic, subject.base)))
+        values = subject.extract_from(compute_answer(combined_working, _ask_question(generic, subject.base)))
     if values.shape != correct.shape or not np.isfinite(values).all():
         return False
-    return all(differ(values, known_values) for known_values in (correct, first.values, second.values))
+    return all(have_different_values(values, known_values) for known_values in (correct, first.values, second.values))
 
 
 # --- as formulas ---
 
 
 @lru_cache(maxsize=512)
-def in_formulas(generic: Chain) -> Working:
+def derive_simplified_formulas(generic: Chain) -> Working:
     """Return the correct working in formulas, with intermediate results simplified."""
-    return formulas(generic).with_mistakes({"rotations": _shorten, "links": _shorten})
+    return symbolic_working(generic).with_mistakes({"rotations": _shorten, "links": _shorten})
 
 
 def _shorten(_: Working, matrices: list[np.ndarray]) -> list[np.ndarray]:
-    simplify = np.frompyfunc(lambda entry: textbook(sp.expand(entry)), 1, 1)
+    simplify = np.frompyfunc(lambda entry: textbook_form(sp.expand(entry)), 1, 1)
     return [np.asarray(simplify(matrix)) for matrix in matrices]
 
 
 @lru_cache(maxsize=20_000)
-def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> sp.Matrix | None:
+def _write_answer(generic: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> sp.Matrix | None:
     """Return the answer after the mistakes with these indices, or None if it can't be written briefly."""
-    if not _is_short(generic, subject):
+    if not _has_short_answer(generic, subject):
         return None
-    w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
-    for index in numbers:
+    w = symbolic_working(generic) if subject.depends_on_home_position else derive_simplified_formulas(generic)
+    for index in mistakes:
         w = w.with_mistakes(dict(_find_variants(generic, subject)[index].changes))
-    entries = as_formulas(subject.of(result(w, _ask_base(generic, subject.base))))
-    if entries.has(*NO_NUMBER):
+    entries = to_sympy_matrix(subject.extract_from(compute_answer(w, _ask_question(generic, subject.base))))
+    if entries.has(*NOT_A_NUMBER):
         return None
     try:
-        simplified = entries.applyfunc(_expand_numbers if subject.is_of_screws else tidy_entry)
+        simplified = entries.applyfunc(_expand_numbers if subject.depends_on_home_position else tidy_entry)
     except (ValueError, BasePolynomialError):  # not a trigonometric polynomial
         return None
-    if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in simplified):
+    if not subject.has_denominator and any(sp.fraction(entry)[1].free_symbols for entry in simplified):
         return None  # a student would not divide if the correct answer does not
-    return simplified if _fits(simplified) else None
+    return simplified if _is_short_enough(simplified) else None
 
 
-def _fits(option: sp.Matrix) -> bool:
-    return len(str(option.tolist())) <= max(LONGEST * min(len(option), 4), LEAST)
+def _is_short_enough(option: sp.Matrix) -> bool:
+    return len(str(option.tolist())) <= max(MAX_CHARACTERS_PER_ENTRY * min(len(option), 4), GUARANTEED_CHARACTERS)
 
 
 @lru_cache(maxsize=2048)
-def _is_short(generic: Chain, subject: Subject) -> bool:
+def _has_short_answer(generic: Chain, subject: OptionSubject) -> bool:
     """Return whether the correct answer is short. The reference tells this faster than the derivation would."""
-    if generic.n > MOST_JOINTS and QUESTIONS[subject.base].is_made_of_minors:
+    if generic.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base].is_made_of_minors:
         return False
-    answer = _ask_base(generic, subject.base).answer.as_matrix()
-    return _fits(sp.Matrix(subject.of(np.array(answer.tolist(), dtype=object))))
+    answer = _ask_question(generic, subject.base).answer.as_matrix()
+    return _is_short_enough(sp.Matrix(subject.extract_from(np.array(answer.tolist(), dtype=object))))
 
 
 def _expand_numbers(entry: sp.Expr) -> sp.Expr:
@@ -198,72 +208,77 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
     """Return a correct or wrong entry in textbook form, with common factors of a quotient cancelled."""
     if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
         numerator, denominator = (sp.expand(side) for side in sp.fraction(sp.together(entry)))
-        factored_denominator = factor_trig(denominator) if not denominator.has(*NO_NUMBER) else None
-        if factored_denominator is None or factored_denominator.is_zero or numerator.has(*NO_NUMBER):
+        factored_denominator = factor_trig(denominator) if not denominator.has(*NOT_A_NUMBER) else None
+        if factored_denominator is None or factored_denominator.is_zero or numerator.has(*NOT_A_NUMBER):
             raise ValueError(f"{entry} divides by zero")
         return factor_trig(numerator).over(factored_denominator).expression()
-    return textbook(sp.expand(entry))
+    return textbook_form(sp.expand(entry))
 
 
 # --- four options ---
 
 
-def make_four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
+def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
     """Return the correct option and three wrong ones, or None if there are not three that match it in length."""
-    generic = chain if subject.is_of_screws else structure(chain).chain
+    generic = chain if subject.depends_on_home_position else structure(chain).chain
     if _write_answer(generic, subject, ()) is None:
         return None
-    intended_rank, scored_triples = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
-    for triple in islice(_make_wrong_triples(generic, subject, rng), WRITTEN):
+    intended_rank, scored_triples = (
+        rng.integer_below(4),
+        list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]](),
+    )
+    for triple in islice(_make_wrong_triples(generic, subject, rng), MAX_WRITTEN_TRIPLES):
         lengths = [_measure_length(generic, subject, numbers) for numbers in ((), *triple)]
-        if not all(lengths) or max(lengths) > MOST_SPREAD * min(lengths):
+        if not all(lengths) or max(lengths) > MAX_LENGTH_RATIO * min(lengths):
             continue
         spread = max(lengths) / min(lengths)
-        scored_triples.append(((spread > SPREAD, abs(rank_right_option(lengths) - intended_rank), spread), triple))
+        scored_triples.append(
+            ((spread > PREFERRED_LENGTH_RATIO, abs(rank_correct_option(lengths) - intended_rank), spread), triple)
+        )
         if scored_triples[-1][0][:2] == (False, 0):
             break
-    fill_with_numbers = sp.Matrix if generic is chain else derive(chain).fill_matrix
+    fill_with_numbers = sp.Matrix if generic is chain else derive(chain).substitute_matrix
     variants = _find_variants(generic, subject)
     for _, triple in sorted(scored_triples):
         options = [fill_with_numbers(_write_answer(generic, subject, numbers)) for numbers in ((), *triple)]
-        if all_differ(chain, options):
+        if are_different_functions(chain, options):
             blames_of_options = [tuple(variants[index].blame for index in numbers) for numbers in ((), *triple)]
             return [OfferedOption(formula, blames) for formula, blames in zip(options, blames_of_options, strict=True)]
     return None
 
 
 @lru_cache(maxsize=20_000)
-def _measure_length(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> int:
+def _measure_length(generic: Chain, subject: OptionSubject, mistakes: tuple[int, ...]) -> int:
     """Return the number of characters of an option, or 0 if it can't be written briefly."""
-    answer = _write_answer(generic, subject, numbers)
+    answer = _write_answer(generic, subject, mistakes)
     return 0 if answer is None else len(str(answer.tolist()))
 
 
-def _make_wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
+def _make_wrong_triples(generic: Chain, subject: OptionSubject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
     """Yield triples of wrong options: one mistake, another, and both; then any three with one mistake each."""
     variants = _find_variants(generic, subject)
     pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
-    for first, second in pairs[:PAIRS]:
+    for first, second in pairs[:MAX_PAIRS]:
         if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
             continue
-        if _are_three(generic, subject, variants[first], variants[second]):
+        if _differ_pairwise(generic, subject, variants[first], variants[second]):
             yield (first,), (second,), (first, second)
-    for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), PAIRS))):
+    for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), MAX_PAIRS))):
         yield (a,), (b,), (c,)
 
 
-def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
+def are_different_functions(chain: Chain, options: list[sp.Matrix]) -> bool:
     """Return whether the options are different functions on this arm, even if its numeric lengths are equal."""
-    programs = compile_program([read(str(entry)) for option in options for entry in option])
+    programs = compile_program([parse_formula(str(entry)) for option in options for entry in option])
     names = {symbol.name for option in options for symbol in option.free_symbols}
-    sampled = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
-    count = POINTS + READABLE
+    sampled = Domain(domain_of(chain).roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream("quiz"))
+    count = SAMPLE_COUNT + READABLE_POINTS
     outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
-    values = outcomes.reshape(len(options), -1, count)[:, :, READABLE:]
-    return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
+    values = outcomes.reshape(len(options), -1, count)[:, :, READABLE_POINTS:]
+    return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 
 
-def list_wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
+def list_wrong_forms(generic: Chain, subject: OptionSubject) -> list[tuple[sp.Expr, Blame]]:
     """Return the wrong forms of the entry that single mistakes give, each with its mistake."""
     forms = []
     for index, variant in enumerate(_find_variants(generic, subject)):

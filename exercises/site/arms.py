@@ -5,7 +5,7 @@ from collections.abc import Collection
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import listing
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -17,15 +17,15 @@ from qdot.exercises.writing.wording import Wording
 PATH = "arms.html"
 
 
-def gallery(practised: Collection[str]) -> Page:
-    """Return the page with the gallery; `practised` are the families in the site's bank."""
+def gallery(bank_families: Collection[str]) -> Page:
+    """Return the page with the gallery; `bank_families` are the families in the site's bank."""
     words = {code: catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",
         families=FAMILIES,
         listing=listing(),
-        practised=practised,
-        tasks={name: _task(name) for name, family in FAMILIES.items() if not family.varied},
+        practised=bank_families,
+        tasks={name: _task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
         translate_family=lambda title: {code: words[code].family(title) for code in words},
         translate_question=lambda title: {code: words[code].question(title) for code in words},
@@ -35,4 +35,4 @@ def gallery(practised: Collection[str]) -> Page:
 
 def _task(name: str) -> str:
     """Return the task of a family's arms as MathML."""
-    return mathml(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))
+    return mathml_text(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))

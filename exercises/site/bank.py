@@ -15,13 +15,13 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.arm.difficulty import step
-from qdot.exercises.assignment.draws import FailedSlot, Failures
+from qdot.exercises.arm.difficulty import difficulty_band
+from qdot.exercises.assignment.draws import FailedSlot, FindFailures
 from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.plane import is_flat
+from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.quizzes import ASKED
@@ -38,34 +38,37 @@ SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
 
 
 def write_bank(
-    folder: Path, wanted: Sequence[BankProblem], failures: Failures, jobs: int, each: Callable[[], None],
-    left_out: Callable[[FailedSlot], None], solved: bool = True,
+    folder: Path, problems: Sequence[BankProblem], find_failures: FindFailures, jobs: int,
+    on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None], with_solutions: bool = True,
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
 
-    `each` is called after every problem, and `left_out` for each problem of which every draw fails its certificate.
-    Solutions are written only if `solved`.
+    `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
+    certificate. Solutions are written only if `with_solutions`.
     """
     entries = []
-    with closing(ordered_map(_write, wanted, jobs, keep_state, ((folder, failures, solved),))) as records:
+    with closing(
+        ordered_map(_write_problem, problems, jobs, keep_state, ((folder, find_failures, with_solutions),))
+    ) as records:
         for entry in records:
             if isinstance(entry, FailedSlot):
-                left_out(entry)
+                on_failed(entry)
             else:
                 entries.append(entry)
-            each()
+            on_problem()
     return entries
 
 
-_State = tuple[Path, Failures, bool]
+_State = tuple[Path, FindFailures, bool]
 
 
-def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
+def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlot:
     folder, failures, solved = state
-    path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    problem_id = wanted.problem and wanted.problem.id
+    path = folder / FOLDER / bank_problem.family / f"{bank_problem.key}.json"
+    problem_id = bank_problem.problem and bank_problem.problem.id
     problem_source = (
-        f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.frame_convention}/{problem_id}"
+        f"{bank_problem.seed}/{bank_problem.questions}/{bank_problem.question_share}/{bank_problem.variation}/"
+        f"{bank_problem.frame_convention}/{problem_id}"
     )
     digest_input = f"{code_digest()}/{_texts_digest()}/{problem_source}"
     made_from = hashlib.sha256(digest_input.encode()).hexdigest()  # the bank must not reveal seeds
@@ -75,17 +78,17 @@ def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
     current_entry = _find_up_to_date(path, made_from, PROBLEM_ENDINGS + SOLUTION_ENDINGS * solved)
     if current_entry is not None:
         return current_entry
-    problem = wanted.find_certified(failures)
+    problem = bank_problem.find_certified(failures)
     if isinstance(problem, FailedSlot):
         return problem
     record = site_record(problem)
     entry = {
-        "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
-        "questions": [part.kind for part in problem.parts], "variation": problem.id.variation,
-        **({"flat": True} if is_flat(problem.chain) else {}),
+        "family": bank_problem.family, "key": bank_problem.key, "difficulty": difficulty_band(problem.chain),
+        "title": record["title"], "questions": [part.kind for part in problem.parts],
+        "variation": problem.id.variation, **({"flat": True} if is_drawn_flat(problem.chain) else {}),
     }  # fmt: skip
-    if wanted.problem is not None:
-        record["id"] = wanted.key  # its own id would reveal the seed
+    if bank_problem.problem is not None:
+        record["id"] = bank_problem.key  # its own id would reveal the seed
     if solved:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
@@ -102,7 +105,7 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 def _write_text(path: Path, content: Json) -> None:
     """Write a file of the bank without syncing the disk, which is slow, because a rerun can regenerate the file."""
-    write_atomically(path, _text(content), lasting=False)
+    write_atomically(path, _json_text(content), durable=False)
 
 
 def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
@@ -135,18 +138,18 @@ def _texts_digest() -> str:
     return digest.hexdigest()
 
 
-def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str) -> str:
+def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str) -> str:
     """Return index.json; `titles` are (name, title, source) of the families or slots, in order.
 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
-    asked_names = {asked_name for entry in listed for asked_name in entry["questions"]}
-    return _text(
+    asked_names = {asked_name for entry in entries for asked_name in entry["questions"]}
+    return _json_text(
         {
             "format": 1,
             "feedback": feedback,
             "families": [
-                {"name": name, "title": title, "source": source, "problems": list(_entries_of(listed, name))}
+                {"name": name, "title": title, "source": source, "problems": list(_entries_of(entries, name))}
                 for name, title, source in titles
             ],
             "questions": [
@@ -166,14 +169,14 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     words = catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
     families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
-    return _text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
+    return _json_text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 
-def _entries_of(listed: Sequence[Json], family: str) -> Iterator[Json]:
-    for entry in listed:
+def _entries_of(entries: Sequence[Json], family: str) -> Iterator[Json]:
+    for entry in entries:
         if entry["family"] == family:
             yield {name: value for name, value in entry.items() if name != "family"}
 
 
-def _text(content: Json) -> str:
+def _json_text(content: Json) -> str:
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"

@@ -7,102 +7,107 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.assignment.draws import FailedSlot, Failures
+from qdot.exercises.assignment.draws import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.bank import FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
 from qdot.exercises.site.page import INDEX, ROBOTS
 from qdot.exercises.site.pages import (
-    Around,
-    built_assets,
+    PageContext,
     favicon,
+    find_assets,
     licences_text,
+    make_pages,
     manifest,
     page_text,
-    pages,
     worker_text,
 )
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
 
-NOT_BUILT = (
+NOT_BUILT_MESSAGE = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
-SIZES = f"{FOLDER}/sizes.json"
-GALLERY = "docs/families/"
+SIZES_FILE = f"{FOLDER}/sizes.json"
+GALLERY_FOLDER = "docs/families/"
 """The folder with the pictures of the gallery, which is available offline like the other pages."""
 
 
 @dataclass(frozen=True)
-class Order:
+class SiteSpec:
     """The specification of a site.
 
-    - `wanted`: the problems of its bank
+    - `problems`: the problems of its bank
     - `titles`: the name, the title and the source of each family or slot
-    - `failures`: a function that returns what is wrong with a problem
+    - `find_failures`: a function that returns what is wrong with a problem
     - `jobs`: the number of processes
-    - `commands`: the reference of the command line, as HTML
+    - `command_reference`: the reference of the command line, as HTML
     - `docs`: the folder of the documentation, None for a site without it
     - `course`: the title of an instructor's own site
     - `feedback`: the level of feedback on wrong answers; at the last level, the bank has solutions
     """
 
     folder: Path
-    wanted: Sequence[BankProblem]
+    problems: Sequence[BankProblem]
     titles: Sequence[tuple[str, str, str]]
-    failures: Failures
+    find_failures: FindFailures
     jobs: int
-    commands: str
+    command_reference: str
     docs: Path | None = None
     course: str = ""
     feedback: str = FEEDBACK[-1]
 
     @property
-    def is_solved(self) -> bool:
+    def has_solutions(self) -> bool:
         """Whether the bank has solutions."""
         return self.feedback == FEEDBACK[-1]
 
 
-def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot], None]) -> Json:
+def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None]) -> Json:
     """Build the site, and return the numbers of problems, questions and files for offline use. Raises QdotError.
 
-    `each` is called after every problem, and `left_out` for each problem of which every draw fails its certificate.
+    `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
+    certificate.
     """
-    assets = built_assets()
+    assets = find_assets()
     if assets is None:
-        raise QdotError(NOT_BUILT)
-    make_folder(order.folder)
-    entries = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
-    endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved
+        raise QdotError(NOT_BUILT_MESSAGE)
+    make_folder(spec.folder)
+    entries = write_bank(
+        spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions
+    )
+    endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * spec.has_solutions
     problems = {
-        name: {ending: order.folder / FOLDER / f"{name}{ending}" for ending in endings}
+        name: {ending: spec.folder / FOLDER / f"{name}{ending}" for ending in endings}
         for name in (f"{entry['family']}/{entry['key']}" for entry in entries)
     }
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS: robots_text(),
-        SIZES: _sizes_text(problems),
-        INDEX: index_text(entries, order.titles, order.feedback),
-        **{f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES},
+        SIZES_FILE: _sizes_text(problems),
+        INDEX: index_text(entries, spec.titles, spec.feedback),
+        **{f"{FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
         "icon.svg": favicon(),
-        "manifest.webmanifest": manifest(order.course),
+        "manifest.webmanifest": manifest(spec.course),
     }
-    families = [name for name, _, _ in order.titles]
-    for page in pages(Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))):
-        files[page.path] = page_text(page, assets, order.course, order.docs is not None)
+    families = [name for name, _, _ in spec.titles]
+    for page in make_pages(
+        PageContext(spec.docs, spec.command_reference, spec.course, families, licences_text(assets.folder))
+    ):
+        files[page.path] = page_text(page, assets, spec.course, spec.docs is not None)
         for language, (title, body) in page.translations.items():
             translated = json.dumps({"title": title, "body": body}, ensure_ascii=False)
             files[page.translated_path(language)] = translated
-    drawings = {} if order.docs is None else _drawings(order.docs)
-    offline = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY)}
+    drawings = {} if spec.docs is None else _drawings(spec.docs)
+    offline = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY_FOLDER)}
     version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
     for data in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
         version.update(data.encode() if isinstance(data, str) else data)
     for path, data in (offline | drawings).items():
-        write_atomically(order.folder / path, data, lasting=False)
-    write_atomically(order.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
+        write_atomically(spec.folder / path, data, durable=False)
+    write_atomically(spec.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
     questions = sum(len(entry["questions"]) for entry in entries)
     return {"problems": len(entries), "questions": questions, "files": len(offline)}
 

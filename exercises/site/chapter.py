@@ -15,8 +15,8 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import environment
 
 SECTION = "examples"
-START, ERRATA = "examples/index.html", "examples/errata.html"
-ASIDE = 0.62
+OVERVIEW, ERRATA = "examples/index.html", "examples/errata.html"
+FORMULA_SHARE = 0.62
 """The share of the page's width that formulas have beside the arm."""
 
 
@@ -31,8 +31,8 @@ def address(number: str) -> str:
 
 def chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
-    overview = {language: _start(language) for language in (ENGLISH, *LANGUAGES)}
-    yield Page(START, *overview.pop(ENGLISH), section=SECTION, kind="wide", translations=overview)
+    overview = {language: _overview(language) for language in (ENGLISH, *LANGUAGES)}
+    yield Page(OVERVIEW, *overview.pop(ENGLISH), section=SECTION, kind="wide", translations=overview)
     for index, example in enumerate(examples()):
         pages = {language: _example(index, language) for language in (ENGLISH, *LANGUAGES)}
         yield Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide", translations=pages)
@@ -48,7 +48,7 @@ def _list_examples(language: str) -> list[dict[str, object]]:
     ]
 
 
-def _start(language: str) -> tuple[str, str]:
+def _overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
     template = environment(language).get_template("site/examples.html.j2")
     title = catalogue(language).gettext("Examples 6.1 to 6.4")
@@ -57,8 +57,8 @@ def _start(language: str) -> tuple[str, str]:
 
 def _card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
-    is_arm_shown = not example.drawn  # an earlier example shows the arm
-    if is_arm_shown and example.singular:
+    is_arm_shown = not example.shows_arm  # an earlier example shows the arm
+    if is_arm_shown and example.shows_singularities:
         return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
     return {"figure": figure_svg(example.arm, name), "is_translated": False}
 
@@ -66,16 +66,16 @@ def _card_figure(example: Example, language: str) -> dict[str, object]:
 def _errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
     template = environment(language).get_template("site/errata.md.j2")
-    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_errata_places(), level="##")
+    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_errata_pages(), level="##")
     return catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
-def _example(place: int, language: str) -> tuple[str, str]:
+def _example(index: int, language: str) -> tuple[str, str]:
     """Return the title and body of an example's page."""
     templates, all_examples = environment(language), _list_examples(language)
-    example = examples(language)[place]
+    example = examples(language)[index]
     arm = example.arm
-    numbers = [number for number, page in _errata_places().items() if page == address(example.number)]
+    numbers = [number for number, page in _errata_pages().items() if page == address(example.number)]
     corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
     errata_list = templates.get_template("site/errata-list.md.j2").render(
         errata=corrections_here, places={}, level="###"
@@ -86,12 +86,12 @@ def _example(place: int, language: str) -> tuple[str, str]:
         example=example,
         given=to_html(intro),
         figure=figure_svg(arm, f"{example.key}-arm"),
-        steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
-        singular=singular_svg(arm, f"{example.key}-singular", language) if example.singular else "",
-        errata=to_html(errata_list, share=ASIDE) if corrections_here else "",
+        steps=[(title, to_html(text, width_share=FORMULA_SHARE)) for title, text in example.steps],
+        singular=singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
+        errata=to_html(errata_list, width_share=FORMULA_SHARE) if corrections_here else "",
         arm=json.dumps(live_arm(arm), ensure_ascii=False),
-        before=all_examples[place - 1] if place else None,
-        after=all_examples[place + 1] if place + 1 < len(all_examples) else None,
+        before=all_examples[index - 1] if index else None,
+        after=all_examples[index + 1] if index + 1 < len(all_examples) else None,
         errata_at=ERRATA,
     )
 
@@ -101,7 +101,7 @@ def live_arm(chain: Chain) -> Json:
     return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
 
 
-def _errata_places() -> dict[int, str]:
+def _errata_pages() -> dict[int, str]:
     """Return the address of the example's page for each correction, by the correction's number."""
     addresses = {f"Example {erratum.number}": address(erratum.number) for erratum in examples()}
     errata = enumerate(corrections(), 1)

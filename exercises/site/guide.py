@@ -60,29 +60,33 @@ GROUPS = {
     },
 }  # fmt: skip
 """Groups of pages: for each page of docs/, its title and a line on its content."""
-OTHERS = _("More")
+OTHER_PAGES = _("More")
 
 
 @dataclass(frozen=True)
-class Entry:
+class DocumentationEntry:
     """A page of the documentation in a list: its name in docs/, its title, and a line on its content."""
 
     name: str
     title: str
-    says: str
+    summary: str
 
 
-def arrange_pages(docs: Path) -> dict[str, list[Entry]]:
+def arrange_pages(docs: Path) -> dict[str, list[DocumentationEntry]]:
     """Return the existing pages by group; pages without a group come last, with their own headings."""
     paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
     groups = {
         group: [
-            Entry(name, *title_and_line) for name, title_and_line in pages.items() if name in paths or name == COMMANDS
+            DocumentationEntry(name, *title_and_line)
+            for name, title_and_line in pages.items()
+            if name in paths or name == COMMANDS
         ]
         for group, pages in GROUPS.items()
     }
     grouped_names = {entry.name for entries in groups.values() for entry in entries}
-    groups[OTHERS] = [Entry(name, _heading(path), "") for name, path in paths.items() if name not in grouped_names]
+    groups[OTHER_PAGES] = [
+        DocumentationEntry(name, _heading(path), "") for name, path in paths.items() if name not in grouped_names
+    ]
     return {group: entries for group, entries in groups.items() if entries}
 
 

@@ -32,57 +32,57 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
-from qdot.exercises.arm.derivation_graph import Working, numbers
+from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import Space
+from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely, value_of
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.program import Program, compile_program, constant_value, evaluate, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
-from qdot.exercises.formula.trees import as_matrix, names
+from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import numeric
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
-    Wrong,
-    likely_mistakes,
-    make_mistake,
-    mistaken_answers,
+    PredictedAnswer,
+    apply_mistake,
+    generate_mistaken_answers,
+    list_likely_mistakes,
+    predict_wrong_answers,
     variant_frequency,
-    wrong_answers,
 )
-from qdot.exercises.mistakes.configurations import Values, fix_given_joints, sample_configurations
-from qdot.exercises.mistakes.finished import edits_throughout
+from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
+from qdot.exercises.mistakes.finished import edit_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
-from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.quizzes.option_mistakes import explain_options
-from qdot.exercises.quizzes.values import AtRates
+from qdot.exercises.quizzes.values import RateDetails
 from qdot.exercises.writing.problem_texts import answer_code
 
-POINTS, DRAWN = 16, 24
+POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
 """Number of configurations in a key, and number of sampled ones; the first of them have simple numbers.
 
 More are sampled, because the answer may be undefined at some of them."""
-HUGE = 1e8
+MAX_ENTRY = 1e8
 """Maximum of an entry: if one is larger, the arm is nearly singular, and rounding makes formulas indistinguishable."""
-FEWEST_POINTS, PRINTED = 3, 2
+MIN_POINT_COUNT, FINGERPRINT_POINT_COUNT = 3, 2
 """Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
-MOST_MISTAKES, MOST_IN_NUMBERS, MOST_NUMBERS = 60, 160, 500
+MAX_MISTAKES, MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS = 60, 160, 500
 """Maximum number of mistakes in formulas, of mistakes in numeric answers, and of all numbers in the latter."""
-ALWAYS = (
+ALWAYS_INCLUDED = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
 """Mistakes that are always included, because they are frequent but late in the catalogue."""
-THROUGHOUT = (
+THROUGHOUT_MISTAKES = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
 """Mistakes that a student makes everywhere in the finished formulas, the likely ones first; only some are included."""
-MOST_THROUGHOUT = 16
-POSES = 6
+MAX_THROUGHOUT_MISTAKES = 16
+CONFIGURATIONS_PER_PIECE = 6
 """Number of configurations on each piece of a singular set."""
-GOLDEN = 0.6180339887498949
+GOLDEN_RATIO = 0.6180339887498949
 """The golden ratio minus one, from which the weights of entries are computed."""
 DIGITS = 30
 """Number of digits with which correct values are computed."""
@@ -94,16 +94,16 @@ def weight(index: int) -> float:
     >>> weight(0), round(weight(1), 6)
     (1.0, 1.618034)
     """
-    return 1.0 + (index * GOLDEN) % 1.0
+    return 1.0 + (index * GOLDEN_RATIO) % 1.0
 
 
-def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
+def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
     """Return the key of a part; finding the known mistakes takes most of the time, and is done if `with_mistakes`."""
-    return part.answer.accept(_Keys(problem, part, with_mistakes))
+    return part.answer.accept(_KeyMaker(problem, part, with_mistakes))
 
 
 @dataclass(frozen=True)
-class _Keys(AnswerVisitor[Json]):
+class _KeyMaker(AnswerVisitor[Json]):
     """Makes the key for each form of answer."""
 
     problem: Problem
@@ -111,13 +111,13 @@ class _Keys(AnswerVisitor[Json]):
     with_mistakes: bool
 
     def formulas(self, answer: Answer) -> Json:
-        key, points = _values(self.problem, self.part)
+        key, points = _formula_key(self.problem, self.part)
         if not self.with_mistakes:
             return key
         key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
         if not answer.counts_up_to_a_factor:
             extras = {
-                "linear": _linear(self.problem, self.part, points),
+                "linear": _linear_coefficients(self.problem, self.part, points),
                 "throughout": list(_mistakes_throughout(self.problem, self.part, points, key)),
             }
             key |= {name: extra for name, extra in extras.items() if extra}
@@ -128,11 +128,11 @@ class _Keys(AnswerVisitor[Json]):
         return key | {"type": "direction", "tolerance": answer.tolerance}
 
     def _direction_in_numbers(self) -> Json:
-        key, _ = _values(self.problem, self.part)
+        key, _ = _formula_key(self.problem, self.part)
         reference = np.array([entry[0] for entry in key["right"]], dtype=float)
         return key | {
             "mistakes": self._mistakes(
-                _likeliest(
+                _likeliest_mistakes(
                     _unit_vectors_of_mistakes(self.problem, self.part, reference), reference / np.linalg.norm(reference)
                 )
             )
@@ -140,7 +140,7 @@ class _Keys(AnswerVisitor[Json]):
 
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
-        key = _numbers(answer) | {"mistakes": mistakes}
+        key = _numbers_key(answer) | {"mistakes": mistakes}
         if answer.shape == (1, 1):  # many other mistakes give the same number if it has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
@@ -148,27 +148,27 @@ class _Keys(AnswerVisitor[Json]):
         return key
 
     def conditions(self, answer: ConditionSet) -> Json:
-        return _configurations(self.problem, self.part, answer)
+        return _set_key(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
         return {
-            "type": answer.type, "options": len(answer.options), "items": len(answer.matched),
-            "right": list(answer.right), "told": explanations,
+            "type": answer.type, "options": len(answer.options), "items": len(answer.matched_items),
+            "right": list(answer.correct_indices), "told": explanations,
         }  # fmt: skip
 
     def _explain_options(self) -> list[list[Json]]:
         blames_by_option = explain_options(self.problem, self.part, _stream(self.problem, self.part))
         return [[_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
-    def _mistakes(self, made: Iterator[Json]) -> list[Json]:
-        return list(made) if self.with_mistakes else []
+    def _mistakes(self, mistakes: Iterator[Json]) -> list[Json]:
+        return list(mistakes) if self.with_mistakes else []
 
 
 # --- formulas ---
 
 
-def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
+def _formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
     """Return the key of a part without its mistakes, and its configurations."""
     key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
     reference = part.answer.as_matrix()
@@ -180,16 +180,18 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
 
 
-def _linear(problem: Problem, part: Part, points: Values) -> Json:
+def _linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
     """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
-    nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
-    program, used_names = compile_program(nodes), set().union(*map(names, nodes))
-    first_points = {name: column[:PRINTED] for name, column in points.items() if name in used_names}
+    nodes = [parse_formula(text, problem.domain().roles) for text in part.answer.formulas()]
+    program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
+    first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items() if name in used_names}
     factors = {}
     for name, symbol in problem.symbols().items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
             values = [
-                np.real(evaluate(program, first_points | {name: first_points[name] * 0 + k}, PRINTED)[0])
+                np.real(
+                    evaluate(program, first_points | {name: first_points[name] * 0 + k}, FINGERPRINT_POINT_COUNT)[0]
+                )
                 for k in range(3)
             ]
             if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
@@ -202,46 +204,50 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
 
     Raises ValueError if the formulas are defined at too few configurations.
     """
-    nodes = [read(text, domain.roles) for text in texts]
-    points = domain.sample(set(domain.roles), DRAWN, stream)
+    nodes = [parse_formula(text, domain.roles) for text in texts]
+    points = domain.sample(set(domain.roles), SAMPLED_POINT_COUNT, stream)
     symbols = sorted(points)
     fixed_names = {name for name, role in domain.roles.items() if not isinstance(role, str)}
     program = compile_program(nodes)
-    used_names = sorted(set().union(*map(names, nodes)) & set(points))
+    used_names = sorted(set().union(*map(find_names, nodes)) & set(points))
     rows_of_points: list[list[float]] = []
     correct: list[list[float | None]] = []
-    for k in range(DRAWN):
-        row = [float(points[name][k]) if name in fixed_names else _six_digits(points[name][k]) for name in symbols]
-        values = [_to_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used_names)]
-        if len(correct) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
+    for k in range(SAMPLED_POINT_COUNT):
+        row = [
+            float(points[name][k]) if name in fixed_names else _round_to_six_digits(points[name][k]) for name in symbols
+        ]
+        values = [
+            _to_double(value) for value in _evaluate_entries(program, dict(zip(symbols, row, strict=True)), used_names)
+        ]
+        if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
             rows_of_points.append(row)
             correct.append(values)
-    if len(correct) < FEWEST_POINTS:
-        raise ValueError(f"the reference is defined at {len(correct)} of {DRAWN} configurations: {texts}")
+    if len(correct) < MIN_POINT_COUNT:
+        raise ValueError(f"the reference is defined at {len(correct)} of {SAMPLED_POINT_COUNT} configurations: {texts}")
     return {
         "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
         "right": [list(entry) for entry in zip(*correct, strict=True)], "mistakes": [],
     }  # fmt: skip
 
 
-def _at(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
+def _evaluate_entries(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
     """Return the entries at a configuration with many digits, for exactly the decimals that the page shows."""
     return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
-def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Iterator[Json]:
+def _mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
     if not is_derived(part):
         return
-    first_points = {name: column[:PRINTED] for name, column in points.items()}
+    first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
-    working = numbers(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
-    known_fingerprints = {_print_of(result(working, part), is_direction)}
-    for wrong in _likely_mistakes(working, part, known_fingerprints):
+    working = numeric_working(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
+    known_fingerprints = {_fingerprint(compute_answer(working, part), is_direction)}
+    for wrong in _wrong_answers_of_mistakes(working, part, known_fingerprints):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
         if (
             not _is_finite_and_nonzero(wrong.answer)
-            or (fingerprint := _print_of(wrong.answer, is_direction)) in known_fingerprints
+            or (fingerprint := _fingerprint(wrong.answer, is_direction)) in known_fingerprints
         ):
             continue
         if is_direction and len(set(fingerprint)) == 1:  # many mistakes lead to a constant
@@ -253,67 +259,69 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         }
 
 
-def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
+def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
     """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
-    first_points = {name: column[:PRINTED] for name, column in points.items()}
-    rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
-    reference_names = set().union(*(names(entry) for row in rows for entry in row))
+    first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
+    rows = as_matrix(parse_formula(answer_code(problem, part), problem.domain().roles))
+    reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
     edits = [
-        (THROUGHOUT.index(name), name, edited_rows)
-        for name, edited_rows in edits_throughout(rows)
-        if name in THROUGHOUT
+        (THROUGHOUT_MISTAKES.index(name), name, edited_rows)
+        for name, edited_rows in edit_throughout(rows)
+        if name in THROUGHOUT_MISTAKES
     ]
-    known_fingerprints = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
-    for _, name, edited_rows in sorted(edits, key=lambda item: item[0])[:MOST_THROUGHOUT]:
+    known_fingerprints = {
+        _fingerprint(np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1))
+    }
+    for _, name, edited_rows in sorted(edits, key=lambda item: item[0])[:MAX_THROUGHOUT_MISTAKES]:
         entries = [entry for row in edited_rows for entry in row]
-        values = evaluate(compile_program(entries), first_points, PRINTED)[0]
-        if not np.isfinite(values).all() or (fingerprint := _print_of(values)) in known_fingerprints:
+        values = evaluate(compile_program(entries), first_points, FINGERPRINT_POINT_COUNT)[0]
+        if not np.isfinite(values).all() or (fingerprint := _fingerprint(values)) in known_fingerprints:
             continue
         known_fingerprints.add(fingerprint)
-        missing_names = reference_names - set().union(*map(names, entries)) if name == "lengths-missing" else set()
+        missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
         mistake = _mistake_record(
             name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
         )
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
+def _wrong_answers_of_mistakes(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
-    for wrong in wrong_answers(w, part):
-        if len(seen) > MOST_MISTAKES:
+    for wrong in predict_wrong_answers(working, part):
+        if len(seen) > MAX_MISTAKES:
             break
         yield wrong
     else:
         return
-    for mistake in likely_mistakes(part):
-        if mistake.name in ALWAYS:
-            yield from make_mistake(mistake, w, part)
+    for mistake in list_likely_mistakes(part):
+        if mistake.name in ALWAYS_INCLUDED:
+            yield from apply_mistake(mistake, working, part)
 
 
 def _unit_vectors_of_mistakes(
-    problem: Problem, part: Part, right: np.ndarray
+    problem: Problem, part: Part, correct: np.ndarray
 ) -> Iterator[tuple[float, Json, list[float]]]:
     """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
     for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
-        yield chance, mistake, (unit * (np.sign(unit @ right) or 1.0)).tolist()
+        yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
 
 
-def _likeliest(answers: Iterable[tuple[float, Json, list[float]]], right: Iterable[float]) -> Iterator[Json]:
+def _likeliest_mistakes(answers: Iterable[tuple[float, Json, list[float]]], correct: Iterable[float]) -> Iterator[Json]:
     """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
-    right_rounded = _round_digits(right)
+    right_rounded = _round_digits(correct)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
         rounded = _round_digits(values)
         is_wrong = len(rounded) == len(right_rounded) and rounded != right_rounded
         if is_wrong and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
             by_rounded[rounded] = chance, mistake, values
-    max_count = min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right_rounded))
+    max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(right_rounded))
     for _, mistake, values in islice(by_rounded.values(), max_count):
         yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
-def _print_of(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+def _fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     flat = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         flat = flat / np.sqrt((np.abs(flat) ** 2).sum(axis=0))
@@ -326,8 +334,8 @@ def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
     return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
 
 
-def _describe_mistake(wrong: Wrong) -> Json:
-    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.variant.missing)
+def _describe_mistake(wrong: PredictedAnswer) -> Json:
+    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.variant.missing_symbols)
 
 
 def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
@@ -338,7 +346,7 @@ def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
 # --- numbers ---
 
 
-def _numbers(answer: Number) -> Json:
+def _numbers_key(answer: Number) -> Json:
     return {
         "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
         "right": [_to_double(float(value)) for value in answer.reference],
@@ -353,11 +361,11 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
     answers = chain(
         _mistaken_answers(problem, part), _speed_mistakes(problem, part), _derived_mistakes(problem, part, precise)
     )
-    return _likeliest(answers, map(float, answer.reference))
+    return _likeliest_mistakes(answers, map(float, answer.reference))
 
 
 def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
-    for mistake, mistaken in mistaken_answers(problem.chain, part):
+    for mistake, mistaken in generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
             yield 1.0, _mistake_record(mistake.name, mistake.sentence(mistaken.words)), values
@@ -367,9 +375,9 @@ def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> It
     derived, numbers_of_answer = _derived_part(part)
     if derived is None:
         return
-    for wrong in wrong_answers(_evaluate_derivation(problem, part), derived, precise):
+    for wrong in predict_wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = numbers_of_answer(wrong.answer)
-        if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
+        if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _RATE_MISTAKES):
             yield (
                 variant_frequency(wrong),
                 _describe_mistake(wrong),
@@ -383,7 +391,7 @@ def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json,
         return
     derived, _ = _derived_part(part)
     assert derived is not None
-    velocity = _flatten(result(_evaluate_derivation(problem, part), derived))
+    velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived))
     moving = np.abs(velocity[np.abs(velocity) > 1e-9])
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
@@ -392,33 +400,33 @@ def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json,
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> Working:
-    rates = part.details.rates if isinstance(part.details, AtRates) else {}
+    rates = part.details.rates if isinstance(part.details, RateDetails) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
     values = sample_configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | rate_values
-    return numbers(problem.chain, values)
+    return numeric_working(problem.chain, values)
 
 
 def _flatten(answer: np.ndarray) -> np.ndarray:
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
-def _length(answer: np.ndarray) -> np.ndarray:
+def _norm(answer: np.ndarray) -> np.ndarray:
     return np.array([np.linalg.norm(_flatten(answer))])
 
 
-_OF_CHAPTER = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _length)}
+_CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _norm)}
 """Numeric short questions: the chapter's question that each belongs to, and how to get the number from its answer."""
 
 
-_OF_RATES = frozenset({"rates-in-degrees", "rates-in-turns"})
+_RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 """Mistakes in an answer of joint rates, which no short question asks for."""
 
 
 def _derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
     """Return the chapter's part from which this part is derived, and the function from its answer to the numbers."""
-    if is_derived(part) or part.kind not in _OF_CHAPTER:
+    if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if is_derived(part) else None), _flatten
-    kind, numbers_of_answer = _OF_CHAPTER[part.kind]
+    kind, numbers_of_answer = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), numbers_of_answer
 
 
@@ -429,11 +437,11 @@ def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
 # --- sets of configurations ---
 
 
-def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
+def _set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
     joints, symbols = _variables(problem)
     return {
-        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _pieces(problem, part, answer),
-        "conditions": _conditions(problem, answer), "mistakes": [],
+        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _sample_pieces(problem, part, answer),
+        "conditions": _count_pieces(problem, answer), "mistakes": [],
     }  # fmt: skip
 
 
@@ -444,32 +452,32 @@ def _variables(problem: Problem) -> tuple[list[str], list[str]]:
     return joints, sorted({*joints, *lengths})
 
 
-def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
+def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
     roles, joints = problem.domain().roles, [q.name for q in problem.chain.q]
-    groups = answer.by_condition(answer.pieces())
-    return [sum(len(parse_pieces(read(text, roles), joints)) for text in group) for group in groups]
+    groups = answer.group_by_condition(answer.pieces())
+    return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
-def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
+def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
     (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
-    space, keys = Space(joints, domain), []
+    space, keys = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
-        for piece in parse_pieces(read(text, domain.roles), joints):
-            values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
-            exact = {atom.joint: value_of(atom.zero) for atom in piece if atom.joint is not None}
-            configurations = np.array([values[name] for name in symbols]).T[:POSES]
+        for piece in parse_pieces(parse_formula(text, domain.roles), joints):
+            values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
+            exact = {atom.joint: constant_value(atom.expression) for atom in piece if atom.joint is not None}
+            configurations = np.array([values[name] for name in symbols]).T[:CONFIGURATIONS_PER_PIECE]
             keys.append(
                 [
-                    [_pose_value(*pair) for pair in zip(configuration, map(exact.get, symbols), strict=True)]
+                    [_coordinate_value(*pair) for pair in zip(configuration, map(exact.get, symbols), strict=True)]
                     for configuration in configurations
                 ]
             )
     return keys
 
 
-def _pose_value(sampled: float, exact: Any) -> float:
+def _coordinate_value(sampled: float, exact: Any) -> float:
     """Return the exact value if there is one, or else the sampled value with nine decimals."""
     return (float(f"{sampled:.9f}") if exact is None else float(exact)) + 0.0
 
@@ -481,7 +489,7 @@ def _stream(problem: Problem, part: Part) -> Stream:
     return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
 
 
-def _six_digits(value: float) -> float:
+def _round_to_six_digits(value: float) -> float:
     """Return a sampled value with six digits, which is the same on every machine."""
     return float(f"{float(value):.6g}")
 

@@ -7,7 +7,7 @@ from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
 
-DEEPEST = 7
+MAX_DEPTH = 7
 """Maximum depth of folders from which the page for missing addresses finds the site."""
 
 
@@ -16,7 +16,7 @@ class Page:
     """A page: its path in the site, its title, its body, and the name of the script that it loads (`pages.ENTRIES`).
 
     `section` is its item in the main menu. `kind` is its layout: "" for running text, "wide", "home", "practice", or
-    "docs" with a list of the documentation beside it. `frames` allows it to show pages of the site in frames.
+    "docs" with a list of the documentation beside it. `allows_frames` allows it to show pages of the site in frames.
     `is_anywhere` is for the page that a server shows for missing addresses: it searches the folders above for its
     script and styles. `translations` are title and body in other languages, if the site's own catalogue lacks them.
     """
@@ -27,17 +27,17 @@ class Page:
     entry: str = "pages"
     section: str = ""
     kind: str = ""
-    frames: bool = False
+    allows_frames: bool = False
     is_anywhere: bool = False
     translations: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
-    def ups(self) -> list[str]:
+    def parent_paths(self) -> list[str]:
         """The relative paths of the folders in which the page searches for its script and styles."""
-        return ["../" * count for count in range(DEEPEST if self.is_anywhere else 1)]
+        return ["../" * count for count in range(MAX_DEPTH if self.is_anywhere else 1)]
 
     @property
-    def data(self) -> str:
+    def data_file(self) -> str:
         """The file of the bank that is loaded together with the script, "" if none."""
         return {"pages": "", "own": ROBOTS}.get(self.entry, INDEX)
 

@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import figure_svg
 from qdot.exercises.site.arms import gallery
 from qdot.exercises.site.chapter import chapter_pages, live_arm
-from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arrange_pages
+from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, DocumentationEntry, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import render, template_folder
@@ -26,11 +26,11 @@ ENTRIES = {
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The scripts that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
-GREETING = {"theta1": math.radians(15), "theta2": math.radians(100)}
+HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
 """The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
-UPRIGHT = {"theta1": math.radians(60), "theta2": math.radians(100)}
+LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The initial configuration of the arm in the lessons; it fulfils none of their goals."""
-LONG = 3
+MIN_LISTED_HEADINGS = 3
 """A page of the documentation with at least this many headings gets a list of them."""
 
 
@@ -49,18 +49,18 @@ class Assets:
 
 
 @dataclass(frozen=True)
-class Around:
+class PageContext:
     """The content of the pages other than the problem bank.
 
     - `docs`: the folder of the documentation, None if there is none
-    - `commands`: the body of the page on the command line
+    - `command_reference`: the body of the page on the command line
     - `course`: the title of an instructor's own site
     - `families`: the families in the bank
     - `licences`: the licences of the libraries in the scripts
     """
 
     docs: Path | None
-    commands: str
+    command_reference: str
     course: str
     families: Collection[str]
     licences: str
@@ -74,19 +74,19 @@ def licences_text(folder: Path) -> str:
     return render("site/licences.md.j2", licences=f"## {libraries}".strip(), notices=texts["notices"].strip())
 
 
-def built_assets() -> Assets | None:
+def find_assets() -> Assets | None:
     """Return the files that `npm run build` made, in the package (wheel) or in site/dist (checkout); None if missing.
 
     Raises QdotError if the scripts belong to another version of qdot.
     """
     here = Path(__file__).resolve().parents[1]
     folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
-    return None if folder is None else assets_in(folder)
+    return None if folder is None else read_assets(folder)
 
 
-def assets_in(folder: Path) -> Assets:
+def read_assets(folder: Path) -> Assets:
     """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they belong to another version."""
-    manifest = _manifest(folder)
+    manifest = _read_manifest(folder)
     entries = {name: manifest[source] for name, source in ENTRIES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
     styles = {name: _styles(manifest, source) for name, source in ENTRIES.items()}
@@ -94,7 +94,7 @@ def assets_in(folder: Path) -> Assets:
     return Assets({name: entry["file"] for name, entry in entries.items()}, modules, styles, files, folder)
 
 
-def _manifest(folder: Path) -> dict[str, Any]:
+def _read_manifest(folder: Path) -> dict[str, Any]:
     """Return Vite's manifest of the built scripts. Raises QdotError if it lacks an entry that the pages need."""
     path = folder / ".vite" / "manifest.json"
     try:
@@ -130,33 +130,33 @@ def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) ->
     return list(dict.fromkeys([*inner, *entry.get("css", ())]))
 
 
-def pages(around: Around) -> Iterator[Page]:
+def make_pages(context: PageContext) -> Iterator[Page]:
     """Yield every page."""
-    has_docs = around.docs is not None
+    has_docs = context.docs is not None
     robot = planar_2r()
-    arm = json.dumps(live_arm(robot) | {"pose": GREETING}, ensure_ascii=False)
-    figure = figure_svg(robot, pose=GREETING)
-    home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
-    yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
+    arm = json.dumps(live_arm(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
+    figure = figure_svg(robot, pose=HOME_CONFIGURATION)
+    home = render("site/index.html.j2", course=context.course, has_docs=has_docs, arm=arm, figure=figure)
+    yield Page("index.html", context.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": live_arm(robot) | {"pose": UPRIGHT}, "elbow": live_arm(scorbot_arm())}
+    arms = {"plain": live_arm(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": live_arm(scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
     own_arm = render("site/own.html.j2", has_docs=has_docs)
     yield Page("own.html", "Your own arm", own_arm, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
-    yield Page("course.html", "In a course", course, entry="course", kind="wide", frames=True)
+    yield Page("course.html", "In a course", course, entry="course", kind="wide", allows_frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
-    yield Page("licences.html", "Licences", to_html(around.licences))
+    yield Page("licences.html", "Licences", to_html(context.licences))
     yield from chapter_pages()
-    if around.docs is not None:
-        yield gallery(around.families)
-        yield from _documentation(around.docs, around.commands)
+    if context.docs is not None:
+        yield gallery(context.families)
+        yield from _documentation_pages(context.docs, context.command_reference)
 
 
-def _documentation(docs: Path, commands: str) -> Iterator[Page]:
+def _documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
     groups = arrange_pages(docs)
     lead = render("site/docs.html.j2", groups=groups, translate=translate_message)
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
@@ -164,7 +164,7 @@ def _documentation(docs: Path, commands: str) -> Iterator[Page]:
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = link_pages(body)
-            shown_headings = headings(body) if len(headings(body)) >= LONG else []
+            shown_headings = find_headings(body) if len(find_headings(body)) >= MIN_LISTED_HEADINGS else []
             page_body = render(
                 "site/doc.html.j2",
                 body=body,
@@ -176,7 +176,7 @@ def _documentation(docs: Path, commands: str) -> Iterator[Page]:
             yield Page(f"docs/{entry.name}.html", entry.title, page_body, section="docs", kind="docs")
 
 
-def _text(docs: Path, entry: Entry) -> str:
+def _text(docs: Path, entry: DocumentationEntry) -> str:
     return (docs / f"{entry.name}.md").read_text(encoding="utf-8")
 
 
@@ -201,10 +201,10 @@ def _add_anchor(heading: re.Match[str]) -> str:
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
 
 
-def headings(page: str) -> list[tuple[str, str]]:
+def find_headings(page: str) -> list[tuple[str, str]]:
     """Return the anchor and the text of each second-level heading of a page.
 
-    >>> headings('<h2 id="a">An <code>A</code></h2>')
+    >>> find_headings('<h2 id="a">An <code>A</code></h2>')
     [('a', 'An A')]
     """
     matches = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', page)

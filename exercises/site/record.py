@@ -12,7 +12,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.difficulty import step
+from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.site.keys import key_of
+from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex
 from qdot.exercises.writing.markup import to_html
@@ -46,7 +46,7 @@ def site_record(problem: Problem) -> Json:
         "id": str(problem.id),
         "family": problem.id.family,
         "title": problem.title,
-        "difficulty": step(chain),
+        "difficulty": difficulty_band(chain),
         "statement": to_html(statement(problem, "")),
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
@@ -79,7 +79,7 @@ def determinant_factors(chain: Chain) -> list[list[str]]:
         return []
     factors: list[list[str]] = []
     for factor, _ in minor.factors:
-        _, shown_factor = derivation.fill(factor).as_coeff_Mul()  # without the numeric coefficient
+        _, shown_factor = derivation.substitute_values(factor).as_coeff_Mul()  # without the numeric coefficient
         if shown_factor.free_symbols & set(chain.q):
             factors.append([to_html(f"${tex(shown_factor, chain)}$"), python_text(shown_factor)])
     return factors
@@ -121,7 +121,7 @@ def translated_solutions(problem: Problem, language: str) -> Json:
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     mistake = CATALOGUE[name]
     title = words.mistake_title(name, mistake.title)
-    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence), *missing]
+    return [name, title, words.mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence), *missing]
 
 
 def solutions_record(problem: Problem) -> Json:
@@ -146,10 +146,10 @@ def solutions_record(problem: Problem) -> Json:
 
 def html_with_latex(text: str) -> str:
     """Return Markdown as HTML, with formulas left as LaTeX."""
-    return to_html(text, _tex, whole=True)
+    return to_html(text, _latex_element, keep_punctuation=True)
 
 
-def _tex(latex: str, block: bool) -> str:
+def _latex_element(latex: str, block: bool) -> str:
     tag = "div" if block else "span"
     return f'<{tag} class="tex">{html.escape(latex)}</{tag}>'
 
@@ -164,10 +164,12 @@ def _symbols(problem: Problem) -> Json:
     return symbols
 
 
-def typed_names(problem: Problem, asked: str) -> list[str]:
+def typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
     allowed_roles = "rate", "velocity", "force"
-    return [name for name, info in problem.symbols().items() if info.role in allowed_roles and f"`{name}`" in asked]
+    return [
+        name for name, info in problem.symbols().items() if info.role in allowed_roles and f"`{name}`" in prompt_text
+    ]
 
 
 def _values(chain: Chain) -> Json:
@@ -179,14 +181,14 @@ def _values(chain: Chain) -> Json:
     values: dict[str, float] = {}
     for symbol, value in example_values(chain).items():
         number = float(value)
-        while any(abs(number - length) < SAME for length in used_lengths):
-            number = round(SHORTER * number, 3)
+        while any(abs(number - length) < LENGTH_TOLERANCE for length in used_lengths):
+            number = round(SHORTENING_FACTOR * number, 3)
         values[symbol.name] = number
         used_lengths.add(number)
     return values
 
 
-LISTS = ("mistakes", "throughout", "precise")
+MISTAKE_LISTS = ("mistakes", "throughout", "precise")
 """The names of the lists of mistakes in a key (`keys`)."""
 
 
@@ -195,7 +197,7 @@ class MistakeSentences:
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
-        self._places: dict[tuple[str, ...], int] = {}
+        self._indices: dict[tuple[str, ...], int] = {}
 
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
@@ -204,7 +206,7 @@ class MistakeSentences:
                 "told": [[self._index_of(mistake) for mistake in option_mistakes] for option_mistakes in key["told"]]
             }
         mistake_lists = {
-            name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in LISTS if name in key
+            name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in MISTAKE_LISTS if name in key
         }
         return key | mistake_lists
 
@@ -213,7 +215,7 @@ class MistakeSentences:
 
     def _index_of(self, mistake: Json) -> int:
         missing = [mistake["missing"]] if "missing" in mistake else []
-        index = self._places.setdefault((mistake["says"], *missing), len(self.rows))
+        index = self._indices.setdefault((mistake["says"], *missing), len(self.rows))
         if index == len(self.rows):
             self.rows.append([mistake["name"], mistake["title"], mistake["says"], *missing])
         return index
@@ -221,7 +223,7 @@ class MistakeSentences:
 
 def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     svg = part_svg(problem.chain, part, part.name)
-    key = sentences.shorten_key(key_of(problem, part))
+    key = sentences.shorten_key(make_key(problem, part))
     prompt_text = prompt(problem, part)
     return {
         "name": part.name,
@@ -232,8 +234,8 @@ def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
         "points": part.points,
         "prompt": to_html(prompt_text),
         "names": typed_names(problem, prompt_text),
-        "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
-        "columns": list(ASKED[part.kind].columns(problem.chain)),
+        "labels": list(ASKED[part.kind].list_typed_names(problem.chain, part)),
+        "columns": list(ASKED[part.kind].column_names(problem.chain)),
         "grid": _grid(problem.chain, part),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
@@ -247,9 +249,9 @@ def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
 def _grid(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
     question = ASKED[part.kind]
-    rows, columns = question.grid(chain)
+    rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
-        names = question.entry_names(chain, part) or question.labels(chain)
+        names = question.entry_names(chain, part) or question.typed_names(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_label(name, chain) for name in rows], [_label(name, chain) for name in columns]]
 
@@ -258,7 +260,7 @@ def _label(name: str, chain: Chain) -> str:
     return name if "_" in name else tex(sp.Symbol(name), chain)
 
 
-SAME, SHORTER = 1e-9, 0.85
+LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 """Difference in metres below which two lengths are equal, and the factor that then changes a symbol's length."""
 
 
@@ -269,5 +271,5 @@ def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
 
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
-    count = len(part.answer.offered)
+    count = len(part.answer.offered_options)
     return [to_html(option_text(problem, part, index, language)) for index in range(count)] or None

@@ -10,20 +10,20 @@ from qdot.exercises.writing.render import render
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its full name, its usage, its help as HTML (`says`), and its parameters with their meanings."""
+    """A command: its full name, its usage, its help as HTML (`help_html`), and its parameters with their meanings."""
 
     name: str
     usage: str
-    says: str
+    help_html: str
     parameters: tuple[tuple[str, str], ...]
     examples: str = ""
 
 
-def commands_of(program: Any, name: str) -> Iterator[Command]:
+def list_commands(program: Any, name: str) -> Iterator[Command]:
     """Yield a program's commands (Click's objects), including those of groups, in the order of its help."""
     if hasattr(program, "commands"):
-        for command_name, command in program.commands.items():
-            yield from commands_of(command, f"{name} {command_name}")
+        for command_name, command in program.command_reference.items():
+            yield from list_commands(command, f"{name} {command_name}")
         return
     if program.hidden:
         return
@@ -43,6 +43,6 @@ def _plain(text: str) -> str:
     return text.replace("\b", "").replace("\\[", "[")
 
 
-def reference(program: Any) -> str:
+def render_reference(program: Any) -> str:
     """Return the body of the page, as HTML."""
-    return render("site/commands.html.j2", commands=list(commands_of(program, "qdot")))
+    return render("site/commands.html.j2", commands=list(list_commands(program, "qdot")))

@@ -21,9 +21,9 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
-PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
+PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
 """Families whose arms are at the top of the list."""
-NOTHING = ["0", "0", "0"]
+ZERO_VECTOR = ["0", "0", "0"]
 
 
 def robots_text() -> str:
@@ -33,7 +33,7 @@ def robots_text() -> str:
 
 
 def _plain_arms() -> Iterator[Json]:
-    for name in PLAIN:
+    for name in PLAIN_FAMILIES:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
         translations = {code: catalogue(code).family(title) for code in LANGUAGES}
@@ -51,9 +51,12 @@ def _table_of(chain: Chain, title: str) -> Json:
     return _table(title, {"rows": rows, "tool": point, "task": list(chain.task)})
 
 
-def _entry(value: sp.Expr, i: int) -> str:
+def _entry(value: sp.Expr, joint_number: int) -> str:
     """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
-    joint_names = {sp.Symbol(f"theta{i}"): sp.Symbol(f"q{i}"), sp.Symbol(f"d{i}"): sp.Symbol(f"q{i}")}
+    joint_names = {
+        sp.Symbol(f"theta{joint_number}"): sp.Symbol(f"q{joint_number}"),
+        sp.Symbol(f"d{joint_number}"): sp.Symbol(f"q{joint_number}"),
+    }
     shortened = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
     return f"{float(shortened):.6g}" if shortened.is_Float else str(shortened)
 
@@ -62,9 +65,9 @@ def _table(name: str, fields: Mapping[str, Any]) -> Json:
     defaults = {
         "convention": "dh",
         "angles": "radians",
-        "tool": NOTHING,
-        "place": NOTHING,
-        "turn": NOTHING,
+        "tool": ZERO_VECTOR,
+        "place": ZERO_VECTOR,
+        "turn": ZERO_VECTOR,
         "task": None,
     }
     return {"name": name, **defaults, **fields}

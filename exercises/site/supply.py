@@ -11,25 +11,25 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.assignment.draws import FailedSlot, Failures, Variant, attempt, certify_by, require_certified
-from qdot.exercises.assignment.redrawn import DRAWS
-from qdot.exercises.common.variation import DEFAULT, STEPS, canonical_name
+from qdot.exercises.assignment.draws import FailedSlot, FindFailures, Variant, certify_with, require_certified, try_draw
+from qdot.exercises.assignment.redrawn import MAX_DRAWS
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, canonical_name
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, listing_of, sample_chain, short_quiz
+from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import Problem, ProblemId
 
 QUIZ = "quiz"
-MOST_SEEDS = 1000
+MAX_ARMS = 1000
 """Maximum number of arms of a family."""
-OF_EACH_STEP = 25
+ARMS_PER_STEP = 25
 """Default number of arms of a family at every step."""
-ARMS_EACH = 2
+ARMS_PER_QUESTION = 2
 """Number of arms that get each question, in addition to the first arm of a step."""
-QUIZ_SEEDS = 9
+MAX_QUIZ_SEED = 9
 """Maximum seed of an arm with short questions: up to it, every second arm has them, which is one arm of each step."""
-DRAWN_FROM = (1, 2, 3)
+COMPARED_SEEDS = (1, 2, 3)
 """Seeds whose problems are compared to find the questions with random numbers, such as a configuration."""
-LOOKED_FURTHER = 4
+MAX_SEEDS_PER_ARM = 4
 """Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
 
@@ -41,54 +41,56 @@ FrameConvention = tuple[str, str]
 class BankProblem:
     """A problem for the bank: its family, its key, and how to generate it.
 
-    `asked` are its questions: none means all questions of the chapter that apply, QUIZ a short one of each form.
-    `variation` is how much its arm differs from the chapter's. `share` is for an arm that is in the bank already: its
-    index among such arms, and their number. These arms share the questions with random numbers. `frame_convention`
-    describes the arm. `problem` is given if the problem exists already.
+    `questions` are its questions: none means all questions of the chapter that apply, QUIZ a short one of each form.
+    `variation` is how much its arm differs from the chapter's. `question_share` is for an arm that is in the bank
+    already: its index among such arms, and their number. These arms share the questions with random numbers.
+    `frame_convention` describes the arm. `problem` is given if the problem exists already.
     """
 
     family: str
     key: str
     seed: int = 0
-    asked: tuple[str, ...] = ()
-    variation: str = DEFAULT
+    questions: tuple[str, ...] = ()
+    variation: str = DEFAULT_VARIATION
     problem: Problem | None = None
-    share: tuple[int, int] | None = None
+    question_share: tuple[int, int] | None = None
     frame_convention: FrameConvention = ("", "")
 
     def make(self, draw: int = 1) -> Problem:
         """Generate the problem; draws after the first have seeds that no other problem has."""
         if self.problem is not None:
             return self.problem
-        questions = self.asked
+        questions = self.questions
         if questions == (QUIZ,):
-            questions = short_quiz(self.family, self.frame_convention[0])
-        elif self.share is not None:
-            questions = deal_questions(questions_with_sampled_numbers(self.family, self.frame_convention), *self.share)
-        seed = self.seed + (draw - 1) * MOST_SEEDS
+            questions = select_quiz_questions(self.family, self.frame_convention[0])
+        elif self.question_share is not None:
+            questions = deal_questions(
+                questions_with_sampled_numbers(self.family, self.frame_convention), *self.question_share
+            )
+        seed = self.seed + (draw - 1) * MAX_ARMS
         return generate(
             ProblemId(self.family, seed, questions, variation=self.variation).with_convention(*self.frame_convention)
         )
 
-    def find_certified(self, failures: Failures) -> Problem | FailedSlot:
+    def find_certified(self, find_failures: FindFailures) -> Problem | FailedSlot:
         """Return the first draw that passes its certificate. Raises QdotError if a given `problem` fails."""
         if self.problem is not None:
-            return require_certified(self.problem, failures)
+            return require_certified(self.problem, find_failures)
         first_reason = ""
-        for draw in range(1, DRAWS + 1):
-            result = attempt(partial(self.make, draw), certify_by(failures))
+        for draw in range(1, MAX_DRAWS + 1):
+            result = try_draw(partial(self.make, draw), certify_with(find_failures))
             if not isinstance(result, str):
                 return result[0]
             first_reason = first_reason or result
         return FailedSlot("", self.key, self.family, first_reason)
 
 
-def wanted_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
+def problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
     """Return the problems for the variants of an assignment's bank, with each slot as a family."""
     return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
-def wanted_of_families(
+def problems_of_families(
     names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
 ) -> list[BankProblem]:
     """Return `variants` arms of each family; of the first arms, every second one also has short questions.
@@ -98,7 +100,7 @@ def wanted_of_families(
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
-    steps = [canonical_name(variation)] if variation else list(STEPS)
+    steps = [canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
         seed_ranges = (range(first_seed, variants + 1, len(steps)) for first_seed in range(1, len(steps) + 1))
@@ -110,7 +112,7 @@ def wanted_of_families(
         ]
         for arm in sorted(arms, key=lambda arm: arm.seed):
             problems.append(arm)
-            if arm.seed % 2 and arm.seed <= QUIZ_SEEDS and not FAMILIES[name].varied:
+            if arm.seed % 2 and arm.seed <= MAX_QUIZ_SEED and not FAMILIES[name].has_varied_structure:
                 problems.append(
                     BankProblem(
                         name, f"{arm.key}-{QUIZ}", arm.seed, (QUIZ,), arm.variation, frame_convention=frame_convention
@@ -124,17 +126,18 @@ def _problems_of_step(family: str, step: str, seeds: range, frame_convention: Fr
     if not seeds:
         return
     distinct, repeated = _distinct_seeds(family, step, seeds)
-    make_problem = partial(_wanted_at_seed, family, step)
+    make_problem = partial(_problem_of_seed, family, step)
     yield make_problem(distinct[0])
     for index, seed in enumerate(distinct[1:]):
         yield replace(
-            make_problem(seed), asked=deal_questions(_questions(family, frame_convention[0]), index, len(distinct) - 1)
+            make_problem(seed),
+            questions=deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct) - 1),
         )
     for index, seed in enumerate(repeated):
-        yield replace(make_problem(seed), share=(index, len(repeated)))
+        yield replace(make_problem(seed), question_share=(index, len(repeated)))
 
 
-def _wanted_at_seed(family: str, step: str, seed: int) -> BankProblem:
+def _problem_of_seed(family: str, step: str, seed: int) -> BankProblem:
     return BankProblem(family, f"{seed:03d}", seed, variation=step)
 
 
@@ -143,9 +146,9 @@ def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], li
 
     If needed, larger seeds are searched, too.
     """
-    if FAMILIES[family].varied:  # arms have different structures
+    if FAMILIES[family].has_varied_structure:  # arms have different structures
         return list(seeds), []
-    seed_limit = min(seeds.start + LOOKED_FURTHER * len(seeds) * seeds.step, MOST_SEEDS + 1)
+    seed_limit = min(seeds.start + MAX_SEEDS_PER_ARM * len(seeds) * seeds.step, MAX_ARMS + 1)
     seed_by_arm: dict[Chain, int] = {}
     repeated: list[int] = []
     for seed in range(seeds.start, seed_limit, seeds.step):
@@ -157,31 +160,34 @@ def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], li
     return list(seed_by_arm.values()), repeated[: len(seeds) - len(seed_by_arm)]
 
 
-def deal_questions(names: Sequence[str], place: int, places: int) -> tuple[str, ...]:
-    """Return the questions for arm number `place` (from 0) of `places` arms that share the questions.
+def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tuple[str, ...]:
+    """Return the questions for arm number `arm_index` (from 0) of `arm_count` arms that share the questions.
 
     Each question comes with ARMS_EACH of the arms. If there are no more arms than that, each gets all questions.
 
     >>> [deal_questions("abcd", place, 4) for place in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
-    total = max(min(ARMS_EACH, places) * len(names), places)
-    chosen = {names[index % len(names)] for index in range(place * total // places, (place + 1) * total // places)}
+    total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
+    chosen = {
+        names[index % len(names)]
+        for index in range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
+    }
     return tuple(name for name in names if name in chosen)
 
 
 @lru_cache(maxsize=4)
-def _questions(family: str, convention: str) -> tuple[str, ...]:
-    return listing_of(family, convention).questions
+def _questions_of_family(family: str, convention: str) -> tuple[str, ...]:
+    return find_listing(family, convention).questions
 
 
 @lru_cache(maxsize=4)
 def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
     """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
-    step, questions = next(iter(STEPS)), _questions(family, frame_convention[0])
+    step, questions = next(iter(VARIATION_STEPS)), _questions_of_family(family, frame_convention[0])
     problems = [
         generate(ProblemId(family, seed, questions, variation=step).with_convention(*frame_convention))
-        for seed in DRAWN_FROM
+        for seed in COMPARED_SEEDS
     ]
     answers_of_problems = [
         [json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in problems

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
+from qdot.exercises.verify.appearance import all_have_kind, samples_on_component, statement_holds
 from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 
@@ -35,9 +35,9 @@ def certified_component(chain: Chain, component: Component) -> SingularComponent
     )
 
 
-def certified_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
+def certified_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -> str:
     """Return a description of singular configurations; empty if it is false for a sample, or there are no samples."""
-    return words if samples and all(holds(chain, words, sample) for sample in samples) else ""
+    return statement if samples and all(statement_holds(chain, statement, sample) for sample in samples) else ""
 
 
 def _certify_component(chain: Chain, singular: SingularComponent) -> SingularComponent:
@@ -47,7 +47,7 @@ def _certify_component(chain: Chain, singular: SingularComponent) -> SingularCom
     return replace(singular, kind=kind, cases=cases)
 
 
-def _certify_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
-    normalized, samples = normalize_arm(chain), places_on(chain, component)
-    meaning = certified_words(normalized, kind.meaning, samples) or convention_of(chain).true_of_all
-    return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(normalized, kind, samples))
+def _certify_kind(chain: Chain, component: Component, kind: Classification) -> Classification:
+    normalized, samples = normalize_arm(chain), samples_on_component(chain, component)
+    meaning = certified_statement(normalized, kind.meaning, samples) or convention_of(chain).universal_statement
+    return replace(kind, meaning=meaning, uniform=kind.uniform and all_have_kind(normalized, kind, samples))

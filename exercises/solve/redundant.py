@@ -5,24 +5,24 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.arm.appearance import reason_of
+from qdot.exercises.arm.appearance import find_reason
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.numeric_rank_check import RankCheck, check_rank_loss
-from qdot.exercises.arm.reciprocal import ReciprocalSet, ReducedCase, plain_chain, reciprocal_set
+from qdot.exercises.arm.reciprocal import ReciprocalSet, ReducedCase, polynomial_chain, reciprocal_set
 from qdot.exercises.arm.singularity import Component, solve_conjunction
-from qdot.exercises.arm.singularity_kinds import kind_is_sure
+from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.arm.trigonometry import substitute
-from qdot.exercises.solve.certified_singularities import certified_component, certified_words
-from qdot.exercises.verify.appearance import is_of_kind
+from qdot.exercises.solve.certified_singularities import certified_component, certified_statement
+from qdot.exercises.verify.appearance import all_have_kind
 from qdot.exercises.writing.solution_steps import SingularComponent
 
-MOST_SHOWN = 700
+MAX_SHOWN_OPERATIONS = 700
 """A matrix is shown if its entries have fewer operations than this."""
-MOST_READ = 40
+MAX_READABLE_TERMS = 40
 """Maximum number of terms of an equation that a person would read."""
-_LOOKED_AT = 20
+_MAX_DESCRIBED_SAMPLES = 20
 """Approximate number of samples from which the appearance of a component's configurations is described."""
 
 
@@ -46,44 +46,46 @@ class RemainingMatrix:
 
 
 @dataclass(frozen=True)
-class Redundant:
+class RedundantSingularities:
     """The singular set of a redundant arm: the elimination, its results, and the numerical check.
 
-    `rests` are the matrices that remain after the elimination. `always` says that every configuration is singular.
-    Conditions that failed the check are `doubtful`; those for which it found no configuration are `undecided`. Neither
-    are reported as singular. `ranks` has for each component the index of the matrix in `rests` whose minors are its
-    conditions, or None.
+    `remaining_matrices` are the matrices that remain after the elimination. `is_always_singular` says that every
+    configuration is singular. Conditions that failed the check are `doubtful`; those for which it found no
+    configuration are `undecided`. Neither are reported as singular. `matrix_indices` has for each component the index
+    of the matrix in `remaining_matrices` whose minors are its conditions, or None.
     """
 
     reciprocal: ReciprocalSet
     matrix: sp.ImmutableMatrix
-    rests: tuple[RemainingMatrix, ...]
+    remaining_matrices: tuple[RemainingMatrix, ...]
     components: tuple[SingularComponent, ...]
-    always: bool
+    is_always_singular: bool
     check: RankCheck | None
     doubtful: tuple[tuple[sp.Expr, ...], ...]
     undecided: tuple[tuple[sp.Expr, ...], ...] = ()
-    ranks: tuple[int | None, ...] = ()
-    described: bool = True
+    matrix_indices: tuple[int | None, ...] = ()
+    is_described: bool = True
     """Whether the configurations of its components have been described."""
 
-    most_terms: int = MOST_READ
+    max_terms: int = MAX_READABLE_TERMS
     """Maximum number of terms of an equation that is written out in a text."""
 
     def is_long(self, condition: sp.Expr) -> bool:
         """Return whether a condition is too long to be read."""
-        return bool(condition.is_Add) and len(condition.args) > self.most_terms
+        return bool(condition.is_Add) and len(condition.args) > self.max_terms
 
     @property
-    def is_cut(self) -> bool:
+    def omits_conditions(self) -> bool:
         """Whether any condition is not written out."""
-        written_out = (component for component, rank in zip(self.components, self.ranks, strict=True) if rank is None)
+        written_out = (
+            component for component, rank in zip(self.components, self.matrix_indices, strict=True) if rank is None
+        )
         return any(self.is_long(condition) for component in written_out for condition in component.conditions)
 
     @property
     def is_never_singular(self) -> bool:
         """Whether the derivation found that J has full rank everywhere."""
-        return not (self.always or self.components or self.doubtful or self.undecided)
+        return not (self.is_always_singular or self.components or self.doubtful or self.undecided)
 
     @property
     def search_counts(self) -> dict[str, int]:
@@ -91,84 +93,98 @@ class Redundant:
         if self.check is None:
             return {}
         check = self.check
-        return {"searches": check.searches, "ended": check.ended, "unexplained": len(check.unexplained)}
+        return {
+            "searches": check.search_count,
+            "ended": check.converged_count,
+            "unexplained": len(check.unexplained_configurations),
+        }
 
 
-def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
+def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
     """Yield descriptions of the next step, and the singular set twice: before and after its description.
 
     The description says what the singular configurations look like. Raises TooLong.
     """
     yield f"where the rank of J is below {len(chain.task)}, by elimination"
-    plain, values = plain_chain(chain)
+    plain, values = polynomial_chain(chain)
     twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
     reciprocal = reciprocal_set(plain, twists)
-    rests = _remaining_matrices([reduced_case for reduced_case in reciprocal.left if _is_shown(reduced_case)], values)
+    rests = _remaining_matrices([reduced_case for reduced_case in reciprocal.cases if _is_shown(reduced_case)], values)
     matrix = _substitute_values(reciprocal.reduction.matrix, values)
-    if () in reciprocal.ways:
-        yield Redundant(reciprocal, matrix, rests, (), True, None, ())
+    if () in reciprocal.branches:
+        yield RedundantSingularities(reciprocal, matrix, rests, (), True, None, ())
         return
-    branches = [tuple(_scale(substitute(condition, values)) for condition in branch) for branch in reciprocal.ways]
+    branches = [
+        tuple(_scale_coefficients(substitute(condition, values)) for condition in branch)
+        for branch in reciprocal.branches
+    ]
     solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
     yield "the test of these conditions in numbers"
     check = check_rank_loss(chain, [component.conditions for _, component in solved])
     confirmed, doubtful, undecided = [], [], []
     for k, (branch, component) in enumerate(solved):
-        if k in check.wrong:
+        if k in check.full_rank_branches:
             doubtful.append(branch)
         elif check.samples[k] or not check.arms:
             confirmed.append((component, [Sample(check.arms[a], q) for a, q in check.samples[k]]))
         else:
             undecided.append(component.conditions)
-    ranks = tuple(_minors_of(rests, component.conditions) for component, _ in confirmed)
+    ranks = tuple(_index_of_minors(rests, component.conditions) for component, _ in confirmed)
     undescribed = tuple(_component_with_meaning(component, "") for component, _ in confirmed)
     check_results = tuple(doubtful), tuple(undecided), ranks
-    partial_result = Redundant(reciprocal, matrix, rests, undescribed, False, check, *check_results, described=False)
+    partial_result = RedundantSingularities(
+        reciprocal, matrix, rests, undescribed, False, check, *check_results, is_described=False
+    )
     yield partial_result
     yield "what the configurations look like in which J loses rank"
     components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
-    yield replace(partial_result, components=components, described=True)
+    yield replace(partial_result, components=components, is_described=True)
 
 
 def _component_with_meaning(component: Component, meaning: str) -> SingularComponent:
-    return SingularComponent(component.conditions, component.solutions, Kind("", False, meaning))
+    return SingularComponent(component.conditions, component.solutions, Classification("", False, meaning))
 
 
 def _describe_component(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
     """Return a component with a description of its configurations, and their kind if it can be established."""
-    if kind_is_sure(chain):
+    if can_establish_kind(chain):
         singular = certified_component(chain, component)
-        is_confirmed = is_of_kind(chain, singular.kind, samples)  # the samples come from another search and lengths
+        is_confirmed = all_have_kind(chain, singular.kind, samples)  # the samples come from another search and lengths
         return singular if is_confirmed else replace(singular, kind=replace(singular.kind, uniform=False))
     return _component_with_meaning(component, _describe_appearance(chain, samples))
 
 
 def _describe_appearance(chain: Chain, samples: list[Sample]) -> str:
     """Return a description of configurations; empty if none passes the test."""
-    statement = reason_of(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
-    return certified_words(chain, statement.words, samples) if statement else ""
+    statement = find_reason(chain, samples[:: max(1, len(samples) // _MAX_DESCRIBED_SAMPLES)])
+    return certified_statement(chain, statement.words, samples) if statement else ""
 
 
-def _is_shown(left: ReducedCase) -> bool:
+def _is_shown(reduced_case: ReducedCase) -> bool:
     return (
-        bool(left.ways) and min(left.matrix.shape) > 1 and sp.count_ops(left.matrix) < MOST_SHOWN and left.ways != ((),)
+        bool(reduced_case.branches)
+        and min(reduced_case.matrix.shape) > 1
+        and sp.count_ops(reduced_case.matrix) < MAX_SHOWN_OPERATIONS
+        and reduced_case.branches != ((),)
     )
 
 
-def _remaining_matrices(shown: list[ReducedCase], values: dict[sp.Symbol, sp.Expr]) -> tuple[RemainingMatrix, ...]:
+def _remaining_matrices(
+    reduced_cases: list[ReducedCase], values: dict[sp.Symbol, sp.Expr]
+) -> tuple[RemainingMatrix, ...]:
     """Return the remaining matrices with the arm's numbers; cases with the same matrix are grouped."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
-    for reduced in shown:
+    for reduced in reduced_cases:
         case = tuple(substitute(condition, values) for condition in reduced.case)
-        (only_branch,) = reduced.ways if len(reduced.ways) == 1 else ((),)
-        minors = frozenset(_scale(substitute(minor, values)) for minor in only_branch)
+        (only_branch,) = reduced.branches if len(reduced.branches) == 1 else ((),)
+        minors = frozenset(_scale_coefficients(substitute(minor, values)) for minor in only_branch)
         cases.setdefault((_substitute_values(reduced.matrix, values), reduced.joints, minors), []).append(case)
     return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 
-def _minors_of(rests: tuple[RemainingMatrix, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
+def _index_of_minors(remaining_matrices: tuple[RemainingMatrix, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
     """Return the index of the matrix without case conditions whose minors include all `conditions`, or None."""
-    for index, remaining in enumerate(rests):
+    for index, remaining in enumerate(remaining_matrices):
         if len(conditions) > 2 and remaining.cases == ((),) and set(conditions) <= remaining.minors:
             return index
     return None
@@ -178,7 +194,7 @@ def _substitute_values(matrix: sp.ImmutableMatrix, values: dict[sp.Symbol, sp.Ex
     return sp.ImmutableMatrix(matrix.applyfunc(lambda entry: substitute(entry, values)))
 
 
-def _scale(condition: sp.Expr) -> sp.Expr:
+def _scale_coefficients(condition: sp.Expr) -> sp.Expr:
     """Scale a sum by a power of ten, so that its integer coefficients become exact decimals of magnitude about one."""
     plain = sp.expand(condition)
     numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(plain)]

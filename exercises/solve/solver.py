@@ -14,25 +14,30 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
-from qdot.exercises.arm.reciprocal import applies
+from qdot.exercises.arm.reciprocal import elimination_applies
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
-from qdot.exercises.arm.singularity_kinds import kind_is_sure
+from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.sympy_text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.base import BY_HAND
-from qdot.exercises.questions.screws import body_jacobian, space_jacobian
+from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
+from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
 from qdot.exercises.solve.certified_singularities import certified_components
-from qdot.exercises.solve.redundant import Redundant, redundant_stages
-from qdot.exercises.solve.special_lengths import Special, length_needs, relations, special_lengths
+from qdot.exercises.solve.redundant import RedundantSingularities, redundant_stages
+from qdot.exercises.solve.special_lengths import (
+    SpecialLength,
+    find_special_lengths,
+    length_relations,
+    length_requirements,
+)
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
-from qdot.exercises.writing.markup import latex_escaped, to_latex, to_text
+from qdot.exercises.writing.markup import escape_latex, to_latex, to_text
 from qdot.exercises.writing.problem_texts import next_solution, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.wording import Wording, triple
+from qdot.exercises.writing.wording import Wording, coordinates_with_unit
 
 SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
@@ -43,20 +48,20 @@ ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
     "singular. Count other rows (`task`), or look at another point (`point`)."
 )
-NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular."
-NOT_WORKED_OUT = "The singular configurations are not worked out: {}. Position and Jacobian are right."
-IN_GENERAL = (
+NEVER_SINGULAR_FOR_GENERIC_LENGTHS = "For lengths that nothing is special about, no configuration is singular."
+NOT_DERIVED = "The singular configurations are not worked out: {}. Position and Jacobian are right."
+GENERIC_LENGTHS_NOTE = (
     "All of this is for lengths that nothing is special about: with lengths of a special relation to each other, more "
     "configurations may be singular."
 )
-FOR_SPECIAL_LENGTHS = (
+SPECIAL_LENGTHS_INTRODUCTION = (
     "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
     "more configurations singular:"
 )
-ROUNDED = (
+ROUNDED_NOTE = (
     "Some of its numbers have no short form and are rounded to ten decimals; what follows from them is no more exact."
 )
-CONDITIONS_ROUNDED = "Numbers in these conditions are rounded, as those of the arm are."
+CONDITIONS_ROUNDED_NOTE = "Numbers in these conditions are rounded, as those of the arm are."
 NEVER_SINGULAR = (
     "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
 )
@@ -68,7 +73,7 @@ class Solution:
 
     `determinant` is None if J is not square. `singular` is None if J never has full rank. Both are None if they would
     be too long; `note` then says so. `robot` is the robot described in the file, if there is one. `redundant` describes
-    how the singular set of an arm with more than six joints was found. `special` holds what differs for special
+    how the singular set of an arm with more than six joints was found. `special_cases` holds what differs for special
     lengths.
     """
 
@@ -80,16 +85,16 @@ class Solution:
     singular: tuple[SingularComponent, ...] | None
     note: str | None
     robot: Robot | None = None
-    redundant: Redundant | None = None
-    special: tuple[Special, ...] = ()
+    redundant: RedundantSingularities | None = None
+    special: tuple[SpecialLength, ...] = ()
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
 
 
-MEANING, TESTED, SPECIAL = "meaning", "tested", "special_lengths"
+DESCRIPTION, NUMERIC_TEST, SPECIAL_LENGTHS = "meaning", "tested", "special_lengths"
 """Names of the results that follow the conditions of a singular set, in this order: description, test, lengths."""
-WHERE = "singular"
+SINGULAR_SET = "singular"
 """Name of the result that is missing if only the functions whose zeros form the singular set are known."""
 
 
@@ -97,22 +102,23 @@ WHERE = "singular"
 class Singularities:
     """The determinant and the singular set, None as in a Solution, with remarks.
 
-    `remarks` are about the set itself. `lengths` states which conditions can hold simultaneously only for special
-    lengths. `special` holds what differs for such lengths. `left` lists the results that have not been computed yet.
+    `remarks` are about the set itself. `lengths_remark` states which conditions can hold simultaneously only for
+    special lengths. `special_cases` holds what differs for such lengths. `missing` lists the results that have not been
+    computed yet.
     """
 
     determinant: sp.Expr | None
     singular: tuple[SingularComponent, ...] | None
     remarks: str = ""
-    redundant: Redundant | None = None
-    special: tuple[Special, ...] = ()
-    lengths: str = ""
-    left: tuple[str, ...] = ()
+    redundant: RedundantSingularities | None = None
+    special_cases: tuple[SpecialLength, ...] = ()
+    lengths_remark: str = ""
+    missing: tuple[str, ...] = ()
 
     @property
     def note(self) -> str | None:
         """All remarks as one text; None if there are none."""
-        return " ".join(filter(None, (self.remarks, self.lengths))) or None
+        return " ".join(filter(None, (self.remarks, self.lengths_remark))) or None
 
 
 def solve(chain: Chain) -> Solution:
@@ -129,20 +135,21 @@ def solve(chain: Chain) -> Solution:
     d = derive(chain)
     *_, last = singular_stages(chain)
     assert isinstance(last, Singularities)
-    results = last.determinant, last.singular, last.note, None, last.redundant, last.special
+    results = last.determinant, last.singular, last.note, None, last.redundant, last.special_cases
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
 
 
 @dataclass(frozen=True)
 class PartialResult:
-    """The results on the singular set so far, and the names of those that are missing (`left`).
+    """The results on the singular set so far, and the names of those that are missing (`missing`).
 
-    If the derivation stops here, `block` returns the known results in Markdown, and `data` returns them as plain data.
+    If the derivation stops here, `render_markdown` returns the known results in Markdown, and `make_data` returns them
+    as plain data.
     """
 
-    block: Callable[[], str]
-    data: Callable[[], dict[str, Any]]
-    left: tuple[str, ...]
+    render_markdown: Callable[[], str]
+    make_data: Callable[[], dict[str, Any]]
+    missing: tuple[str, ...]
 
 
 def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
@@ -151,7 +158,7 @@ def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularitie
     A description is a string. The last `Singularities` is complete.
     """
     yield "the determinant of J" if derive(chain).is_square else "the minors of J"
-    methods = [_solve_by_elimination, _solve_by_minors] if applies(chain) else [_solve_by_minors]
+    methods = [_solve_by_elimination, _solve_by_minors] if elimination_applies(chain) else [_solve_by_minors]
     for method in methods:
         try:
             singularities = yield from method(chain)
@@ -159,9 +166,9 @@ def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularitie
         except TooLong as error:
             failed = error
     else:
-        yield Singularities(None, None, NOT_WORKED_OUT.format(failed))
+        yield Singularities(None, None, NOT_DERIVED.format(failed))
         return
-    if SPECIAL in singularities.left:
+    if SPECIAL_LENGTHS in singularities.missing:
         yield from _solve_special_lengths(chain, singularities)
 
 
@@ -173,25 +180,25 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
     """Yield the stages of finding the common zeros of all minors (the determinant of a square J). Raises TooLong."""
     d = derive(chain)
     functions = "the determinant of J" if d.is_square else "the minors of J"
-    later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
+    later = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
     determinant = d.determinant if d.is_square else None
     if all(minor.is_zero for minor in d.generic_minors):
         singularities = Singularities(determinant, None, ALWAYS_SINGULAR)
         yield singularities
         return singularities
-    yield PartialResult(partial(_render_so_far, chain, True), dict, (WHERE,))
+    yield PartialResult(partial(_render_so_far, chain, True), dict, (SINGULAR_SET,))
     yield f"where {functions} {'is' if d.is_square else 'are all'} zero"
     singular_set(chain)
-    yield PartialResult(partial(_render_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
+    yield PartialResult(partial(_render_so_far, chain, False), partial(_conditions_json, chain), (DESCRIPTION, *later))
     yield "what the configurations look like in which J loses rank"
     singular = certified_components(chain)
     lengths = "" if singular else _describe_special_conditions(chain)
-    no_singularity = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
-    singularities = Singularities(determinant, singular, no_singularity, lengths=lengths, left=later)
+    no_singularity = "" if singular else NEVER_SINGULAR_FOR_GENERIC_LENGTHS if lengths else NEVER_SINGULAR
+    singularities = Singularities(determinant, singular, no_singularity, lengths_remark=lengths, missing=later)
     yield singularities
     yield "the test of these conditions in numbers"
     remarks = " ".join(filter(None, (no_singularity, _describe_doubts(chain, singular))))
-    singularities = replace(singularities, remarks=remarks, left=later[1:])
+    singularities = replace(singularities, remarks=remarks, missing=later[1:])
     yield singularities
     return singularities
 
@@ -199,17 +206,17 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
 def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
     """Yield descriptions of the next step, then the results, completed by what differs for special lengths."""
     yield "lengths of a special relation to each other"
-    sentences = [f"{need}." for need in length_needs(chain, singularities.singular or ())]
+    sentences = [f"{need}." for need in length_requirements(chain, singularities.singular or ())]
     if singularities.redundant is None:
         sentences.append(_describe_special_conditions(chain))
-    singularities = replace(singularities, lengths=" ".join(filter(None, sentences)))
+    singularities = replace(singularities, lengths_remark=" ".join(filter(None, sentences)))
     special = []
-    for stage in special_lengths(chain, singularities.singular or ()):
-        if isinstance(stage, Special):
+    for stage in find_special_lengths(chain, singularities.singular or ()):
+        if isinstance(stage, SpecialLength):
             special.append(stage)
         else:
             yield stage
-    yield replace(singularities, special=tuple(special), left=())
+    yield replace(singularities, special_cases=tuple(special), missing=())
 
 
 def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
@@ -218,17 +225,18 @@ def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> s
     if not check.arms:
         return ""
     for k, component in enumerate(singular):
-        if k in check.wrong:
+        if k in check.full_rank_branches:
             remarks.append(
                 f"In numbers, J was found to keep its rank somewhere where "
                 f"{_conditions_in_words(component.conditions)}: don't rely on this condition."
             )
         elif not check.samples[k]:
-            remarks.append(_describe_undecided(component.conditions, check.searches))
-    if check.unexplained:
+            remarks.append(_describe_undecided_conditions(component.conditions, check.search_count))
+    if check.unexplained_configurations:
         remarks.append(
-            f"Of {check.searches} searches for lost rank from random starts, {len(check.unexplained)} ended in "
-            "configurations that none of these conditions accounts for: the list is not complete."
+            f"Of {check.search_count} searches for lost rank from random starts, "
+            f"{len(check.unexplained_configurations)} ended in configurations that none of these "
+            "conditions accounts for: the list is not complete."
         )
     return " ".join(remarks)
 
@@ -237,7 +245,7 @@ def _conditions_in_words(conditions: Iterable[sp.Expr]) -> str:
     return " and ".join(f"`{condition} = 0`" for condition in conditions)
 
 
-def _describe_undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
+def _describe_undecided_conditions(conditions: Iterable[sp.Expr], searches: int) -> str:
     """Return the remark about conditions for which no configuration was found."""
     return (
         f"No configuration was found in which {_conditions_in_words(conditions)}, in {searches} searches from random "
@@ -247,58 +255,61 @@ def _describe_undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
 
 def _solve_by_elimination(chain: Chain) -> SingularStages:
     """Yield the stages of finding the singular set of a redundant arm with long minors. Raises TooLong."""
-    later = (SPECIAL,) if chain.parameters else ()
+    later = (SPECIAL_LENGTHS,) if chain.parameters else ()
     singularities = Singularities(None, None, ALWAYS_SINGULAR)
     for stage in redundant_stages(chain):
         if isinstance(stage, str):
             yield stage
-        elif stage.always:
+        elif stage.is_always_singular:
             singularities = replace(singularities, redundant=stage)
             yield singularities
-        elif not stage.described:
+        elif not stage.is_described:
             parts = partial(_render_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
-            yield PartialResult(*parts, (MEANING, *later))
+            yield PartialResult(*parts, (DESCRIPTION, *later))
         else:
-            singularities = Singularities(None, stage.components, _describe_test(chain, stage), stage, left=later)
+            singularities = Singularities(
+                None, stage.components, _describe_numeric_check(chain, stage), stage, missing=later
+            )
             yield singularities
     return singularities
 
 
-def _render_redundant_so_far(chain: Chain, stage: Redundant) -> str:
-    return f"{_redundant_block(chain, stage)}\n{_describe_test(chain, stage)}\n"
+def _render_redundant_so_far(chain: Chain, stage: RedundantSingularities) -> str:
+    return f"{_render_redundant(chain, stage)}\n{_describe_numeric_check(chain, stage)}\n"
 
 
-def _redundant_json(chain: Chain, stage: Redundant) -> dict[str, Any]:
+def _redundant_json(chain: Chain, stage: RedundantSingularities) -> dict[str, Any]:
     singular = [_component_json(component) for component in stage.components]
-    return {"singular": singular, "tested": stage.search_counts, "note": _describe_test(chain, stage)}
+    return {"singular": singular, "tested": stage.search_counts, "note": _describe_numeric_check(chain, stage)}
 
 
-def _describe_test(chain: Chain, stage: Redundant) -> str:
+def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
     """Return a description of the numerical check's result, and of the lengths for which the set holds."""
     check, sentences = stage.check, []
     assert check is not None
-    count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.wrong)
+    count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
     if stage.components:
         sentences.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
     elif stage.is_never_singular:
         sentences.append(NEVER_SINGULAR)
-    sampled = f", with {check.choices} choices of the open lengths" if chain.parameters else ""
+    sampled = f", with {check.searched_arm_count} choices of the open lengths" if chain.parameters else ""
     sentences.append(
-        f"Of {check.searches} searches for lost rank from random starts{sampled}, {check.ended} came to an end"
+        f"Of {check.search_count} searches for lost rank from random starts{sampled}, {check.converged_count} came to "
+        "an end"
     )
-    if check.unexplained:
+    if check.unexplained_configurations:
         sentences[-1] += (
-            f"; {len(check.unexplained)} of them ended in configurations that none of these conditions accounts for: "
-            "the list is not complete."
+            f"; {len(check.unexplained_configurations)} of them ended in configurations that none of these conditions "
+            "accounts for: the list is not complete."
         )
     else:
-        sentences[-1] += ", each where one of these conditions holds." if check.ended else "."
+        sentences[-1] += ", each where one of these conditions holds." if check.converged_count else "."
     sentences.append("That is a test of what was derived, and no proof.")
     if stage.doubtful:
         sentences.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
-    sentences += [_describe_undecided(conditions, check.searches) for conditions in stage.undecided]
+    sentences += [_describe_undecided_conditions(conditions, check.search_count) for conditions in stage.undecided]
     if chain.parameters:
-        sentences.append(IN_GENERAL)
+        sentences.append(GENERIC_LENGTHS_NOTE)
     return " ".join(sentences)
 
 
@@ -311,7 +322,7 @@ def _describe_special_conditions(chain: Chain) -> str:
     """Return a sentence on the conditions that hold simultaneously only for specially related lengths."""
     special = special_length_components(chain) if chain.parameters else ()
     cases = "; or ".join(_conditions_in_words(component.conditions) for component in special)
-    return f"{FOR_SPECIAL_LENGTHS} {cases}." if cases else ""
+    return f"{SPECIAL_LENGTHS_INTRODUCTION} {cases}." if cases else ""
 
 
 def solution_json(solution: Solution) -> str:
@@ -328,10 +339,10 @@ def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     content: dict[str, Any] = {
         "name": solution.chain.title,
-        **({"rounded": True} if solution.robot is not None and solution.robot.rounded else {}),
+        **({"rounded": True} if solution.robot is not None and solution.robot.is_table_rounded else {}),
         "position": matrix_json(solution.position),
-        "jacobian": _rows(solution.jacobian),
-        "geometric_jacobian": _rows(solution.geometric),
+        "jacobian": _text_rows(solution.jacobian),
+        "geometric_jacobian": _text_rows(solution.geometric),
         **{key: value for part in _screw_parts(solution.chain) for key, value in part().items()},
         "task": list(solution.chain.task),
         **_singular_json(
@@ -345,7 +356,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
 
 
 def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]:
-    sure = kind_is_sure(chain)
+    sure = can_establish_kind(chain)
     content: dict[str, Any] = {
         "determinant": None if singularities.determinant is None else str(singularities.determinant),
         "singular": None
@@ -354,13 +365,13 @@ def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
-    if singularities.special:
+    if singularities.special_cases:
         content["special_lengths"] = [
             {
                 "lengths": special.relation,
                 "singular": [_classified_json(chain, component, sure) for component in special.components],
             }
-            for special in singularities.special
+            for special in singularities.special_cases
         ]
     return content | ({"note": singularities.note} if singularities.note else {})
 
@@ -369,9 +380,9 @@ TWISTS = "space_jacobian", "body_jacobian"
 """Further results for an arm described by its axes, 6 x n each, in the order of `twist_rows`."""
 
 
-def twists_of(chain: Chain) -> tuple[str, ...]:
+def twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
     """Return the names of the further results (TWISTS) that an arm has; none unless its convention has screws."""
-    return TWISTS if SCREWS in convention_of(chain).has else ()
+    return TWISTS if SCREWS in convention_of(chain).features else ()
 
 
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
@@ -379,19 +390,23 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
 
     There is no body frame if P is not fixed to the last link.
     """
-    if not twists_of(chain):
+    if not twist_jacobian_names(chain):
         return ()
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
         lambda: {
-            "twist_rows": list(convention_of(chain).velocities),
-            TWISTS[0]: _rows(convention_of(chain).twist(space_jacobian(chain))),
+            "twist_rows": list(convention_of(chain).velocity_names),
+            TWISTS[0]: _text_rows(convention_of(chain).reorder_twists(derive_space_jacobian(chain))),
         },
-        lambda: {TWISTS[1]: _rows(convention_of(chain).twist(body_jacobian(chain))) if has_body else None},
+        lambda: {
+            TWISTS[1]: _text_rows(convention_of(chain).reorder_twists(derive_body_jacobian(chain)))
+            if has_body
+            else None
+        },
     )
 
 
-def _rows(matrix: sp.Matrix) -> list[list[str]]:
+def _text_rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
@@ -421,7 +436,7 @@ def _conditions_json(chain: Chain) -> dict[str, Any]:
 
 def solution_text(solution: Solution) -> str:
     """Return the derivation step by step for a terminal."""
-    blocks = (to_text(block) for block in _blocks(solution.chain, solution.robot))
+    blocks = (to_text(block) for block in _ready_blocks(solution.chain, solution.robot))
     return f"{text_heading(solution.chain)}\n" + "\n".join(blocks)
 
 
@@ -433,32 +448,32 @@ def text_heading(chain: Chain) -> str:
 
 def solution_latex(solution: Solution) -> str:
     """Return the derivation step by step as a LaTeX article."""
-    return article(solution.chain, _blocks(solution.chain, solution.robot))
+    return render_article(solution.chain, _ready_blocks(solution.chain, solution.robot))
 
 
-def article(chain: Chain, blocks: Iterable[str]) -> str:
+def render_article(chain: Chain, blocks: Iterable[str]) -> str:
     """Return blocks of a derivation (Markdown) as a LaTeX article."""
-    return render("solve/arm.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
+    return render("solve/arm.tex.j2", title=escape_latex(chain.title), body="\n".join(map(to_latex, blocks)))
 
 
-def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
+def _ready_blocks(chain: Chain, robot: Robot | None) -> list[str]:
     """Return the derivation in Markdown."""
-    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, Ready) and stage.content]
+    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, ReadyResult) and stage.content]
 
 
 @dataclass(frozen=True)
-class Ready:
+class ReadyResult:
     """A result that is ready: its name, and its content, which may be empty.
 
-    `left` lists which results of the singular set are still missing; it is None for other results.
+    `missing` lists which results of the singular set are still missing; it is None for other results.
     """
 
     name: str
     content: Any
-    left: tuple[str, ...] | None = None
+    missing: tuple[str, ...] | None = None
 
 
-Stages = Iterator[str | PartialResult | Ready]
+Stages = Iterator[str | PartialResult | ReadyResult]
 """Yields, in any order, descriptions of the next step, results that are ready, and partial results."""
 
 
@@ -470,15 +485,15 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     shows_same = description is not None and not description.base and description.rows == w.rows
     if shows_same or not w.convention.shows_table:
         description = None  # the standard text below shows the same
-    rounded = ROUNDED if robot is not None and robot.rounded else ""
-    yield Ready(
+    rounded = ROUNDED_NOTE if robot is not None and robot.is_table_rounded else ""
+    yield ReadyResult(
         "arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
     )
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
         yield QUESTIONS[name].title.lower()
-        yield Ready(name, _section(chain, name, parts, explained))
+        yield ReadyResult(name, _render_section(chain, name, parts, explained))
     yield from _singular_text(chain, robot, parts, explained)
 
 
@@ -504,9 +519,9 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
         if new_remarks:
             blocks.append(f"## {number}. {title}\n\n{new_remarks}\n")
             number += 1
-        if not stage.left and (stage.lengths or stage.special):
-            blocks.append(_special_block(chain, stage, number))
-        yield Ready(name, "\n".join(filter(None, blocks)), stage.left)
+        if not stage.missing and (stage.lengths_remark or stage.special_cases):
+            blocks.append(_render_special_lengths(chain, stage, number))
+        yield ReadyResult(name, "\n".join(filter(None, blocks)), stage.missing)
 
 
 def _singular_section(
@@ -514,30 +529,32 @@ def _singular_section(
 ) -> str:
     """Return the section on the singular set, with the joint values that limits exclude; empty if it has no section."""
     if singularities.redundant is not None:
-        text = _redundant_block(chain, singularities.redundant, len(parts) + 3)
+        text = _render_redundant(chain, singularities.redundant, len(parts) + 3)
     else:
-        text = _section(chain, SECTIONS[-1], parts, explained)
-    beyond = _values_beyond_limits(chain, robot, singularities.singular or ())
+        text = _render_section(chain, SECTIONS[-1], parts, explained)
+    beyond = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
     remarks = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
-    remarks += [CONDITIONS_ROUNDED] if singularities.singular and robot is not None and robot.rounded else []
+    remarks += (
+        [CONDITIONS_ROUNDED_NOTE] if singularities.singular and robot is not None and robot.is_table_rounded else []
+    )
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
 
 
-def _special_block(chain: Chain, singularities: Singularities, number: int) -> str:
+def _render_special_lengths(chain: Chain, singularities: Singularities, number: int) -> str:
     return render(
         "solve/lengths.md.j2",
         number=number,
-        note=singularities.lengths,
-        special=[(special, Wording(special.chain)) for special in singularities.special],
-        looked_at=relations(chain, singularities.singular or ()) if singularities.special else [],
+        note=singularities.lengths_remark,
+        special=[(special, Wording(special.chain)) for special in singularities.special_cases],
+        looked_at=length_relations(chain, singularities.singular or ()) if singularities.special_cases else [],
     )
 
 
-def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
+def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
     """Return the section of a question, and append the part; empty if the question does not apply to the arm."""
     question = QUESTIONS[name]
-    unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
-    if unreadable or question.objects(chain) is not None:
+    unreadable = chain.n > MAX_JOINTS_FOR_INVERSE and name in ("inverse-jacobian", "inverse-velocity")
+    if unreadable or question.find_objection(chain) is not None:
         return ""
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
@@ -545,7 +562,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
     return f"## {len(parts) + 2}. {question.heading(chain)}\n\n{text}"
 
 
-def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
+def _render_redundant(chain: Chain, redundant: RedundantSingularities, number: int | None = None) -> str:
     """Return the section on the singular set of a redundant arm; it has no number while it is incomplete."""
     w, steps = Wording(chain), solution_steps(chain)
     return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
@@ -555,19 +572,21 @@ def data_stages(chain: Chain) -> Stages:
     """Yield the parts of the plain data, named by their keys."""
     d = derive(chain)
     yield "the position"
-    yield Ready("position", {"position": matrix_json(d.position)})
+    yield ReadyResult("position", {"position": matrix_json(d.position)})
     yield "the Jacobian"
-    yield Ready("jacobian", {"jacobian": _rows(d.geometric[:3, :]), "geometric_jacobian": _rows(d.geometric)})
+    yield ReadyResult(
+        "jacobian", {"jacobian": _text_rows(d.geometric[:3, :]), "geometric_jacobian": _text_rows(d.geometric)}
+    )
     for name, part in zip(TWISTS, _screw_parts(chain), strict=False):
         yield f"the {name.replace('_j', ' J')}"
-        yield Ready(name, part())
+        yield ReadyResult(name, part())
     if d.is_square:
         yield "the determinant"
         with suppress(TooLong):
-            yield Ready("determinant", {"determinant": str(d.determinant)})
+            yield ReadyResult("determinant", {"determinant": str(d.determinant)})
     for stage in singular_stages(chain):
         if isinstance(stage, Singularities):
-            yield Ready("singular", _singular_json(chain, stage), stage.left)
+            yield ReadyResult("singular", _singular_json(chain, stage), stage.missing)
         else:
             yield stage
 
@@ -590,20 +609,24 @@ def _describe_arm(robot: Robot | None) -> _ArmDescription | None:
     if written_arm.base is not None:
         position, rpy = written_arm.base
         angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
-        base = f"at ${triple(position)}$" + (f", turned by roll, pitch and yaw of {angles}" if any(rpy) else "")
+        base = f"at ${coordinates_with_unit(position)}$" + (
+            f", turned by roll, pitch and yaw of {angles}" if any(rpy) else ""
+        )
     return _ArmDescription(
         written_arm.convention, [_cells(written_arm.convention, row) for row in written_arm.rows], base
     )
 
 
 def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
-    if FRAMES not in convention.has:
+    if FRAMES not in convention.features:
         direction, point = row
-        return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
-    return convention.cells(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
+        return [f"({', '.join(map(tex, direction))})", "-" if point is None else coordinates_with_unit(point)]
+    return convention.order_entries(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
-def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:
+def _describe_values_beyond_limits(
+    chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]
+) -> list[str]:
     """Return texts for the joint values of singular configurations that lie outside the joint limits."""
     limits = dict(zip(chain.q, robot.limits, strict=False)) if robot else {}
     excluded = []

@@ -12,23 +12,23 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.existence_conditions import Need, need_of
-from qdot.exercises.arm.lengths import with_lengths
-from qdot.exercises.arm.numeric_rank_check import ways_covering
-from qdot.exercises.arm.reciprocal import applies
-from qdot.exercises.arm.singularity_kinds import kind_is_sure
+from qdot.exercises.arm.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.arm.lengths import substitute_arm_lengths
+from qdot.exercises.arm.numeric_rank_check import find_covering_branches
+from qdot.exercises.arm.reciprocal import elimination_applies
+from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certified_components
-from qdot.exercises.solve.redundant import Redundant, redundant_stages
+from qdot.exercises.solve.redundant import RedundantSingularities, redundant_stages
 from qdot.exercises.writing.solution_steps import SingularComponent
 
-MOST = 8
+MAX_RELATIONS = 8
 """Maximum number of relations that are examined."""
 
 
 @dataclass(frozen=True)
-class Special:
+class SpecialLength:
     """What differs if a length has a certain value: the components that are new, or have a different kind."""
 
     length: sp.Symbol
@@ -42,30 +42,34 @@ class Special:
         return f"{self.length} = {self.value}"
 
 
-def length_needs(chain: Chain, general: tuple[SingularComponent, ...]) -> list[Need]:
+def length_requirements(chain: Chain, generic_components: tuple[SingularComponent, ...]) -> list[ExistenceCondition]:
     """Return what the symbolic lengths must satisfy so that the conditions of a singular set have solutions."""
-    candidates = (need_of(condition, chain) for component in general for condition in component.conditions)
+    candidates = (
+        existence_condition(condition, chain) for component in generic_components for condition in component.conditions
+    )
     return [need for need in candidates if need is not None]
 
 
-def _slides(chain: Chain) -> set[sp.Symbol]:
+def _prismatic_variables(chain: Chain) -> set[sp.Symbol]:
     return {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
 
 
-def _threshold_relation(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
+def _threshold_relation(need: ExistenceCondition) -> tuple[sp.Symbol, sp.Expr] | None:
     """Return a length and its value at which a condition begins to have solutions; None if none can be isolated."""
-    for term in sp.Add.make_args(need.least):
-        if term.is_Symbol and term not in (need.most + need.least - term).free_symbols:
-            return term, need.most - (need.least - term)
+    for term in sp.Add.make_args(need.smaller):
+        if term.is_Symbol and term not in (need.larger + need.smaller - term).free_symbols:
+            return term, need.larger - (need.smaller - term)
     return None
 
 
-def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list[tuple[sp.Symbol, sp.Expr]]:
+def length_relations(
+    chain: Chain, generic_components: tuple[SingularComponent, ...] = ()
+) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the relations to examine: pairs of a symbolic length in the task Jacobian and its value.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
-    >>> relations(Chain("two", tuple(rows), ("vx", "vy")))
+    >>> length_relations(Chain("two", tuple(rows), ("vx", "vy")))
     [(a1, a2)]
     """
     rows = [value for joint in chain.joints for value in (joint.a, joint.d if joint.kind == "R" else sp.S.Zero)]
@@ -82,59 +86,71 @@ def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list
         if first.is_Symbol or second.is_Symbol
     ]
     thresholds = [
-        relation for need in length_needs(chain, general) if (relation := _threshold_relation(need)) is not None
+        relation
+        for need in length_requirements(chain, generic_components)
+        if (relation := _threshold_relation(need)) is not None
     ]
-    return list(dict.fromkeys([*thresholds, *equal, *sums]))[:MOST]
+    return list(dict.fromkeys([*thresholds, *equal, *sums]))[:MAX_RELATIONS]
 
 
-def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Iterator[str | Special]:
+def find_special_lengths(
+    chain: Chain, generic_components: tuple[SingularComponent, ...]
+) -> Iterator[str | SpecialLength]:
     """Yield descriptions of the next step, and each special length whose singular set differs from the generic one."""
-    for length, value in relations(chain, general):
+    for length, value in length_relations(chain, generic_components):
         yield f"whether anything differs where {length} = {value}"
-        special_chain = with_lengths(chain, {length: value})
-        known_components = [_substitute_lengths(component, {length: value}) for component in general]
+        special_chain = substitute_arm_lengths(chain, {length: value})
+        known_components = [_substitute_lengths(component, {length: value}) for component in generic_components]
         try:
-            components = _components(special_chain)
+            components = _find_components(special_chain)
         except TooLong:
             continue
         new_components = tuple(
             component for component in components if not _is_known(component, known_components, special_chain)
         )
         if new_components:
-            yield Special(length, value, special_chain, new_components)
+            yield SpecialLength(length, value, special_chain, new_components)
 
 
-def _components(chain: Chain) -> tuple[SingularComponent, ...]:
+def _find_components(chain: Chain) -> tuple[SingularComponent, ...]:
     """Return the singular set of an arm, by elimination if that applies, else by minors. Raises TooLong."""
-    if not applies(chain):
+    if not elimination_applies(chain):
         return certified_components(chain)
     *_, last = redundant_stages(chain)
-    assert isinstance(last, Redundant)
+    assert isinstance(last, RedundantSingularities)
     return last.components
 
 
-def _is_known(component: SingularComponent, known: list[SingularComponent], there: Chain) -> bool:
+def _is_known(component: SingularComponent, known_components: list[SingularComponent], special_chain: Chain) -> bool:
     """Return whether a component for special lengths is already known from the generic singular set.
 
     Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
-    conditions = _conditions(component, there)
-    if any(conditions == _conditions(earlier, there) and _adds_nothing(component, earlier, there) for earlier in known):
+    conditions = _normalize_conditions(component, special_chain)
+    if any(
+        conditions == _normalize_conditions(earlier, special_chain)
+        and _has_generic_kind(component, earlier, special_chain)
+        for earlier in known_components
+    ):
         return True
-    if not applies(there):
+    if not elimination_applies(special_chain):
         return False
-    numbers = ways_covering(there, component.conditions, [earlier.conditions for earlier in known])
-    return numbers is not None and all(_adds_nothing(component, known[number], there) for number in numbers)
+    numbers = find_covering_branches(
+        special_chain, component.conditions, [earlier.conditions for earlier in known_components]
+    )
+    return numbers is not None and all(
+        _has_generic_kind(component, known_components[number], special_chain) for number in numbers
+    )
 
 
-def _adds_nothing(component: SingularComponent, general: SingularComponent, chain: Chain) -> bool:
+def _has_generic_kind(component: SingularComponent, generic_component: SingularComponent, chain: Chain) -> bool:
     """Return whether a component has the same kind as the generic one; a generic one of mixed kind agrees with any."""
-    if not kind_is_sure(chain):
+    if not can_establish_kind(chain):
         return True
     for values, kind in _kinds(component, chain).items():
         general_kinds = [
             general_kind
-            for general_values, general_kind in _kinds(general, chain).items()
+            for general_values, general_kind in _kinds(generic_component, chain).items()
             if values in (general_values, ()) or general_values == ()
         ]
         agreeing_kinds = [
@@ -147,9 +163,9 @@ def _adds_nothing(component: SingularComponent, general: SingularComponent, chai
     return True
 
 
-def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Kind]:
+def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
     """Return the kind of a component for each of its joint values if these are distinguished, else for all of it."""
-    revolute = {q.name for q in chain.q} - {prismatic.name for prismatic in _slides(chain)}
+    revolute = {q.name for q in chain.q} - {prismatic.name for prismatic in _prismatic_variables(chain)}
     if not component.cases:
         return {(): component.kind}
     return {
@@ -168,7 +184,7 @@ def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp
     )
 
 
-def _conditions(component: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:
+def _normalize_conditions(component: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:
     """Return the conditions of a component without constant factors."""
     return frozenset(_normalize_condition(condition, chain) for condition in component.conditions)
 

@@ -16,21 +16,21 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import Kind, classify, is_one_sided, samples_on, split_by_value
+from qdot.exercises.arm.classification import Classification, classify, is_one_sided, sample_condition, split_by_value
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import are_one_sided, kinds_at
+from qdot.exercises.arm.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
-ARMS, OF_A_PIECE = (4, 20, 80), 8
+ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8
 """Numbers of choices of lengths, and number of configurations to test on a piece of the singular set.
 
 A larger number of choices is tried only if the smaller one gives no configuration."""
 
-SAME = 1e-6
+TOLERANCE = 1e-6
 """Tolerance for a distance in metres and for the sine of an angle; samples are singular to about 1e-9."""
 
-Place = Callable[[np.ndarray], np.ndarray]
+PositionFunction = Callable[[np.ndarray], np.ndarray]
 """Returns the position (..., 3), in m, of the subject of a statement, at configurations (..., n)."""
 
 
@@ -54,11 +54,11 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 
 
 @lru_cache(maxsize=4096)
-def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
+def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Classification) -> Check:
     """Check a statement and the kind of singularity at configurations on pieces of a normalized arm's singular set."""
-    samples = [sample for piece in pieces for sample in _samples(chain, piece)]
+    samples = [sample for piece in pieces for sample in _samples_on_piece(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
-    counterexamples = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
+    counterexamples = [sample for sample in samples if not statement_holds(chain, kind.meaning, sample)]
     if counterexamples or not samples:
         location = (
             ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, counterexamples[0].q, strict=True))
@@ -68,7 +68,7 @@ def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check
         return Check(
             name, False, f"{kind.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
         )
-    return Check(name, is_of_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
+    return Check(name, all_have_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
 
 
 def side_of_lost_direction(
@@ -80,26 +80,32 @@ def side_of_lost_direction(
     return Check("side of the lost direction", not is_said or are_one_sided(chain, samples), detail)
 
 
-def places_on(chain: Chain, component: Component) -> list[Sample]:
+def samples_on_component(chain: Chain, component: Component) -> list[Sample]:
     """Return configurations of the normalized arm on a component, other than those used to classify it."""
-    return [sample for piece in normalized_pieces(chain, component) for sample in _samples(normalize_arm(chain), piece)]
+    return [
+        sample
+        for piece in normalized_pieces(chain, component)
+        for sample in _samples_on_piece(normalize_arm(chain), piece)
+    ]
 
 
-def _samples(chain: Chain, piece: str) -> list[Sample]:
+def _samples_on_piece(chain: Chain, piece: str) -> list[Sample]:
     """Return configurations on a piece of the singular set.
 
     More arms are tried if the piece exists for few lengths only, such as theta3 = acos(-a2/a3).
     """
-    arm_counts = ARMS if chain.parameters else (1,)
-    attempts = (samples_on(chain, piece, "verify/said", arms, OF_A_PIECE // arm_counts[0]) for arms in arm_counts)
+    arm_counts = ARM_COUNTS if chain.parameters else (1,)
+    attempts = (
+        sample_condition(chain, piece, "verify/said", arms, SAMPLES_PER_PIECE // arm_counts[0]) for arms in arm_counts
+    )
     return next((samples for samples in attempts if samples), [])
 
 
-def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
+def all_have_kind(chain: Chain, kind: Classification, samples: Sequence[Sample]) -> bool:
     """Return whether all configurations have the kind that the solution states; True if it states none for all."""
     if not kind.kind or not kind.uniform:
         return True
-    return set(kinds_at(chain, samples)) <= {kind.kind}
+    return set(classify_samples(chain, samples)) <= {kind.kind}
 
 
 @dataclass(frozen=True)
@@ -116,31 +122,31 @@ class _Claim:
         return [int(number) - 1 for number in re.findall(r"\d+", self.match["joints"] or "")]
 
 
-def holds(chain: Chain, words: str, sample: Sample) -> bool:
+def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
-    clauses = re.split(r", and (?=the |joints? \d|all |slide|arm )", words)
-    return all(any(_test_words(chain, clause, sample)) for clause in clauses)
+    clauses = re.split(r", and (?=the |joints? \d|all |slide|arm )", statement)
+    return all(any(_test_clause(chain, clause, sample)) for clause in clauses)
 
 
-def _test_words(chain: Chain, words: str, sample: Sample) -> Iterator[bool]:
+def _test_clause(chain: Chain, clause: str, sample: Sample) -> Iterator[bool]:
     """Yield for each pattern that a clause matches whether the clause is true."""
     for pattern, test in _TESTS.items():
-        match = re.fullmatch(pattern, words)
+        match = re.fullmatch(pattern, clause)
         if match is not None:
             yield test(_Claim(chain, sample, match))
 
 
-def _place_of(sample: Sample, words: str) -> Place:
+def _position_function(sample: Sample, subject: str) -> PositionFunction:
     """Return the position function of a statement's subject.
 
     The subject is the tool point, the origin of a frame, a point on a joint's axis, or the wrist centre.
     """
-    if words == "the point":
+    if subject == "the point":
         return sample.arm.point
-    if words == "the wrist centre":
+    if subject == "the wrist centre":
         return lambda q: _nearest_point_to_axes(sample.arm.frames(q)[..., -4:-1, :, :])
-    (number,) = re.findall(r"\d+", words)
-    frame = int(number) if words.startswith("the origin") else int(number) - 1
+    (number,) = re.findall(r"\d+", subject)
+    frame = int(number) if subject.startswith("the origin") else int(number) - 1
     return lambda q: sample.arm.frames(q)[..., frame, :3, 3]
 
 
@@ -158,13 +164,13 @@ def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
     return frame[:3, 2], frame[:3, 3]
 
 
-def distances_from_axis(sample: Sample, places: np.ndarray, joint: int) -> np.ndarray:
+def distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np.ndarray:
     """Return the distances of positions (k, 3) from a joint's axis, which does not move."""
     z, origin = _axis(sample, joint)
-    return np.asarray(np.linalg.norm(np.cross(places - origin, z), axis=-1))
+    return np.asarray(np.linalg.norm(np.cross(positions - origin, z), axis=-1))
 
 
-def _poses_by_joint(sample: Sample, joint: int) -> np.ndarray:
+def _configurations_by_joint(sample: Sample, joint: int) -> np.ndarray:
     """Return the configuration itself, followed by the configurations that differ in one joint only, (k, n)."""
     steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
     return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
@@ -182,12 +188,12 @@ def _extreme_name(distances: np.ndarray) -> str:
 def _is_on_axes(claim: _Claim) -> bool:
     """Return whether the subject lies on the axes of the joints; rotating them must not move the tool point."""
     sample = claim.sample
-    position = _place_of(sample, claim.match["what"])
+    position = _position_function(sample, claim.match["what"])
     point = position(sample.q)
     return all(
-        np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < SAME
+        np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < TOLERANCE
         if sample.arm.kinds[joint] == "R" and claim.match["what"] == "the point"
-        else distances_from_axis(sample, point[None], joint)[0] < SAME
+        else distances_from_axis(sample, point[None], joint)[0] < TOLERANCE
         for joint in claim.joints
     )
 
@@ -197,37 +203,39 @@ def _are_collinear(claim: _Claim) -> bool:
     first_joint, *other_joints = claim.joints
     z, origin = _axis(sample, first_joint)
     return all(
-        distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < SAME for joint in other_joints
+        distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < TOLERANCE for joint in other_joints
     )
 
 
 def _is_extreme(claim: _Claim) -> bool:
     """Return whether moving one joint cannot bring the subject farther from (or nearer to) an axis."""
     sample = claim.sample
-    configurations = _poses_by_joint(sample, int(claim.match["by"]) - 1)
+    configurations = _configurations_by_joint(sample, int(claim.match["by"]) - 1)
     distances = distances_from_axis(
-        sample, _place_of(sample, claim.match["what"])(configurations), int(claim.match["axis"]) - 1
+        sample, _position_function(sample, claim.match["what"])(configurations), int(claim.match["axis"]) - 1
     )
     return _extreme_name(distances) in re.findall("far|near", claim.match["how"])
 
 
-def _is_extreme_aside(claim: _Claim) -> bool:
+def _is_extreme_sideways(claim: _Claim) -> bool:
     """Return whether the joint has moved the point as far as possible to one side of the prismatic joint.
 
     Along that axis, the circle on which the joint moves the point is seen as an ellipse.
     """
     sample = claim.sample
-    positions = _place_of(sample, claim.match["what"])(_poses_by_joint(sample, int(claim.match["by"]) - 1))
+    positions = _position_function(sample, claim.match["what"])(
+        _configurations_by_joint(sample, int(claim.match["by"]) - 1)
+    )
     z, origin = _axis(sample, int(claim.match["slide"]) - 1)
     projected = (positions - origin) - ((positions - origin) @ z)[:, None] * z
     side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
-    return _extreme_name(projected @ side_direction) in ("far", "near") or _turns_back(projected)
+    return _extreme_name(projected @ side_direction) in ("far", "near") or _is_turning_point(projected)
 
 
-def _turns_back(seen: np.ndarray) -> bool:
+def _is_turning_point(positions: np.ndarray) -> bool:
     """Return whether the first of some positions on a line is at one of the two ends of their range."""
-    direction = np.linalg.svd(seen - seen.mean(axis=0))[2][0]
-    return _extreme_name((seen - seen.mean(axis=0)) @ direction) in ("far", "near")
+    direction = np.linalg.svd(positions - positions.mean(axis=0))[2][0]
+    return _extreme_name((positions - positions.mean(axis=0)) @ direction) in ("far", "near")
 
 
 def _is_stretched(claim: _Claim) -> bool:
@@ -238,46 +246,49 @@ def _is_stretched(claim: _Claim) -> bool:
     """
     sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
     revolute = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
-    positions: list[Place] = [sample.arm.point]
+    positions: list[PositionFunction] = [sample.arm.point]
     if any(row[0] == "w" for row in claim.chain.task):
-        positions.append(_place_of(sample, f"the axis of joint {len(sample.q)}"))
-        positions += [_place_of(sample, "the wrist centre")] if len(sample.q) == 6 else []
+        positions.append(_position_function(sample, f"the axis of joint {len(sample.q)}"))
+        positions += [_position_function(sample, "the wrist centre")] if len(sample.q) == 6 else []
     return any(
-        _stretch_words(sample, position, revolute[i:]) in stated for position in positions for i in range(len(revolute))
+        _describe_stretch(sample, position, revolute[i:]) in stated
+        for position in positions
+        for i in range(len(revolute))
     )
 
 
-def _stretch_words(sample: Sample, place: Place, turning: Sequence[int]) -> str:
+def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joints: Sequence[int]) -> str:
     """Return "stretched out" or "folded back" if the arm is so after the first of some revolute joints, else "".
 
     It is neither if a later joint is bent or its axis is not parallel. It is stretched out if all of its links, seen
     along the axes, point in the same direction.
     """
-    axis, *later_joints = turning
+    axis, *later_joints = revolute_joints
     distances_by_joint = {
-        joint: distances_from_axis(sample, place(_poses_by_joint(sample, joint)), axis) for joint in later_joints
+        joint: distances_from_axis(sample, position(_configurations_by_joint(sample, joint)), axis)
+        for joint in later_joints
     }
-    movers = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > SAME]
+    movers = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > TOLERANCE]
     z = _axis(sample, axis)[0]
     if not movers or any(_extreme_name(distances_by_joint[joint]) == "" for joint in movers):
         return ""
-    if any(abs(z @ _axis(sample, joint)[0]) < 1 - SAME for joint in movers):
+    if any(abs(z @ _axis(sample, joint)[0]) < 1 - TOLERANCE for joint in movers):
         return ""
-    points = [_axis(sample, joint)[1] for joint in (axis, *movers)] + [place(sample.q[None])[0]]
+    points = [_axis(sample, joint)[1] for joint in (axis, *movers)] + [position(sample.q[None])[0]]
     links = np.diff([point - (point @ z) * z for point in points], axis=0)
-    return "stretched out" if np.all(links @ links.T > -SAME) else "folded back"
+    return "stretched out" if np.all(links @ links.T > -TOLERANCE) else "folded back"
 
 
 def _are_parallel(claim: _Claim) -> bool:
     sample = claim.sample
     axes = [_axis(sample, joint)[0] for joint in claim.joints]
-    return all(np.linalg.norm(np.cross(first, second)) < SAME for first, second in pairwise(axes))
+    return all(np.linalg.norm(np.cross(first, second)) < TOLERANCE for first, second in pairwise(axes))
 
 
 def _are_parallel_to_plane(claim: _Claim) -> bool:
     sample = claim.sample
     axes = np.array([_axis(sample, joint)[0] for joint in claim.joints])
-    return bool(abs(np.linalg.svd(axes, compute_uv=False)[-1]) < SAME)
+    return bool(abs(np.linalg.svd(axes, compute_uv=False)[-1]) < TOLERANCE)
 
 
 def _are_coplanar(claim: _Claim) -> bool:
@@ -289,23 +300,23 @@ def _are_coplanar(claim: _Claim) -> bool:
     axes = [_axis(sample, joint) for joint in claim.joints]
     (z, origin), other_axes = axes[0], axes[1:]
     normals = [np.cross(z, point - origin) for _, point in other_axes]
-    return _are_parallel(claim) and bool(np.linalg.svd(np.array([*normals]), compute_uv=False)[1] < SAME)
+    return _are_parallel(claim) and bool(np.linalg.svd(np.array([*normals]), compute_uv=False)[1] < TOLERANCE)
 
 
-def _slide_has_direction(claim: _Claim) -> bool:
+def _prismatic_axis_has_direction(claim: _Claim) -> bool:
     """Return whether a prismatic axis is along, or perpendicular to, the line between two parallel joint axes."""
     sample = claim.sample
     prismatic_axis, (z, start), (_, end) = (
         _axis(sample, int(claim.match[name]) - 1) for name in ("slide", "first", "second")
     )
     line = (end - start) - ((end - start) @ z) * z
-    if np.linalg.norm(line) < SAME:
+    if np.linalg.norm(line) < TOLERANCE:
         return False
     line /= np.linalg.norm(line)
     projected = prismatic_axis[0] - (prismatic_axis[0] @ z) * z
     if claim.match["how"] == "along":
-        return bool(np.linalg.norm(np.cross(projected, line)) < SAME)
-    return bool(abs(projected @ line) < SAME)
+        return bool(np.linalg.norm(np.cross(projected, line)) < TOLERANCE)
+    return bool(abs(projected @ line) < TOLERANCE)
 
 
 def _move_along_one_line(claim: _Claim) -> bool:
@@ -313,10 +324,12 @@ def _move_along_one_line(claim: _Claim) -> bool:
     sample = claim.sample
     nudges = 1e-5 * np.eye(len(sample.q))[claim.joints]
     first, second = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
-    return bool(np.linalg.norm(np.cross(first, second)) < SAME * np.linalg.norm(first) * np.linalg.norm(second) * 10)
+    return bool(
+        np.linalg.norm(np.cross(first, second)) < TOLERANCE * np.linalg.norm(first) * np.linalg.norm(second) * 10
+    )
 
 
-def _move_nothing(claim: _Claim) -> bool:
+def _have_no_effect(claim: _Claim) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
     sample = claim.sample
     joints = claim.joints or list(range(len(sample.q)))
@@ -324,31 +337,31 @@ def _move_nothing(claim: _Claim) -> bool:
     rows = [TASK_ROWS.index(row) for row in claim.chain.task]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
     count = min(len(rows), len(joints))
-    if len(joints) <= len(rows) and sigma[count - 1] > SAME * max(float(sigma[0]), 1e-3):
+    if len(joints) <= len(rows) and sigma[count - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
         return False
     velocities = np.abs(jacobian @ motions[-1])
     resting = {"leave the point at rest": velocities[:3], f"leave link {len(sample.q)} at rest": velocities}
-    return bool(resting.get(claim.match["rests"] or "", velocities[rows]).max() < SAME)
+    return bool(resting.get(claim.match["rests"] or "", velocities[rows]).max() < TOLERANCE)
 
 
 def _move_point_along(claim: _Claim) -> bool:
     """Return whether all joints together move the point only along one line, or only in one plane."""
     sample = claim.sample
     sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[:3], compute_uv=False)
-    return bool(sigma[1 if claim.match["where"] == "along one line" else 2] < SAME)
+    return bool(sigma[1 if claim.match["where"] == "along one line" else 2] < TOLERANCE)
 
 
 def _move_point_along_as_seen(claim: _Claim) -> bool:
     """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
     axis_index = "xyz".index(claim.match["axis"])
     projected = np.delete(claim.sample.arm.jacobian(claim.sample.q)[:3], axis_index, axis=0)
-    return bool(np.linalg.svd(projected, compute_uv=False)[1] < SAME)
+    return bool(np.linalg.svd(projected, compute_uv=False)[1] < TOLERANCE)
 
 
 def _no_joint_moves(claim: _Claim) -> bool:
     """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
     rows = ["xyz".index(axis) + 3 * ("about" in claim.match[0]) for axis in re.findall("[xyz]", claim.match["axes"])]
-    return bool(np.abs(claim.sample.arm.jacobian(claim.sample.q)[rows]).max() < SAME)
+    return bool(np.abs(claim.sample.arm.jacobian(claim.sample.q)[rows]).max() < TOLERANCE)
 
 
 def _are_dependent(claim: _Claim) -> bool:
@@ -356,27 +369,28 @@ def _are_dependent(claim: _Claim) -> bool:
     sample = claim.sample
     rows = [TASK_ROWS.index(row) for row in claim.chain.task]
     sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
-    return bool(sigma[-1] < SAME * max(float(sigma[0]), 1e-3))
+    return bool(sigma[-1] < TOLERANCE * max(float(sigma[0]), 1e-3))
 
 
-_WHAT = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
-_JOINTS = r"(?P<joints>[\d, and]+)"
+_SUBJECT_PATTERN = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
+_JOINTS_PATTERN = r"(?P<joints>[\d, and]+)"
 _TESTS: dict[str, Callable[[_Claim], bool]] = {
-    rf"{_WHAT} lies on the ax[ie]s of joints? {_JOINTS}(, which then do(es)? not move it)?": _is_on_axes,
-    rf"the axes of joints {_JOINTS} coincide": _are_collinear,
+    rf"{_SUBJECT_PATTERN} lies on the ax[ie]s of joints? {_JOINTS_PATTERN}"
+    r"(, which then do(es)? not move it)?": _is_on_axes,
+    rf"the axes of joints {_JOINTS_PATTERN} coincide": _are_collinear,
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
-    rf"(arm drawn in: )?{_WHAT} is (?P<how>as far from|as near to|as far from or as near to) the axis of joint"
-    r" (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
-    rf"{_WHAT} is as far to one side of prismatic joint (?P<slide>\d+)"
-    r" as joint (?P<by>\d+) can bring it": _is_extreme_aside,
-    rf"the axes of (prismatic )?joints {_JOINTS} are parallel": _are_parallel,
-    rf"the axes of joints {_JOINTS} are all parallel to one plane": _are_parallel_to_plane,
-    rf"the parallel axes of joints {_JOINTS} lie in one plane": _are_coplanar,
+    rf"(arm drawn in: )?{_SUBJECT_PATTERN} is (?P<how>as far from|as near to|as far from or as near to) the axis of"
+    r" joint (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
+    rf"{_SUBJECT_PATTERN} is as far to one side of prismatic joint (?P<slide>\d+)"
+    r" as joint (?P<by>\d+) can bring it": _is_extreme_sideways,
+    rf"the axes of (prismatic )?joints {_JOINTS_PATTERN} are parallel": _are_parallel,
+    rf"the axes of joints {_JOINTS_PATTERN} are all parallel to one plane": _are_parallel_to_plane,
+    rf"the parallel axes of joints {_JOINTS_PATTERN} lie in one plane": _are_coplanar,
     r"prismatic joint (?P<slide>\d+) moves (?P<how>along|at right angles to) the line"
-    r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _slide_has_direction,
-    rf"joints {_JOINTS} move the point along the same line": _move_along_one_line,
-    r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _move_nothing,
-    rf"(all joints|joints {_JOINTS}) can move together and (?P<rests>.*)": _move_nothing,
+    r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _prismatic_axis_has_direction,
+    rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
+    r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _have_no_effect,
+    rf"(all joints|joints {_JOINTS_PATTERN}) can move together and (?P<rests>.*)": _have_no_effect,
     r"all joints move the point (?P<where>along one line|in one plane)": _move_point_along,
     r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_along_as_seen,
     r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,

@@ -12,7 +12,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.formula.trees import ReadError, names
+from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import Digests, digests
 from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
@@ -58,19 +58,19 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     numeric = NumericReference(problem)
-    check_convention = PRESENTED.get(problem.chain.convention) or _check_unknown("PRESENTED", "convention")
+    check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or _failing_check("PRESENTED", "convention")
     checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
     for part in problem.parts:
-        checks.append(_check_readable(numeric, part))
+        checks.append(_check_parsable(numeric, part))
         if checks[-1].passed:
-            check = CHECKS.get(part.kind) or _check_unknown("CHECKS", "kind of question")
+            check = CHECKS.get(part.kind) or _failing_check("CHECKS", "kind of question")
             checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
 
 
-def _check_unknown(table: str, what: str) -> Callable[..., Checks]:
+def _failing_check(table: str, subject: str) -> Callable[..., Checks]:
     """Return a check that fails because the named table of this module has no entry."""
-    return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {what}")])
+    return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {subject}")])
 
 
 def _check_symbols(chain: Chain) -> Check:
@@ -101,7 +101,7 @@ def _check_full_rank(numeric: NumericReference) -> Check:
     """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
-    rank_found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    rank_found = int((sigma > rank.ZERO_SHARE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full_rank = min(len(chain.task), chain.n)
     detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
     if rank_found < full_rank:
@@ -114,46 +114,53 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
     chain = numeric.chain
     standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
-    pose, offset = numeric.convention_frames[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
+    pose, offset = numeric.convention_frames[:, point.frame], numeric.evaluate_constants(sp.Matrix(point.offset))
     convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-    yield formulas.agree("modified table: axes", written_axes, standard_axes, formulas.EXACT)
-    yield formulas.agree("modified table: point", convention_point[:, None], numeric.point[:, None], formulas.EXACT)
-
-
-def _check_axes(numeric: NumericReference) -> Checks:
-    """Check the stated directions of the axes, points on them, and P at home, against the frames at home."""
-    axes, point = axes_of(numeric.chain)
-    z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
-    directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
-    yield formulas.agree("axes at home: directions", directions, z, formulas.EXACT)
-    revolute = [i for i, axis in enumerate(axes) if axis.kind == "R"]
-    if revolute:
-        offsets = np.stack([numeric.numbers(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
-        distances = np.cross(offsets, z[:, revolute])
-        yield formulas.agree("axes at home: points on them", distances, 0 * distances, formulas.EXACT)
-    yield formulas.agree(
-        "axes at home: P", numeric.numbers(point)[:, None], numeric.point_at_home[:, None], formulas.EXACT
+    yield formulas.check_agreement("modified table: axes", written_axes, standard_axes, formulas.EXACT_TOLERANCE)
+    yield formulas.check_agreement(
+        "modified table: point", convention_point[:, None], numeric.point[:, None], formulas.EXACT_TOLERANCE
     )
 
 
-PRESENTED: dict[str, Callable[[NumericReference], Checks]] = {
+def _check_axes_at_home(numeric: NumericReference) -> Checks:
+    """Check the stated directions of the axes, points on them, and P at home, against the frames at home."""
+    axes, point = axes_of(numeric.chain)
+    z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
+    directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
+    yield formulas.check_agreement("axes at home: directions", directions, z, formulas.EXACT_TOLERANCE)
+    revolute = [i for i, axis in enumerate(axes) if axis.kind == "R"]
+    if revolute:
+        offsets = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
+        distances = np.cross(offsets, z[:, revolute])
+        yield formulas.check_agreement(
+            "axes at home: points on them", distances, 0 * distances, formulas.EXACT_TOLERANCE
+        )
+    yield formulas.check_agreement(
+        "axes at home: P",
+        numeric.evaluate_constants(point)[:, None],
+        numeric.point_at_home[:, None],
+        formulas.EXACT_TOLERANCE,
+    )
+
+
+CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {
     "dh": lambda _: iter(()),  # it is the standard table
     "modified-dh": _check_modified_table,
-    "screws": _check_axes,
+    "screws": _check_axes_at_home,
 }
 """For each convention, the check that compares the arm that it presents with the standard table.
 
 An arm in a convention without a check can't be certified."""
 
 
-def _check_readable(numeric: NumericReference, part: Part) -> Check:
+def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
-    name, usable = f"{part.name}: readable", set(numeric.known)
-    if part.answer.is_a_set:  # a set contains joints and lengths only
+    name, usable = f"{part.name}: readable", set(numeric.symbol_names)
+    if part.answer.is_set:  # a set contains joints and lengths only
         usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        unknown = set[str]().union(*(names(numeric.tree(text)) for text in part.answer.formulas())) - usable
-    except ReadError as error:
+        unknown = set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.formulas())) - usable
+    except ParseError as error:
         return Check(name, False, str(error))
     if unknown:
         return Check(name, False, f"{', '.join(sorted(unknown))} is no symbol of the problem")

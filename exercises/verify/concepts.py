@@ -6,23 +6,34 @@ from qdot.exercises.answers import Choice
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
-from qdot.exercises.questions.differentiation import ForTask
-from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.questions.concepts import (
+    INVERTIBILITY_ANSWERS,
+    InvertibilityDetails,
+    JointEffectDetails,
+    VelocityLossDetails,
+)
+from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place, exponential_at
-from qdot.exercises.verify.rank import rank_of
+from qdot.exercises.verify.numeric_reference import (
+    Check,
+    Checks,
+    NumericReference,
+    exponential_jacobian_at,
+    numeric_sample,
+)
+from qdot.exercises.verify.rank import find_rank
 
-ROUNDED = 0.0006
+ROUNDING_TOLERANCE = 0.0006
 """Maximum error of a number that is rounded to three decimals."""
 
 
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
-    task = part.about(ForTask).task
+    task = part.details_as(TaskDetails).task
     task_rows = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
-    yield agree("size", reference_numbers(part), expected[None], EXACT)
+    yield check_agreement("size", reference_numbers(part), expected[None], EXACT_TOLERANCE)
     zero_rows = [row for row, values in zip(task, task_rows.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
     yield Check(
         "rows that move", not zero_rows and task != numeric.chain.task, f"always zero: {', '.join(zero_rows) or 'none'}"
@@ -35,11 +46,11 @@ def _parse_numbers(text: str) -> np.ndarray:
 
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     """Check the velocity that one joint causes, by finite differences."""
-    answer, effect = part.of(Choice), part.about(OfJoint).effect
-    velocity = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
+    answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails).effect
+    velocity = _velocity_by_differences(numeric_sample(numeric, effect.place), effect.joint - 1)
     expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
-    is_correct = [error < ROUNDED for error in errors]
+    is_correct = [error < ROUNDING_TOLERANCE for error in errors]
     expected_correct = [index == answer.correct for index in range(len(is_correct))]
     yield Check(
         "finite differences", is_correct == expected_correct, f"errors {', '.join(f'{error:.3f}' for error in errors)}"
@@ -47,7 +58,7 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
 
 
-def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
+def _velocity_by_differences(sample: Sample, joint: int) -> np.ndarray:
     """Return the velocity of the point and of the last link for a joint's unit rate, by finite differences."""
     step = 1e-5 * np.eye(len(sample.q))[joint]
     ahead, behind = (sample.arm.frames(sample.q + side * step) for side in (1, -1))
@@ -56,24 +67,26 @@ def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
     return np.array([*linear, angular_matrix[2, 1], angular_matrix[0, 2], angular_matrix[1, 0]])
 
 
-def _check_use(numeric: NumericReference, part: Part) -> Checks:
+def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     """Check the answer on whether J is regular, singular, redundant or has too few columns, by its size and rank."""
-    answer, details = part.of(Choice), part.about(ForUse)
-    jacobian = exponential_at(numeric, details.place)[[TASK_ROWS.index(row) for row in details.task]]
-    rank, is_clear = rank_of(jacobian)
+    answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
+    jacobian = exponential_jacobian_at(numeric, details.place)[[TASK_ROWS.index(row) for row in details.task]]
+    rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    is_stated = options[answer.correct] == USES[expected_use] and sorted(options) == sorted(USES.values())
+    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and sorted(options) == sorted(
+        INVERTIBILITY_ANSWERS.values()
+    )
     yield Check("use", is_stated and details.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
 
 
-def _check_cost(numeric: NumericReference, part: Part) -> Checks:
+def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
     """Check which options are possible velocities, by the residuals of J qd = v solved by least squares."""
-    answer, cost = part.of(Choice), part.about(OfCost).cost
-    jacobian = exponential_at(numeric, cost.place)[numeric.task]
-    rank, is_clear = rank_of(jacobian)
+    answer, cost = part.answer_as(Choice), part.details_as(VelocityLossDetails).cost
+    jacobian = exponential_jacobian_at(numeric, cost.place)[numeric.task]
+    rank, is_clear = find_rank(jacobian)
     yield Check("one direction lost", is_clear and rank == len(numeric.task) - 1, f"rank {rank}")
     residual_shares = []
     for option in answer.options:
@@ -93,6 +106,6 @@ def _check_cost(numeric: NumericReference, part: Part) -> Checks:
 CHECKS: dict[str, PartCheck] = {
     "jacobian-size": _check_size,
     "joint-effect": _check_effect,
-    "invertibility": _check_use,
-    "unreachable-velocity": _check_cost,
+    "invertibility": _check_invertibility,
+    "unreachable-velocity": _check_possible_velocities,
 }

@@ -7,16 +7,16 @@ import numpy as np
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.differentiation import AlongAxis, moving_rows
-from qdot.exercises.questions.propagation import OfFrame
-from qdot.exercises.questions.recursion import FromFrameToFrame
+from qdot.exercises.questions.differentiation import AxisDetails, list_linear_task_rows
+from qdot.exercises.questions.propagation import FrameDetails
+from qdot.exercises.questions.recursion import RecursionDetails
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
-EXACT, DIFFERENCED = 1e-9, 1e-7
+EXACT_TOLERANCE, DIFFERENCE_TOLERANCE = 1e-9, 1e-7
 """Relative error allowed when a reference is compared with products of matrices, and with finite differences."""
 
 
-def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
+def check_agreement(name: str, values: np.ndarray, expected: np.ndarray, tolerance: float) -> Check:
     """Check that values agree with the expected values within a relative error; both are (…, rows, columns)."""
     if values.shape != expected.shape:
         shapes = [" x ".join(map(str, array.shape[1:])) for array in (values, expected)]
@@ -24,7 +24,7 @@ def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -
     scale = 1 + np.abs(expected).max(axis=(1, 2), keepdims=True)
     error = np.where(np.isfinite(values), np.abs(values - expected) / scale, np.inf)
     worst_index = np.unravel_index(int(error.argmax()), error.shape)
-    if error[worst_index] <= allowed:
+    if error[worst_index] <= tolerance:
         return Check(name, True, f"{len(values)} places, error at most {error[worst_index]:.1e}")
     row, column = worst_index[1] + 1, worst_index[2] + 1
     return Check(
@@ -32,92 +32,94 @@ def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -
     )
 
 
-Expected = dict[str, tuple[np.ndarray, float]]
+ExpectedValues = dict[str, tuple[np.ndarray, float]]
 """By the name of each independent method: the values that it computes, and the relative error allowed."""
 PartCheck = Callable[[NumericReference, Part], Checks]
 """A function that checks the reference answer of a part against the numeric arm."""
 
 
-def formula_check(expected: Callable[[NumericReference, Part], Expected]) -> PartCheck:
+def make_formula_check(compute_expected: Callable[[NumericReference, Part], ExpectedValues]) -> PartCheck:
     """Return a function that compares a symbolic reference with the values that each independent method computes."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
-        claimed = numeric.read(part.answer.as_matrix())
-        for name, (values, allowed) in expected(numeric, part).items():
-            yield agree(name, claimed, values, allowed)
+        claimed = numeric.evaluate_as_text(part.answer.as_matrix())
+        for name, (values, allowed) in compute_expected(numeric, part).items():
+            yield check_agreement(name, claimed, values, allowed)
 
     return check
 
 
-def expect_by_each_route(numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]) -> Expected:
+def expected_by_three_methods(
+    numeric: NumericReference, function: Callable[[np.ndarray], np.ndarray]
+) -> ExpectedValues:
     """Apply a function to the 6 x n Jacobian from each of three methods: frames, differences and exponentials."""
     return {
-        "frames": (take(numeric.jacobian), EXACT),
-        "finite differences": (take(numeric.differenced_jacobian), DIFFERENCED),
-        "product of exponentials": (take(numeric.exponential_jacobian), EXACT),
+        "frames": (function(numeric.jacobian), EXACT_TOLERANCE),
+        "finite differences": (function(numeric.differenced_jacobian), DIFFERENCE_TOLERANCE),
+        "product of exponentials": (function(numeric.exponential_jacobian), EXACT_TOLERANCE),
     }
 
 
-def _position(numeric: NumericReference, _: Part) -> Expected:
-    return {"frames": (numeric.point[:, moving_rows(numeric.chain), None], EXACT)}
+def _position(numeric: NumericReference, _: Part) -> ExpectedValues:
+    return {"frames": (numeric.point[:, list_linear_task_rows(numeric.chain), None], EXACT_TOLERANCE)}
 
 
-def _velocity(numeric: NumericReference, _: Part) -> Expected:
-    rows = moving_rows(numeric.chain)
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
+def _velocity(numeric: NumericReference, _: Part) -> ExpectedValues:
+    rows = list_linear_task_rows(numeric.chain)
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
 
 
-def _component(numeric: NumericReference, part: Part) -> Expected:
-    row = part.about(AlongAxis).row
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
+def _velocity_component(numeric: NumericReference, part: Part) -> ExpectedValues:
+    row = part.details_as(AxisDetails).row
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
 
 
-def _jacobian(numeric: NumericReference, _: Part) -> Expected:
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, numeric.task])
+def _jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, numeric.task])
 
 
-def _axes(numeric: NumericReference, _: Part) -> Expected:
-    return {"frames": (numeric.frames[:, :-1, :3, 2].transpose(0, 2, 1), EXACT)}
+def _joint_axes(numeric: NumericReference, _: Part) -> ExpectedValues:
+    return {"frames": (numeric.frames[:, :-1, :3, 2].transpose(0, 2, 1), EXACT_TOLERANCE)}
 
 
-def _vectors(numeric: NumericReference, _: Part) -> Expected:
+def _position_vectors(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
     first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
-    return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
+    return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT_TOLERANCE)}
 
 
-def _geometric(numeric: NumericReference, _: Part) -> Expected:
+def _geometric_jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the geometric Jacobian, with its rows in the order of the arm's convention."""
-    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, order])
+    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, order])
 
 
-def _twist(numeric: NumericReference, _: Part) -> Expected:
-    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
+def _twist(numeric: NumericReference, _: Part) -> ExpectedValues:
+    order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocity_names]
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, order] @ numeric.rates)
 
 
-def _link_velocity(numeric: NumericReference, part: Part) -> Expected:
-    frame = part.about(OfFrame).frame
+def _link_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
+    frame = part.details_as(FrameDetails).frame
     frame_velocities = numeric.convention_velocities[:, :, frame].transpose(0, 2, 1)
-    return {"finite differences": (frame_velocities @ numeric.rates, DIFFERENCED)}
+    return {"finite differences": (frame_velocities @ numeric.rates, DIFFERENCE_TOLERANCE)}
 
 
-def _own_frame(numeric: NumericReference, part: Part) -> Expected:
+def _own_frame_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
     """Return the linear and the angular velocity of a link, in the frame of that link."""
-    frame = part.about(FromFrameToFrame).frame
+    frame = part.details_as(RecursionDetails).frame
     velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
     rotation = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
     local_velocity = np.concatenate(
         [np.einsum("kij,kj->ki", rotation, part_velocity) for part_velocity in (velocity[:, :3], velocity[:, 3:])],
         axis=1,
     )
-    return {"finite differences": (local_velocity[..., None], DIFFERENCED)}
+    return {"finite differences": (local_velocity[..., None], DIFFERENCE_TOLERANCE)}
 
 
-def _determinant(numeric: NumericReference, _: Part) -> Expected:
-    return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT)}
+def _determinant(numeric: NumericReference, _: Part) -> ExpectedValues:
+    return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
 
 
 def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
@@ -127,94 +129,98 @@ def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
 
 def _check_rate_law(numeric: NumericReference, part: Part) -> Checks:
     """Check that the Jacobian times the rates is the desired velocity."""
-    yield _check_product(numeric, part, numeric.velocity)
+    yield _check_product(numeric, part, numeric.task_velocities)
 
 
 def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
-    claimed = numeric.read(part.answer.as_matrix())
+    claimed = numeric.evaluate_as_text(part.answer.as_matrix())
     if claimed.shape != expected.shape:
-        return agree("J times it", claimed, expected, EXACT)
+        return check_agreement("J times it", claimed, expected, EXACT_TOLERANCE)
     scale = (np.abs(numeric.task_jacobian) @ np.abs(claimed)).max(axis=(1, 2), keepdims=True)
-    return agree("J times it", numeric.task_jacobian @ claimed / scale, expected / scale, EXACT)
+    return check_agreement("J times it", numeric.task_jacobian @ claimed / scale, expected / scale, EXACT_TOLERANCE)
 
 
 # --- transforms, wrists and statics ---
 
 
-def _transform(numeric: NumericReference, _: Part) -> Expected:
-    return {"frames": (numeric.convention_frames[:, -1], EXACT)}
+def _transform(numeric: NumericReference, _: Part) -> ExpectedValues:
+    return {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}
 
 
-def _tool_jacobian(numeric: NumericReference, _: Part) -> Expected:
+def _tool_jacobian(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the geometric Jacobian in the frame of the last link."""
     rotation = numeric.convention_frames[:, -1, :3, :3].swapaxes(1, 2)
-    return expect_by_each_route(
+    return expected_by_three_methods(
         numeric, lambda jacobian: np.concatenate([rotation @ jacobian[:, :3], rotation @ jacobian[:, 3:]], axis=1)
     )
 
 
-def _arm_block(numeric: NumericReference, _: Part) -> Expected:
+def _arm_block(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the linear rows of J for the first three joints, of an arm with a spherical wrist."""
-    return expect_by_each_route(numeric, lambda jacobian: jacobian[:, :3, :3])
+    return expected_by_three_methods(numeric, lambda jacobian: jacobian[:, :3, :3])
 
 
-def _wrist_block(numeric: NumericReference, _: Part) -> Expected:
+def _wrist_block(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
     rotation = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
-    return expect_by_each_route(numeric, lambda jacobian: rotation @ jacobian[:, 3:, 3:])
+    return expected_by_three_methods(numeric, lambda jacobian: rotation @ jacobian[:, 3:, 3:])
 
 
 def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     """Compare each determinant with its block, and their product with det J of all six rows."""
-    claimed = numeric.read(part.answer.as_matrix())
+    claimed = numeric.evaluate_as_text(part.answer.as_matrix())
     rotation = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
     blocks = (numeric.jacobian[:, :3, :3], rotation @ numeric.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
-    yield agree("LU decomposition", claimed, expected, EXACT)
+    yield check_agreement("LU decomposition", claimed, expected, EXACT_TOLERANCE)
     if claimed.shape == expected.shape:
         full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
-        yield agree("their product is det J", claimed.prod(axis=1, keepdims=True), full_determinant, EXACT)
+        yield check_agreement(
+            "their product is det J", claimed.prod(axis=1, keepdims=True), full_determinant, EXACT_TOLERANCE
+        )
     wrist_effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
     yield Check(
-        "the wrist does not move P", bool(wrist_effect < EXACT), f"largest entry beside J11: {wrist_effect:.1e}"
+        "the wrist does not move P",
+        bool(wrist_effect < EXACT_TOLERANCE),
+        f"largest entry beside J11: {wrist_effect:.1e}",
     )
 
 
-def _joint_torques(numeric: NumericReference, part: Part) -> Expected:
+def _joint_torques(numeric: NumericReference, part: Part) -> ExpectedValues:
     """Return the joint torques: the power of the force if one joint moves at unit rate."""
-    force = np.stack([numeric.values[name] for name in part.symbols], axis=1)
-    return expect_by_each_route(
+    force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
+    return expected_by_three_methods(
         numeric, lambda jacobian: np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
     )
 
 
-def _gram_determinant(numeric: NumericReference, _: Part) -> Expected:
+def _gram_determinant(numeric: NumericReference, _: Part) -> ExpectedValues:
     def determinant(jacobian: np.ndarray) -> np.ndarray:
         rows = jacobian[:, numeric.task]
         return np.asarray(np.linalg.det(rows @ rows.swapaxes(1, 2)))[:, None, None]
 
-    return expect_by_each_route(numeric, determinant)
+    return expected_by_three_methods(numeric, determinant)
 
 
 CHECKS: dict[str, PartCheck] = {
-    "position": formula_check(_position),
-    "velocity": formula_check(_velocity),
-    "velocity-component": formula_check(_component),
-    "jacobian": formula_check(_jacobian),
-    "joint-axes": formula_check(_axes),
-    "position-vectors": formula_check(_vectors),
-    "geometric-jacobian": formula_check(_geometric),
-    "twist": formula_check(_twist),
-    "link-velocity": formula_check(_link_velocity),
-    "own-frame-velocity": formula_check(_own_frame),
-    "determinant": formula_check(_determinant),
+    "position": make_formula_check(_position),
+    "velocity": make_formula_check(_velocity),
+    "velocity-component": make_formula_check(_velocity_component),
+    "jacobian": make_formula_check(_jacobian),
+    "joint-axes": make_formula_check(_joint_axes),
+    "position-vectors": make_formula_check(_position_vectors),
+    "geometric-jacobian": make_formula_check(_geometric_jacobian),
+    "twist": make_formula_check(_twist),
+    "link-velocity": make_formula_check(_link_velocity),
+    "own-frame-velocity": make_formula_check(_own_frame_velocity),
+    "determinant": make_formula_check(_determinant),
     "inverse-jacobian": _check_inverse,
     "inverse-velocity": _check_rate_law,
-    "transform": formula_check(_transform),
-    "tool-jacobian": formula_check(_tool_jacobian),
-    "arm-block": formula_check(_arm_block),
-    "wrist-block": formula_check(_wrist_block),
+    "transform": make_formula_check(_transform),
+    "tool-jacobian": make_formula_check(_tool_jacobian),
+    "arm-block": make_formula_check(_arm_block),
+    "wrist-block": make_formula_check(_wrist_block),
     "block-determinants": _check_block_determinants,
-    "joint-torques": formula_check(_joint_torques),
-    "gram-determinant": formula_check(_gram_determinant),
+    "joint-torques": make_formula_check(_joint_torques),
+    "gram-determinant": make_formula_check(_gram_determinant),
 }

@@ -7,20 +7,20 @@ import sympy as sp
 
 from qdot.exercises.answers import Direction, Number
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import InSituation, least_conditioning
-from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning
+from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
     NumericReference,
-    exponential_at,
+    exponential_jacobian_at,
     jacobian_at,
 )
 
-WELL_CONDITIONED = 0.7
+MIN_CONDITIONING_SHARE = 0.7
 """Minimum sigma_min/sigma_max of a configuration, as a fraction of the minimum required when it was sampled."""
 
-NUMBERS = 1e-8
+NUMBER_TOLERANCE = 1e-8
 """Relative error allowed for numbers of ten digits."""
 
 
@@ -31,60 +31,64 @@ def reference_numbers(part: Part) -> np.ndarray:
 
 def check_three_digits(part: Part) -> Check:
     """Check that the numbers are still accepted when they are rounded to three digits."""
-    answer = part.of(Number)
+    answer = part.answer_as(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
-    return Check("three digits", bool(np.all(np.abs(rounded - exact) <= answer.room(None))), "rounding keeps it right")
+    return Check(
+        "three digits", bool(np.all(np.abs(rounded - exact) <= answer.allowed_errors(None))), "rounding keeps it right"
+    )
 
 
 def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    minimum = WELL_CONDITIONED * least_conditioning(numeric.chain)
+    minimum = MIN_CONDITIONING_SHARE * min_conditioning(numeric.chain)
     return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
 def _check_rates(numeric: NumericReference, part: Part) -> Checks:
     """Compare the rates with those of minimum norm, which are the only ones if J is square."""
-    situation = part.about(InSituation).situation
+    situation = part.details_as(VelocityDetails).situation
     jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
     claimed, expected = reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
-    yield agree("pseudo-inverse", claimed, expected[None, :, None], NUMBERS)
+    yield check_agreement("pseudo-inverse", claimed, expected[None, :, None], NUMBER_TOLERANCE)
     if claimed.shape[1:] == (numeric.chain.n, 1):
-        yield agree("velocity", jacobian @ claimed, velocity[None, :, None], NUMBERS)
+        yield check_agreement("velocity", jacobian @ claimed, velocity[None, :, None], NUMBER_TOLERANCE)
     yield _check_conditioning(numeric, jacobian)
     yield check_three_digits(part)
 
 
 def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
     """Check that the Jacobian times the motion is zero and the motion is not."""
-    in_formulas = part.of(Direction).tolerance is None
+    in_formulas = part.answer_as(Direction).tolerance is None
     if in_formulas:
-        claimed, jacobian = numeric.read(part.answer.as_matrix()), numeric.task_jacobian
+        claimed, jacobian = numeric.evaluate_as_text(part.answer.as_matrix()), numeric.task_jacobian
     else:
         claimed = reference_numbers(part)
-        jacobian = jacobian_at(numeric, part.about(InSituation).situation)[None]
+        jacobian = jacobian_at(numeric, part.details_as(VelocityDetails).situation)[None]
     norms = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
-    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT):
+    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    yield agree("null space", jacobian @ (claimed / norms), np.zeros((len(claimed), len(numeric.task), 1)), NUMBERS)
+    yield check_agreement(
+        "null space", jacobian @ (claimed / norms), np.zeros((len(claimed), len(numeric.task), 1)), NUMBER_TOLERANCE
+    )
     if not in_formulas:
-        yield agree("unit vector", norms, np.ones((1, 1, 1)), NUMBERS)
+        yield check_agreement("unit vector", norms, np.ones((1, 1, 1)), NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian[0])
 
 
-def _measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
+def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
-        situation = part.about(InSituation).situation
+        situation = part.details_as(VelocityDetails).situation
         jacobian = jacobian_at(numeric, situation)
-        by_exponentials = exponential_at(numeric, situation)[numeric.task]
+        by_exponentials = exponential_jacobian_at(numeric, situation)[numeric.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
-            yield agree(name, reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
+            yield check_agreement(name, reference_numbers(part), np.full((1, 1, 1), measure(rows)), NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian)
         yield check_three_digits(part)
         if part.kind == "manipulability":
@@ -100,8 +104,10 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     growth = _volume(jacobian * scale * columns) / _volume(jacobian)
     power = round(float(np.log2(growth)))
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    is_power_of_two = abs(growth - 2.0**power) < EXACT * growth
-    return Check("unit", bool(is_power_of_two and part.of(Number).units == (unit,)), f"{unit or 'a plain number'}")
+    is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
+    return Check(
+        "unit", bool(is_power_of_two and part.answer_as(Number).units == (unit,)), f"{unit or 'a plain number'}"
+    )
 
 
 def _volume(jacobian: np.ndarray) -> float:
@@ -112,6 +118,6 @@ CHECKS: dict[str, PartCheck] = {
     "joint-rates": _check_rates,
     "least-norm-rates": _check_rates,
     "self-motion": _check_self_motion,
-    "manipulability": _measure_check(_volume),
-    "condition-number": _measure_check(lambda jacobian: float(np.linalg.cond(jacobian))),
+    "manipulability": _make_measure_check(_volume),
+    "condition-number": _make_measure_check(lambda jacobian: float(np.linalg.cond(jacobian))),
 }

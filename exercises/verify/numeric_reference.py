@@ -12,22 +12,22 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import domain_of, samples_on
+from qdot.exercises.arm.classification import domain_of, sample_condition
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration
 
-ARMS, POSES = 3, 4
+ARM_COUNT, CONFIGURATIONS_PER_ARM = 3, 4
 """Number of choices of the symbolic lengths, and number of configurations for each choice."""
 
-_H = 1e-5
+_STEP = 1e-5
 """Step of the finite differences, in radians or metres."""
 
 
@@ -53,57 +53,57 @@ class NumericReference:
     - `point`: the tool point, (…, 3)
     - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
     - `exponential_jacobian`: the same matrix from the product of exponentials
-    - `carried`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
-    - `moved`: the velocities of the point for each joint's unit rate, (…, n, 3)
-    - `home`, `point_at_home`: frames and point at zero joint variables
+    - `frame_velocities`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
+    - `point_velocities`: the velocities of the point for each joint's unit rate, (…, n, 3)
+    - `home_frames`, `point_at_home`: frames and point at zero joint variables
 
-    `carried` and `moved` are computed by central differences of the frames.
+    `frame_velocities` and `point_velocities` are computed by central differences of the frames.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
-        self.stream = Stream(f"verify/{problem.id.engine}/{problem.id}")
+        self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
         self.task = [TASK_ROWS.index(row) for row in self.chain.task]
-        self.known, self._trees = frozenset(problem.symbols()), dict[str, Node]()
-        self.lengths = [random_lengths(self.chain, self.stream) for _ in range(ARMS)]
+        self.symbol_names, self._trees = frozenset(problem.symbols()), dict[str, Node]()
+        self.lengths = [random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
-        self._poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
-        self.points = ARMS * POSES
-        self.values = self._sample_values(self._poses)
+        self._configurations = [random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
+        self.sample_count = ARM_COUNT * CONFIGURATIONS_PER_ARM
+        self.symbol_values = self._sample_values(self._configurations)
         self.frames = self._for_each_arm(NumericChain.frames)
         self.point = self._for_each_arm(NumericChain.point)
         self.jacobian = self._for_each_arm(NumericChain.jacobian)
         self.exponential_jacobian = self._for_each_arm(exponential_jacobian)
-        self.convention_frames = self._written_frames()
-        self.home = self._for_each_arm(lambda arm, q: arm.frames(0 * q))
+        self.convention_frames = self._frames_in_convention()
+        self.home_frames = self._for_each_arm(lambda arm, q: arm.frames(0 * q))
         self.point_at_home = self._for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.carried = self._for_each_arm(lambda arm, q: _differences(arm, q)[0])
-        self.moved = self._for_each_arm(lambda arm, q: _differences(arm, q)[1])
+        self.frame_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm, q)[0])
+        self.point_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm, q)[1])
 
     def _for_each_arm(self, function: Callable[[NumericChain, np.ndarray], np.ndarray]) -> np.ndarray:
-        return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._poses, strict=True)])
+        return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._configurations, strict=True)])
 
-    def _written_frames(self) -> np.ndarray:
+    def _frames_in_convention(self) -> np.ndarray:
         """Return the frames of the table in its own convention, (…, n + 1, 4, 4).
 
         They are multiplied out from the elementary transformations.
         """
         if not convention_of(self.chain).is_proximal:
             return self.frames
-        pairs = zip(self.lengths, self._poses, strict=True)
+        pairs = zip(self.lengths, self._configurations, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
-    def _sample_values(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
+    def _sample_values(self, configurations: list[np.ndarray]) -> dict[str, np.ndarray]:
         values = {
-            q.name: np.concatenate([arm_configurations[:, i] for arm_configurations in poses])
+            q.name: np.concatenate([arm_configurations[:, i] for arm_configurations in configurations])
             for i, q in enumerate(self.chain.q)
         }
         for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
-            values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
+            values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
         for symbol in self.chain.parameters:
-            values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], POSES)
+            values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
         for name in (name for part in self.problem.parts for name in part.symbols if name not in values):
-            values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
+            values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
         return values
 
     @property
@@ -114,69 +114,69 @@ class NumericReference:
     @property
     def differenced_jacobian(self) -> np.ndarray:
         """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
-        angular = self.carried[:, :, self.chain.n, 3:]
-        return np.concatenate([self.moved, angular], axis=2).transpose(0, 2, 1)
+        angular = self.frame_velocities[:, :, self.chain.n, 3:]
+        return np.concatenate([self.point_velocities, angular], axis=2).transpose(0, 2, 1)
 
     @property
     def convention_velocities(self) -> np.ndarray:
-        """`carried` for the frames that students see."""
+        """`frame_velocities` for the frames that students see."""
         if not convention_of(self.chain).is_proximal:
-            return self.carried
+            return self.frame_velocities
         velocities = []
-        for lengths, q in zip(self.lengths, self._poses, strict=True):
-            shifted = [q + side * _H * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
+        for lengths, q in zip(self.lengths, self._configurations, strict=True):
+            shifted = [q + side * _STEP * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
             ahead, behind = (
                 np.stack([modified_frames(self.chain, lengths, shifted_q) for shifted_q in configurations], axis=1)
                 for configurations in shifted
             )
-            velocities.append(_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
+            velocities.append(_frame_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
         return np.concatenate(velocities)
 
     @property
     def rates(self) -> np.ndarray:
         """Joint rates, (…, n, 1)."""
-        return np.stack([self.values[rate.name] for rate in self.chain.rates], axis=1)[:, :, None]
+        return np.stack([self.symbol_values[rate.name] for rate in self.chain.rates], axis=1)[:, :, None]
 
     @property
-    def velocity(self) -> np.ndarray:
+    def task_velocities(self) -> np.ndarray:
         """Task velocities, (…, m, 1)."""
-        return np.stack([self.values[row] for row in self.chain.task], axis=1)[:, :, None]
+        return np.stack([self.symbol_values[row] for row in self.chain.task], axis=1)[:, :, None]
 
-    def numbers(self, entries: sp.Matrix) -> np.ndarray:
+    def evaluate_constants(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values, (…, rows), of entries that depend on the symbolic lengths only."""
         rows = []
         for lengths in self.lengths:
             substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-            rows += [[float(entry.xreplace(substitutions)) for entry in entries]] * POSES
+            rows += [[float(entry.xreplace(substitutions)) for entry in entries]] * CONFIGURATIONS_PER_ARM
         return np.array(rows)
 
-    def tree(self, text: str) -> Node:
+    def parse(self, text: str) -> Node:
         """Return the tree of a text, parsed like an answer. Raises ReadError."""
         if text not in self._trees:
-            self._trees[text] = read(text, self.known)
+            self._trees[text] = parse_formula(text, self.symbol_names)
         return self._trees[text]
 
-    def read(self, entries: sp.Matrix) -> np.ndarray:
+    def evaluate_as_text(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values of symbolic entries, (…, rows, columns); all are complex if one is.
 
         The entries are printed, and the text is parsed as answers are.
         """
-        program = compile_program([self.tree(text_of(entry)) for entry in entries])
-        values = evaluate(program, self.values, self.points)[0]
+        program = compile_program([self.parse(expression_text(entry)) for entry in entries])
+        values = evaluate(program, self.symbol_values, self.sample_count)[0]
         result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
-        return result.T.reshape(self.points, *entries.shape)
+        return result.T.reshape(self.sample_count, *entries.shape)
 
 
-APART, TRIES = 0.005, 30
+MIN_SEPARATION, MAX_TRIES = 0.005, 30
 """Minimum distance of sums and differences of two or three lengths from zero (m), and maximum number of attempts."""
 
 
-def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
+def random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
     """Return a random value for every symbolic parameter of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
     bounds = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
     return sample_distinct_lengths(
-        chain, lambda: {symbol.name: stream.uniform(*bounds[str(roles[symbol.name])]) for symbol in chain.parameters}
+        chain, lambda: {symbol.name: rng.uniform(*bounds[str(roles[symbol.name])]) for symbol in chain.parameters}
     )
 
 
@@ -189,7 +189,7 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
     fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
     fixed_lengths = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         symbolic_lengths = [value for name, value in values.items() if roles[name] == "length"]
         subsets = (
             subset
@@ -207,7 +207,7 @@ def _nearly_cancel(lengths: Sequence[float]) -> bool:
     """Return whether some choice of signs makes the lengths sum to less than APART."""
     first_length, *other_lengths = lengths
     signed = (zip(signs, other_lengths, strict=True) for signs in product((1, -1), repeat=len(other_lengths)))
-    return any(abs(first_length + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
+    return any(abs(first_length + sum(sign * value for sign, value in pairs)) < MIN_SEPARATION for pairs in signed)
 
 
 def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
@@ -241,47 +241,53 @@ def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     return pose
 
 
-def _translations(axis: int, by: np.ndarray) -> np.ndarray:
+def _translations(axis: int, distance: np.ndarray) -> np.ndarray:
     """Return translations along x, y or z, (…, 4, 4)."""
-    pose = np.broadcast_to(np.eye(4), (*by.shape, 4, 4)).copy()
-    pose[..., axis, 3] = by
+    pose = np.broadcast_to(np.eye(4), (*distance.shape, 4, 4)).copy()
+    pose[..., axis, 3] = distance
     return pose
 
 
-def random_poses(chain: Chain, stream: Stream, count: int) -> np.ndarray:
+def random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
     """Return `count` random configurations, (count, n), with angles from the whole circle."""
     bounds = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
-    return np.array([[stream.uniform(*bound) for bound in bounds] for _ in range(count)])
+    return np.array([[rng.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
-def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _velocities_by_differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit joint rates.
 
     They are computed by central differences.
     """
-    nudge = _H * np.eye(q.shape[1])
+    nudge = _STEP * np.eye(q.shape[1])
     ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
-    point_velocities = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
-    return _velocities(ahead, behind, arm.frames(q)), point_velocities
+    point_velocities = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _STEP)
+    return _frame_velocities(ahead, behind, arm.frames(q)), point_velocities
 
 
-def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
+def _frame_velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
     """Return the velocity of each frame's origin and link, (…, n, n + 1, 6).
 
     `ahead` and `behind` are the frames after small steps of each joint; `frames` are (…, n + 1, 4, 4).
     """
-    derivative = (ahead - behind) / (2 * _H)
+    derivative = (ahead - behind) / (2 * _STEP)
     angular_matrix = derivative[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
     angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
     return np.concatenate([derivative[..., :3, 3], angular], axis=-1)
 
 
-def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:
+def samples_on_condition(
+    numeric: NumericReference, condition: sp.Expr, *, arm_count: int, per_arm: int
+) -> list[Sample]:
     """Return configurations at which a condition holds; try more arms if it has real roots for few lengths only."""
     samples: list[Sample] = []
-    for tried_arms in (arms, 4 * arms, 16 * arms):
-        samples = samples_on(
-            numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=tried_arms, each=each
+    for tried_arms in (arm_count, 4 * arm_count, 16 * arm_count):
+        samples = sample_condition(
+            numeric.chain,
+            f"{condition} = 0",
+            f"verify/{numeric.problem.id}",
+            arm_count=tried_arms,
+            samples_per_arm=per_arm,
         )
         if samples:
             break
@@ -291,21 +297,21 @@ def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, e
 # --- at the configuration of a question ---
 
 
-def at_place(numeric: NumericReference, place: Configuration) -> Sample:
+def numeric_sample(numeric: NumericReference, configuration: Configuration) -> Sample:
     """Return a question's configuration in floating point."""
-    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
-    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
+    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in configuration.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(configuration.joints[q], 20)) for q in numeric.chain.q]))
 
 
-def jacobian_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
+def jacobian_at(numeric: NumericReference, configuration: Configuration) -> np.ndarray:
     """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
-    sample = at_place(numeric, place)
+    sample = numeric_sample(numeric, configuration)
     return np.asarray(sample.arm.jacobian(sample.q)[numeric.task])
 
 
-def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
+def exponential_jacobian_at(numeric: NumericReference, configuration: Configuration) -> np.ndarray:
     """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
-    sample = at_place(numeric, place)
+    sample = numeric_sample(numeric, configuration)
     return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
 
 
@@ -331,7 +337,7 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
             point = transform_point(pose, point)
         angular = pose[..., :3, :3] @ omega
         screws.append((angular, pose[..., :3, :3] @ v + cross(pose[..., :3, 3], angular)))
-        pose = pose @ exponential(omega, v, q[..., i])
+        pose = pose @ screw_exponential(omega, v, q[..., i])
     if arm.point_frame == q.shape[-1]:
         point = transform_point(pose, point)
     columns = [
@@ -346,13 +352,13 @@ def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
     return np.asarray(pose[..., :3, :3] @ point + pose[..., :3, 3])
 
 
-def exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
+def screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Return e^([S] theta) as 4 x 4 matrices, by the closed form of the series.
 
-    `spin` and `slide` are the angular and the linear part of the screws, (…, 3); `value` is the joint variable, (…).
+    `omega` and `v` are the angular and the linear part of the screws, (…, 3); `theta` is the joint variable, (…).
     """
-    matrix, angle = hat(spin), value[..., None, None]
-    is_revolute = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
+    matrix, angle = hat(omega), theta[..., None, None]
+    is_revolute = (np.linalg.norm(omega, axis=-1) > 0.5)[..., None, None]
     identity = np.broadcast_to(np.eye(3), matrix.shape)
     rotation = identity + np.sin(angle) * matrix + (1 - np.cos(angle)) * matrix @ matrix
     v_matrix = angle * identity
@@ -361,7 +367,7 @@ def exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.nd
     )
     pose = np.zeros((*rotation.shape[:-2], 4, 4))
     pose[..., :3, :3], pose[..., 3, 3] = rotation, 1.0
-    pose[..., :3, 3] = (v_matrix @ slide[..., None])[..., 0]
+    pose[..., :3, 3] = (v_matrix @ v[..., None])[..., 0]
     return pose
 
 

@@ -13,42 +13,42 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.geometry import AtPose
-from qdot.exercises.quizzes.choice import CHOICES, AboutSubject
+from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.quizzes.choice import CHOICE_QUESTIONS, FormulaOptions
 from qdot.exercises.quizzes.drawings import JointStatement, PoseStatement
-from qdot.exercises.quizzes.options import OfferedOption, Options, Places
-from qdot.exercises.quizzes.selections import EqualForms, OfQuantity, Quantity
-from qdot.exercises.quizzes.values import AtRates
-from qdot.exercises.quizzes.wrong import Subject
+from qdot.exercises.quizzes.options import ConfigurationOptions, OfferedOption, Options
+from qdot.exercises.quizzes.selections import EqualForms, Quantity, QuantityDetails
+from qdot.exercises.quizzes.values import RateDetails
+from qdot.exercises.quizzes.wrong import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
-from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
-from qdot.exercises.verify.numbers import NUMBERS, check_three_digits, reference_numbers
+from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
+from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, reference_numbers
 from qdot.exercises.verify.numeric_reference import (
-    POSES,
+    CONFIGURATIONS_PER_ARM,
     Check,
     Checks,
     NumericReference,
-    exponential_at,
     exponential_jacobian,
+    exponential_jacobian_at,
 )
-from qdot.exercises.verify.rank import rank_of
+from qdot.exercises.verify.rank import find_rank
 from qdot.exercises.verify.screws import CHECKS as SCREWS
 from qdot.exercises.verify.singular import CHECKS as SETS
 
 BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
 """The checks of the questions that options answer."""
 
-STEP = 0.7
+JOINT_STEP = 0.7
 """The amount by which a joint is moved, in rad or m."""
-APART = 1e-5
+MIN_DIFFERENCE = 1e-5
 """Fraction of their size by which two options have to differ at some sample."""
 
 
-def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -> Part:
+def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
     """Return the underlying question as a part whose answer contains one option, in its entry, column or as a whole."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
@@ -61,31 +61,33 @@ def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -
 
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that exactly the correct formula passes the checks of the question it answers."""
-    subject = part.about(AboutSubject).subject
+    subject = part.details_as(FormulaOptions).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered_options(part)
-    passed = [all(result.passed for result in check(numeric, _as_answer(numeric, subject, o.shown))) for o in offered]
-    yield _check_one_right(part, passed)
+    passed = [
+        all(result.passed for result in check(numeric, _insert_option(numeric, subject, o.shown))) for o in offered
+    ]
+    yield _check_one_correct(part, passed)
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
 def _offered_options(part: Part) -> tuple[OfferedOption, ...]:
-    offered = part.about(Options).offered
-    assert part.answer.offered == tuple(option.text for option in offered)
+    offered = part.details_as(Options).offered
+    assert part.answer.offered_options == tuple(option.text for option in offered)
     return offered
 
 
-def _check_one_right(part: Part, passed: Sequence[bool]) -> Check:
-    answer = part.of(Choice)
+def _check_one_correct(part: Part, passed: Sequence[bool]) -> Check:
+    answer = part.answer_as(Choice)
     passing_indices = [index for index, has_passed in enumerate(passed) if has_passed]
     passing = ", ".join(map(str, passing_indices)) or "none"
     return Check("one right option", passing_indices == [answer.correct], f"options that pass, from 0: {passing}")
 
 
 def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
-    values = [numeric.read(option).reshape(numeric.points, -1) for option in options]
+    values = [numeric.evaluate_as_text(option).reshape(numeric.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
-        if a.shape == b.shape and not np.abs(a - b).max() > APART * (np.abs(a).max() + np.abs(b).max()):
+        if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
             return Check("different options", False, f"options {i} and {j}, from 0, are the same")
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
@@ -96,7 +98,7 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     for option in _offered_options(part):
         claimed_part = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
         passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed_part)))
-    yield _check_one_right(part, passed)
+    yield _check_one_correct(part, passed)
     texts = [option.text for option in _offered_options(part)]
     yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
 
@@ -106,11 +108,13 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
 
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each offered configuration, and whether every singular value is clearly zero or not."""
-    details = part.about(Places)
+    details = part.details_as(ConfigurationOptions)
     configurations = [
         replace(configuration, lengths={**details.lengths, **configuration.lengths}) for configuration in details.places
     ]
-    return [rank_of(exponential_at(numeric, configuration)[numeric.task]) for configuration in configurations]
+    return [
+        find_rank(exponential_jacobian_at(numeric, configuration)[numeric.task]) for configuration in configurations
+    ]
 
 
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
@@ -119,49 +123,51 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     full_rank = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
     singular_indices = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full_rank)
-    expected = answer.right
+    expected = answer.correct_indices
     yield Check("clear", all(is_clear for _, is_clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check(
         "singular ones",
         singular_indices == tuple(expected),
         f"of rank less than {full_rank}, from 0: {singular_indices}",
     )
-    yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
-    arm = with_lengths(numeric.chain, part.about(Places).lengths)
+    yield Check(
+        "different options", len(set(answer.offered_options)) == len(answer.offered_options), "no two are the same"
+    )
+    arm = substitute_arm_lengths(numeric.chain, part.details_as(ConfigurationOptions).lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
 
 # --- several correct options ---
 
 
-def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | None = None) -> np.ndarray:
+def _quantity_values(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
     """Return the values of a quantity on the numeric arm, (samples, entries); optionally with one joint moved."""
-    configurations = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
-    if moved is not None:
-        configurations[:, moved] += STEP
+    configurations = np.stack([numeric.symbol_values[q.name] for q in numeric.chain.q], axis=1)
+    if moved_joint is not None:
+        configurations[:, moved_joint] += JOINT_STEP
     values = []
     for arm_index, arm in enumerate(numeric.arms):
-        q = configurations[arm_index * POSES : (arm_index + 1) * POSES]
+        q = configurations[arm_index * CONFIGURATIONS_PER_ARM : (arm_index + 1) * CONFIGURATIONS_PER_ARM]
         jacobian = exponential_jacobian(arm, q)[:, numeric.task]
-        if asked.column is not None:
-            column = jacobian[:, :, asked.column]
-            values.append(column if asked.row is None else column[:, [asked.row]])
-        elif asked.row is not None:
-            values.append(arm.point(q)[:, [asked.row]])
+        if quantity.column is not None:
+            column = jacobian[:, :, quantity.column]
+            values.append(column if quantity.row is None else column[:, [quantity.row]])
+        elif quantity.row is not None:
+            values.append(arm.point(q)[:, [quantity.row]])
         else:
             values.append(np.linalg.det(jacobian)[:, None])
     return np.concatenate(values)
 
 
-def _check_forms(numeric: NumericReference, part: Part) -> Checks:
+def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
     """Check which of the offered expressions are equal to the quantity, by their values."""
-    answer, expected = part.of(Selection), _quantity_values(numeric, part.about(EqualForms).quantity)
+    answer, expected = part.answer_as(Selection), _quantity_values(numeric, part.details_as(EqualForms).quantity)
     equal_indices = []
     for index, option in enumerate(_offered_options(part)):
-        values = numeric.read(sp.Matrix([option.shown]))
-        if agree("", values, expected[:, :, None], EXACT).passed:
+        values = numeric.evaluate_as_text(sp.Matrix([option.shown]))
+        if check_agreement("", values, expected[:, :, None], EXACT_TOLERANCE).passed:
             equal_indices.append(index)
-        elif np.abs(values[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
+        elif np.abs(values[:, :, 0] - expected).max() <= MIN_DIFFERENCE * np.abs(expected).max():
             yield Check("clearly different", False, f"option {index}, from 0, is near the right value")
     yield Check("right options", tuple(equal_indices) == answer.correct, f"equal in value, from 0: {equal_indices}")
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
@@ -169,12 +175,12 @@ def _check_forms(numeric: NumericReference, part: Part) -> Checks:
 
 def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     """Check on which joints a quantity depends, by moving one joint at a time."""
-    answer, quantity = part.of(Selection), part.about(OfQuantity).quantity
+    answer, quantity = part.answer_as(Selection), part.details_as(QuantityDetails).quantity
     values = _quantity_values(numeric, quantity)
     influential = tuple(
         index
         for index in range(numeric.chain.n)
-        if np.abs(_quantity_values(numeric, quantity, index) - values).max() > EXACT
+        if np.abs(_quantity_values(numeric, quantity, index) - values).max() > EXACT_TOLERANCE
     )
     yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
 
@@ -184,14 +190,16 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
 
 def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     """Check which of the offered columns belongs to each joint."""
-    answer = part.of(Matching)
+    answer = part.answer_as(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
-    option_values = [numeric.read(sp.Matrix(option.shown)) for option in offered]
+    option_values = [numeric.evaluate_as_text(sp.Matrix(option.shown)) for option in offered]
     matched = []
     for joint in range(numeric.chain.n):
         matches = [
-            k for k, value in enumerate(option_values) if agree("", value, jacobian[:, :, [joint]], EXACT).passed
+            k
+            for k, value in enumerate(option_values)
+            if check_agreement("", value, jacobian[:, :, [joint]], EXACT_TOLERANCE).passed
         ]
         matched.append(matches[0] if len(matches) == 1 else -1)
     yield Check("columns", tuple(matched) == answer.correct, f"options of the joints, from 0: {matched}")
@@ -202,30 +210,35 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_value(part: Part, expected: float) -> Checks:
-    yield agree("in numbers", reference_numbers(part), np.array([[[expected]]]), NUMBERS)
+    yield check_agreement("in numbers", reference_numbers(part), np.array([[[expected]]]), NUMBER_TOLERANCE)
     yield check_three_digits(part)
 
 
 def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
-    yield from _check_value(part, float(np.linalg.det(exponential_at(numeric, part.about(AtPose).place)[numeric.task])))
+    yield from _check_value(
+        part,
+        float(
+            np.linalg.det(exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task])
+        ),
+    )
 
 
 def _check_speed(numeric: NumericReference, part: Part) -> Checks:
-    details = part.about(AtRates)
+    details = part.details_as(RateDetails)
     rates = np.array([float(rate) for rate in details.rates.values()])
-    velocity = exponential_at(numeric, details.place)[:3] @ rates
+    velocity = exponential_jacobian_at(numeric, details.place)[:3] @ rates
     yield from _check_value(part, float(np.linalg.norm(velocity)))
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     """Check whether a statement is true, and clearly so."""
-    answer, statement = part.of(Choice), part.about(PoseStatement)
-    jacobian = exponential_at(numeric, statement.place)
+    answer, statement = part.answer_as(Choice), part.details_as(PoseStatement)
+    jacobian = exponential_jacobian_at(numeric, statement.place)
     if isinstance(statement, JointStatement):
         component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
         is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01
     else:
-        rank, is_clear = rank_of(jacobian[numeric.task])
+        rank, is_clear = find_rank(jacobian[numeric.task])
         is_true = rank < min(len(numeric.task), numeric.chain.n)
     yield Check("clear", is_clear, "it is clearly true or clearly false")
     yield Check("statement", answer.options[answer.correct] == str(is_true).lower(), f"it is {is_true}")
@@ -234,13 +247,13 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
 CHECKS: dict[str, PartCheck] = {
     **{
         question.name: _check_formula_choice
-        for question in CHOICES
+        for question in CHOICE_QUESTIONS
         if question.template in ("formula-choice", "screw-choice")
     },
     "singular-angles-choice": _check_set_choice,
     "singular-configurations": _check_configurations,
     "singular-drawing": _check_configurations,
-    "equal-forms": _check_forms,
+    "equal-forms": _check_equal_forms,
     "dependence": _check_dependence,
     "match-columns": _check_columns,
     "determinant-value": _check_determinant_value,

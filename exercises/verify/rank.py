@@ -11,53 +11,55 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.directions import directions
+from qdot.exercises.arm.directions import line_directions
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import Meaning
-from qdot.exercises.arm.singularity_kinds import kinds_at
+from qdot.exercises.arm.singularity_kinds import classify_samples
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.geometry import AtPose
-from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
+from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.questions.rank import LostDirectionAt, LostDirectionDetails, LostMotionDetails, MeaningDetails
 from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_direction
-from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
+from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
-    POSES,
+    CONFIGURATIONS_PER_ARM,
     Check,
     Checks,
     NumericReference,
-    exponential_at,
     exponential_jacobian,
-    random_poses,
+    exponential_jacobian_at,
+    random_configurations,
     sample_distinct_lengths,
-    samples_where,
+    samples_on_condition,
 )
 
-GONE, THERE = 1e-9, 0.02
+ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
 """Fractions of the largest singular value.
 
 A singular value below the first counts as zero. If one is between the two, it is unclear and the check fails.
 """
 
-MOST, ALONG = 0.6, 0.01
+MIN_SAMPLE_SHARE, MIN_SPEED_SHARE = 0.6, 0.01
 """How clearly a wrong option has to be wrong.
 
 It must allow at least the second fraction of the largest speed along its line, in at least the first fraction of the
 samples."""
 
 
-def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
+def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:
     """Return the rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
-    return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
+    return int(np.sum(share > ZERO_SHARE)), not bool(np.any((share > ZERO_SHARE) & (share < NONZERO_SHARE)))
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
-    part.of(Number)
-    rank, is_clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
-    yield agree("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT)
+    part.answer_as(Number)
+    rank, is_clear = find_rank(
+        exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
+    )
+    yield check_agreement("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
 
@@ -66,16 +68,16 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
 
 def _check_direction(numeric: NumericReference, part: Part) -> Checks:
     """Check that a lost direction u, given by formulas or as a numeric unit vector, satisfies u^T J = 0."""
-    answer = part.of(Direction)
+    answer = part.answer_as(Direction)
     m = len(numeric.task)
     if answer.reference.shape != (m, 1):
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
     yield _check_written_form(part)
-    if isinstance(part.details, LostInFormulas):
+    if isinstance(part.details, LostDirectionDetails):
         yield from _check_formula(numeric, part, part.details.lost)
         return
-    jacobian = exponential_at(numeric, part.about(AtPose).place)[numeric.task]
+    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
     claimed = reference_numbers(part)
     yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
     yield _check_perpendicular(claimed, jacobian[None])
@@ -93,9 +95,9 @@ def _check_written_form(part: Part) -> Check:
     )
 
 
-def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Checks:
+def _check_formula(numeric: NumericReference, part: Part, rank_loss: LostDirectionAt) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
-    fixed = {q for q, _ in lost.values}
+    fixed = {q for q, _ in rank_loss.values}
     remaining = part.answer.as_matrix().free_symbols & fixed
     yield Check(
         "free joints only",
@@ -104,19 +106,19 @@ def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Check
     )
     jacobians = []
     for index, (arm, lengths) in enumerate(zip(numeric.arms, numeric.lengths, strict=True)):
-        rows = slice(index * POSES, (index + 1) * POSES)
-        q = np.stack([numeric.values[symbol.name][rows] for symbol in numeric.chain.q], axis=1)
+        rows = slice(index * CONFIGURATIONS_PER_ARM, (index + 1) * CONFIGURATIONS_PER_ARM)
+        q = np.stack([numeric.symbol_values[symbol.name][rows] for symbol in numeric.chain.q], axis=1)
         substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        for symbol, value in lost.values:
+        for symbol, value in rank_loss.values:
             q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(substitutions)))
         jacobians.append(exponential_jacobian(arm, q)[:, numeric.task])
-    yield _check_perpendicular(numeric.read(part.answer.as_matrix()), np.concatenate(jacobians))
+    yield _check_perpendicular(numeric.evaluate_as_text(part.answer.as_matrix()), np.concatenate(jacobians))
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
     """Check that u^T J = 0, that u is not zero, and that J has exactly one less than full rank."""
     norms = np.linalg.norm(vectors, axis=1, keepdims=True)
-    ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
+    ranks = {find_rank(jacobian)[0] for jacobian in jacobians}
     if np.any(norms < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
         return Check("u J = 0", False, "the vector is zero or no real number somewhere")
     scale = np.abs(jacobians).max(axis=(1, 2), keepdims=True)
@@ -128,39 +130,39 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 # --- configurations that the question did not use ---
 
 
-def samples_at(
-    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
+def samples_at_values(
+    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, per_arm: int = 2
 ) -> list[Sample]:
     """Return configurations that have the given joint values or, if there is a condition, satisfy the condition.
 
-    There are `each` configurations for each of several choices of the symbolic lengths.
+    There are `per_arm` configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
-        return samples_where(numeric, condition, arms=4, each=each)
+        return samples_on_condition(numeric, condition, arm_count=4, per_arm=per_arm)
     samples: list[Sample] = []
     for arm_index, (arm, lengths) in enumerate(_more_arms(numeric)):
-        if arm_index >= ARMS_TRIED and samples:
+        if arm_index >= MIN_ARMS_TRIED and samples:
             break
         substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
-        for q in random_poses(numeric.chain, numeric.stream, each):
+        for q in random_configurations(numeric.chain, numeric.rng, per_arm):
             q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
 
 
-ARMS_TRIED, MOST_TRIED = 6, 100
+MIN_ARMS_TRIED, MAX_ARMS_TRIED = 6, 100
 """Number of choices of the symbolic lengths that are tried, and the maximum if few give real joint values."""
 
 
 def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
     yield from zip(numeric.arms, numeric.lengths, strict=True)
-    for _ in range(MOST_TRIED):
+    for _ in range(MAX_ARMS_TRIED):
         lengths = sample_distinct_lengths(
-            numeric.chain, lambda: {n: v * 3 ** numeric.stream.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
+            numeric.chain, lambda: {n: v * 3 ** numeric.rng.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
         )
         yield NumericChain(numeric.chain, lengths), lengths
 
@@ -173,15 +175,15 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
 
     Along each of the other lines, some possible velocity must have a component.
     """
-    answer, motion = part.of(Choice), part.about(OfMotion).asked
-    texts = tuple(line.words for line in motion.lines)
+    answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails).asked
+    texts = tuple(line.description for line in motion.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = samples_at(numeric, motion.where.values, motion.where.condition)
+    samples = samples_at_values(numeric, motion.where.values, motion.where.condition)
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
     velocities = [_possible_velocities(sample, numeric.task, motion.moving, motion.held) for sample in samples]
-    option_directions = directions(motion.lines, samples)
+    option_directions = line_directions(motion.lines, samples)
     sizes = np.array(
         [
             [float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]
@@ -194,19 +196,23 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
         if index == answer.correct:
             yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")
         else:
-            yield Check("something along it", bool(np.mean(share > ALONG) >= MOST), f"{text}: {np.median(share):.2f}")
+            yield Check(
+                "something along it",
+                bool(np.mean(share > MIN_SPEED_SHARE) >= MIN_SAMPLE_SHARE),
+                f"{text}: {np.median(share):.2f}",
+            )
 
 
-def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
+def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_at_rest: bool) -> np.ndarray:
     """Return a basis (3 x k) of the possible linear velocities of P or angular velocities of the link.
 
-    If `held`, only velocities are possible that keep the task's other rows (angular or linear) at zero.
+    If `others_at_rest`, only velocities are possible that keep the task's other rows (angular or linear) at zero.
     """
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
     moving_rows, held_rows = (
-        (jacobian[:3], [r for r in task if r > 2]) if moving == "P" else (jacobian[3:], [r for r in task if r < 3])
+        (jacobian[:3], [r for r in task if r > 2]) if body == "P" else (jacobian[3:], [r for r in task if r < 3])
     )
-    if not held or not held_rows:
+    if not others_at_rest or not held_rows:
         return np.asarray(moving_rows)
     _, sigma, vt = np.linalg.svd(jacobian[held_rows])
     rank = int(np.sum(sigma > 1e-9 * sigma[0]))
@@ -216,17 +222,17 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 # --- meaning ---
 
 
-def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
+def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     """Check that, of the offered statements on the geometric cause of a singularity, only the correct one is true."""
-    answer, choice = part.of(Choice), part.about(OfMeaning).asked
-    samples = samples_at(numeric, choice.values, choice.condition)
+    answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails).asked
+    samples = samples_at_values(numeric, choice.values, choice.condition)
     correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
     statement_holds = [
-        bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in choice.offered
+        bool(samples) and all(_statement_holds(meaning, sample) for sample in samples) for meaning, _ in choice.offered
     ]
-    kinds = set(map(str, kinds_at(numeric.chain, samples)))
+    kinds = set(map(str, classify_samples(numeric.chain, samples)))
     holds = [
         is_true and (kind is None or kinds == {kind})
         for is_true, (_, kind) in zip(statement_holds, choice.offered, strict=True)
@@ -236,53 +242,55 @@ def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
     yield Check("only the right one holds", holds == expected, detail)
     if choice.offered[correct][1] == "boundary":
         yield side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    has_reason = {meaning.kind for meaning, _ in choice.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
+    has_reason = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS or bool(
+        numeric.chain.linear_rows
+    )
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 
-_OF_AXES = {"in line", "parallel", "one plane", "square"}
+_AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
 """The kinds of statements about directions of axes, the only ones that explain a lost rotation."""
 
 
-def _holds(meaning: Meaning, sample: Sample) -> bool:
+def _statement_holds(statement: Meaning, sample: Sample) -> bool:
     """Return whether a geometric statement is true at a configuration, by moving joints and comparing lines."""
-    first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
+    first, last = statement.joints[0] - 1, statement.joints[-1] - 1
     frames = sample.arm.frames(sample.q)
-    if meaning.kind == "on axis":
+    if statement.kind == "on axis":
         turned = sample.q + 0.7 * np.eye(len(sample.q))[first]
         return bool(np.linalg.norm(sample.arm.point(turned) - sample.arm.point(sample.q)) < 1e-6)
-    if meaning.kind == "in line":
+    if statement.kind == "in line":
         lines = [
             np.concatenate([z, np.cross(o, z)])
             for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
         ]
         return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
-    if meaning.kind in ("parallel", "one plane", "square"):
-        axes = frames[[joint - 1 for joint in meaning.joints], :3, 2]
+    if statement.kind in ("parallel", "one plane", "square"):
+        axes = frames[[joint - 1 for joint in statement.joints], :3, 2]
         sigma = np.linalg.svd(axes, compute_uv=False)
-        return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
-    if meaning.kind == "level":
-        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
+        return bool(sigma[0] - sigma[-1] < 1e-6 if statement.kind == "square" else sigma[-1] < 1e-6)
+    if statement.kind == "level":
+        points = np.vstack([frames[: statement.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
-    if meaning.kind == "one way":
+    if statement.kind == "one way":
         turned = 1e-4 * np.eye(len(sample.q))[[first, last]]
         velocities = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
         return bool(np.linalg.norm(np.cross(*(velocities / np.linalg.norm(velocities, axis=1, keepdims=True)))) < 1e-6)
-    if meaning.kind in ("straight", "doubled"):
-        a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
+    if statement.kind in ("straight", "doubled"):
+        a, b, c = (frames[statement.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
-        expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
+        expected = sum(legs) if statement.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(distance - expected) < 1e-7)
-    if meaning.kind in ("along", "across"):
-        prismatic_frame, start, end = (frames[joint - 1] for joint in meaning.joints)
+    if statement.kind in ("along", "across"):
+        prismatic_frame, start, end = (frames[joint - 1] for joint in statement.joints)
         projected = np.linalg.inv(start[:3, :3]) @ np.column_stack([prismatic_frame[:3, 2], end[:3, 3] - start[:3, 3]])
         angle = np.diff(np.arctan2(projected[1], projected[0]))[0]
         return bool(
-            abs(np.sin(angle) if meaning.kind == "along" else np.cos(angle)) < 1e-6 and abs(projected[2, 0]) < 1e-6
+            abs(np.sin(angle) if statement.kind == "along" else np.cos(angle)) < 1e-6 and abs(projected[2, 0]) < 1e-6
         )
     moved_configurations = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
     distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, moved_configurations])), first)
-    best = distances.max() if meaning.kind == "far" else distances.min()
+    best = distances.max() if statement.kind == "far" else distances.min()
     return bool(abs(distances[0] - best) < 1e-9)
 
 
@@ -290,5 +298,5 @@ CHECKS: dict[str, PartCheck] = {
     "rank": _check_rank,
     "lost-direction": _check_direction,
     "lost-motion": _check_motion,
-    "singularity-meaning": _check_meaning,
+    "singularity-meaning": _check_geometric_cause,
 }

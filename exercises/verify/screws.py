@@ -16,10 +16,24 @@ import numpy as np
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.screws import DECIMALS, InNumbers
-from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, Expected, PartCheck, agree, formula_check
+from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
+from qdot.exercises.verify.formulas import (
+    DIFFERENCE_TOLERANCE,
+    EXACT_TOLERANCE,
+    ExpectedValues,
+    PartCheck,
+    check_agreement,
+    make_formula_check,
+)
 from qdot.exercises.verify.numbers import check_three_digits
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place, exponential, hat
+from qdot.exercises.verify.numeric_reference import (
+    Check,
+    Checks,
+    NumericReference,
+    hat,
+    numeric_sample,
+    screw_exponential,
+)
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
@@ -27,7 +41,7 @@ def _is_linear_first(numeric: NumericReference) -> bool:
     return numeric.chain.twist_order == "v-omega"
 
 
-def _twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
+def _stack_twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
     """Join an angular and a linear velocity to a twist, in the arm's order."""
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
@@ -44,47 +58,51 @@ def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
-class _Axes:
+class _ExponentialArm:
     """The numeric arm as a product of exponentials of the axes in the problem statement, at random samples.
 
-    `pose` is the pose of the body frame, (…, 4, 4); `space` and `body` are the space and body Jacobians, (…, 6, n).
+    `pose` is the pose of the body frame, (…, 4, 4); `space_jacobian` and `body_jacobian` are the space and body
+    Jacobians, (…, 6, n).
     """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
-        self.q = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
+        self.q = np.stack([numeric.symbol_values[q.name] for q in numeric.chain.q], axis=1)
         motion, screws = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
         for i, axis in enumerate(axes):
             omega, v = self._screw(numeric, axis)
-            screws.append((_adjoint(numeric, motion) @ _twist(numeric, omega, v)[..., None])[..., 0])
-            motion = motion @ exponential(omega, v, self.q[:, i])
-        self.space = np.stack(screws, axis=2)
+            screws.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
+            motion = motion @ screw_exponential(omega, v, self.q[:, i])
+        self.space_jacobian = np.stack(screws, axis=2)
         home = np.broadcast_to(np.eye(4), motion.shape).copy()
-        home[:, :3, 3] = numeric.numbers(point)
+        home[:, :3, 3] = numeric.evaluate_constants(point)
         self.pose = motion @ home
-        self.body = _adjoint(numeric, np.linalg.inv(self.pose)) @ self.space
+        self.body_jacobian = _adjoint(numeric, np.linalg.inv(self.pose)) @ self.space_jacobian
 
     @staticmethod
     def _screw(numeric: NumericReference, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
         """Return omega and v of the unit screw of a joint at home, (…, 3) each."""
-        u, o = numeric.numbers(axis.direction), numeric.numbers(axis.point)
+        u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
         return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
 
 
-def _home(numeric: NumericReference, _: Part) -> Expected:
+def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the screws at home by the link frames: z, and o x z for the origin o of a frame on the axis."""
-    z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
+    z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     is_revolute = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
-    screws = np.where(is_revolute, _twist(numeric, z, np.cross(o, z)), _twist(numeric, 0 * z, z))
-    return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
+    screws = np.where(is_revolute, _stack_twist(numeric, z, np.cross(o, z)), _stack_twist(numeric, 0 * z, z))
+    return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 
 
-def _pose(numeric: NumericReference, _: Part) -> Expected:
+def _body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the pose of the body frame, by exponentials and from the last frame."""
-    return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_pose_of_last_frame(numeric), EXACT)}
+    return {
+        "product of exponentials": (_ExponentialArm(numeric).pose, EXACT_TOLERANCE),
+        "frames": (_pose_of_last_frame(numeric), EXACT_TOLERANCE),
+    }
 
 
-def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
     """Transform twists (…, 6, k) to another frame by their 4 x 4 matrices: T [V] T^-1."""
     columns = []
     for k in range(twists.shape[-1]):
@@ -94,15 +112,18 @@ def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) 
         matrix[..., :3, :3], matrix[..., :3, 3] = hat(omega), v
         conjugated = pose @ matrix @ np.linalg.inv(pose)
         angular = np.stack([conjugated[..., 2, 1], conjugated[..., 0, 2], conjugated[..., 1, 0]], -1)
-        columns.append(_twist(numeric, angular, conjugated[..., :3, 3]))
+        columns.append(_stack_twist(numeric, angular, conjugated[..., :3, 3]))
     return np.stack(columns, axis=-1)
 
 
-def _body_adjoint(numeric: NumericReference, _: Part) -> Expected:
+def _body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, by exponentials, and by the matrices T [V] T^-1 of unit twists V."""
-    unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
-    by_matrices = _conjugate(numeric, _pose_of_last_frame(numeric), unit)
-    return {"product of exponentials": (_adjoint(numeric, _Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
+    unit = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
+    by_matrices = _transform_twists(numeric, _pose_of_last_frame(numeric), unit)
+    return {
+        "product of exponentials": (_adjoint(numeric, _ExponentialArm(numeric).pose), EXACT_TOLERANCE),
+        "frames": (by_matrices, EXACT_TOLERANCE),
+    }
 
 
 def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
@@ -110,19 +131,19 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
 
     The pose T comes from the last frame at the configuration and at home.
     """
-    details, chain = part.about(InNumbers), numeric.chain
-    sample = at_place(numeric, details.place)
+    details, chain = part.details_as(NumericTwistDetails), numeric.chain
+    sample = numeric_sample(numeric, details.place)
     arm, q = sample.arm, sample.q
     frames, home = arm.frames(q), arm.frames(0 * q)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home[-1, :3, :3].T, arm.point_of(frames)
     omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
-    twist = _twist(numeric, omega, v, axis=0)
+    twist = _stack_twist(numeric, omega, v, axis=0)
     claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
-    yield agree("matrix of the twist", claimed[None], _conjugate(numeric, pose, twist)[None], 1e-8)
+    yield check_agreement("matrix of the twist", claimed[None], _transform_twists(numeric, pose, twist)[None], 1e-8)
     geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, angular = (pose[:3, :3].T @ (part_jacobian @ rates) for part_jacobian in (geometric[:3], geometric[3:]))
-    largest_error = np.abs(_twist(numeric, angular, velocity) - twist[:, 0]).max()
+    largest_error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
     yield Check(
         "the arm can",
         bool(largest_error <= 0.51 * 10.0**-DECIMALS),
@@ -133,47 +154,47 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
 
 def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
     """Return the pose of the body frame from the last frame, with its rotation at home removed, (…, 4, 4)."""
-    pose = np.broadcast_to(np.eye(4), (numeric.points, 4, 4)).copy()
-    pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home[:, -1, :3, :3].swapaxes(1, 2)
+    pose = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)).copy()
+    pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home_frames[:, -1, :3, :3].swapaxes(1, 2)
     pose[:, :3, 3] = numeric.point
     return pose
 
 
-def _space_jacobian(numeric: NumericReference) -> Expected:
+def _space_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the space Jacobian, by exponentials, and by finite differences of the last frame."""
-    frame_velocities = numeric.carried[:, :, numeric.chain.n]
+    frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
     at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
-    differenced = _twist(numeric, angular, at_origin).swapaxes(1, 2)
-    by_exponentials = (_Axes(numeric).space, EXACT)
-    return {"product of exponentials": by_exponentials, "finite differences": (differenced, DIFFERENCED)}
+    differenced = _stack_twist(numeric, angular, at_origin).swapaxes(1, 2)
+    by_exponentials = (_ExponentialArm(numeric).space_jacobian, EXACT_TOLERANCE)
+    return {"product of exponentials": by_exponentials, "finite differences": (differenced, DIFFERENCE_TOLERANCE)}
 
 
-def _body_jacobian(numeric: NumericReference) -> Expected:
+def _body_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the body Jacobian, by exponentials, and by rotating the geometric Jacobian into the body frame."""
-    axes = _Axes(numeric)
+    axes = _ExponentialArm(numeric)
     rotation = axes.pose[:, :3, :3].swapaxes(1, 2)
-    rotated = _twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
-    return {"product of exponentials": (axes.body, EXACT), "frames": (rotated, EXACT)}
+    rotated = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
+    return {"product of exponentials": (axes.body_jacobian, EXACT_TOLERANCE), "frames": (rotated, EXACT_TOLERANCE)}
 
 
-def _check_twist(jacobian_by_route: Callable[[NumericReference], Expected]) -> PartCheck:
+def _make_twist_check(jacobians_by_method: Callable[[NumericReference], ExpectedValues]) -> PartCheck:
     """Return a function that checks a twist, which is the Jacobian of each method times the joint rates."""
 
-    def twist(numeric: NumericReference, _: Part) -> Expected:
-        methods = jacobian_by_route(numeric).items()
+    def twist(numeric: NumericReference, _: Part) -> ExpectedValues:
+        methods = jacobians_by_method(numeric).items()
         return {name: (jacobian @ numeric.rates, tolerance) for name, (jacobian, tolerance) in methods}
 
-    return formula_check(twist)
+    return make_formula_check(twist)
 
 
 CHECKS: dict[str, PartCheck] = {
-    "home-screws": formula_check(_home),
-    "body-pose": formula_check(_pose),
-    "body-adjoint": formula_check(_body_adjoint),
+    "home-screws": make_formula_check(_home_screws),
+    "body-pose": make_formula_check(_body_pose),
+    "body-adjoint": make_formula_check(_body_adjoint),
     "changed-twist": _check_changed_twist,
-    "space-jacobian": formula_check(lambda numeric, _: _space_jacobian(numeric)),
-    "body-jacobian": formula_check(lambda numeric, _: _body_jacobian(numeric)),
-    "space-twist": _check_twist(_space_jacobian),
-    "body-twist": _check_twist(_body_jacobian),
+    "space-jacobian": make_formula_check(lambda numeric, _: _space_jacobian(numeric)),
+    "body-jacobian": make_formula_check(lambda numeric, _: _body_jacobian(numeric)),
+    "space-twist": _make_twist_check(_space_jacobian),
+    "body-twist": _make_twist_check(_body_jacobian),
 }

@@ -11,15 +11,15 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.formula.order import index_of, joint_sum
+from qdot.exercises.formula.order import joint_sum_digits, number_in_name
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.writing.shortening import (
-    add_angles,
-    gather_sums,
+    factor_sums,
     multiply_numbers,
+    remove_constant_shifts,
     replace_squares,
-    use_plain_angles,
+    use_angle_sums,
 )
 
 
@@ -27,78 +27,78 @@ from qdot.exercises.writing.shortening import (
 class AngleNames:
     r"""Names for angles that can't be written like c_{12} because they contain a constant or a difference.
 
-    `meanings` has the angle for each name.
+    `angle_by_name` has the angle for each name.
     """
 
-    meanings: Mapping[sp.Symbol, sp.Expr]
-    _renamed: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
+    angle_by_name: Mapping[sp.Symbol, sp.Expr]
+    _named_trigs: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
 
-    def rename(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
+    def use_names(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return an expression or matrix with named angles in its sines and cosines, and with its sums factored.
 
         The sine or cosine of a plain angle is kept; it is not expressed by an angle with a constant.
         """
         if isinstance(expression, sp.MatrixBase):
-            return expression.applyfunc(self.rename)
-        expanded = use_plain_angles(expression)
-        return gather_sums(
-            expanded.xreplace({trig: self._rename_angle(trig) for trig in expanded.atoms(sp.sin, sp.cos)})
-        )
+            return expression.applyfunc(self.use_names)
+        expanded = remove_constant_shifts(expression)
+        return factor_sums(expanded.xreplace({trig: self._use_name(trig) for trig in expanded.atoms(sp.sin, sp.cos)}))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return a result shortened by sin^2 + cos^2 = 1 and by angle-sum identities if the sum can be written."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
-        return replace_squares(add_angles(expression, self._can_be_written))
+        return replace_squares(use_angle_sums(expression, self._has_notation))
 
-    def _can_be_written(self, angle: sp.Expr) -> bool:
-        return is_plain(angle) or _find_name(angle, self.meanings) is not None
+    def _has_notation(self, angle: sp.Expr) -> bool:
+        return needs_no_name(angle) or _express_by_name(angle, self.angle_by_name) is not None
 
-    def _rename_angle(self, trig: sp.Expr) -> sp.Expr:
-        if trig not in self._renamed:
+    def _use_name(self, trig: sp.Expr) -> sp.Expr:
+        if trig not in self._named_trigs:
             (angle,) = trig.args
-            renamed = None if is_plain(angle) else _find_name(angle, self.meanings)
-            self._renamed[trig] = trig if renamed is None else trig.func(renamed)
-        return self._renamed[trig]
+            renamed = None if needs_no_name(angle) else _express_by_name(angle, self.angle_by_name)
+            self._named_trigs[trig] = trig if renamed is None else trig.func(renamed)
+        return self._named_trigs[trig]
 
-    def to_python(self, expression: sp.Expr) -> str:
+    def python_code(self, expression: sp.Expr) -> str:
         """Return an expression as Python code in which named angles are written out, like theta1 + 5*pi/6."""
-        renamed = multiply_numbers(self.rename(self.shorten(expression)))
-        return python_text(renamed, {name: python_text(meaning) for name, meaning in self.meanings.items()})
+        renamed = multiply_numbers(self.use_names(self.shorten(expression)))
+        return python_text(renamed, {name: python_text(meaning) for name, meaning in self.angle_by_name.items()})
 
 
-def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
+def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     r"""Return names for the angles in their order, and then for other angles in the sines and cosines of `matrices`.
 
     SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). The former is named if its angle is that of a link.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
-    >>> names = angle_names([t1 - 2 * sp.pi / 3])
-    >>> names.meanings, names.rename(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
+    >>> names = name_angles([t1 - 2 * sp.pi / 3])
+    >>> names.angle_by_name, names.use_names(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
     others = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), text_of(a)))):
-        if not is_plain(angle) and _is_sum(angle) and _find_name(angle, meanings) is None:
+    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), expression_text(a)))):
+        if not needs_no_name(angle) and _has_unit_coefficients(angle) and _express_by_name(angle, meanings) is None:
             meanings[_new_name(angle, meanings)] = angle
     return AngleNames(meanings)
 
 
-def is_plain(angle: sp.Expr) -> bool:
+def needs_no_name(angle: sp.Expr) -> bool:
     """Return whether an angle needs no name: a number, or a sum of joint variables and multiples of 90 degrees."""
     constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest == 0 or ((2 * constant / sp.pi).is_Integer and (joint_sum(rest) or joint_sum(-rest)) is not None)
+    return rest == 0 or (
+        (2 * constant / sp.pi).is_Integer and (joint_sum_digits(rest) or joint_sum_digits(-rest)) is not None
+    )
 
 
-def _is_sum(angle: sp.Expr) -> bool:
+def _has_unit_coefficients(angle: sp.Expr) -> bool:
     """Return whether all joint variables in an angle have the coefficient 1 or -1."""
     return all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
 
 
-def _find_name(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+def _express_by_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """Return an angle as ±1 or ±2 times a named angle plus a multiple of 90 degrees, or None if that is impossible."""
-    for name, meaning in meanings.items():
+    for name, meaning in angle_by_name.items():
         for factor in (1, -1, 2, -2):
             difference = sp.expand(angle - factor * meaning)
             if (2 * difference / sp.pi).is_Integer:
@@ -106,20 +106,22 @@ def _find_name(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr
     return None
 
 
-def _new_name(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
-    name = rf"\varphi_{{{''.join(map(str, sorted(index_of(symbol) for symbol in angle.free_symbols)))}}}"
-    while sp.Symbol(name) in names:
+def _new_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
+    name = rf"\varphi_{{{''.join(map(str, sorted(number_in_name(symbol) for symbol in angle.free_symbols)))}}}"
+    while sp.Symbol(name) in angle_by_name:
         name = name.replace(r"\varphi", r"\varphi'", 1)
     return sp.Symbol(name)
 
 
 def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles in an arm's formulas: of its links, of its table's rows, and between its links."""
-    runs = _runs(chain)
+    runs = _angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
-    yield from (_reduce(joint.theta) for joint in chain.joints if joint.kind == "R")
+    yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.kind == "R")
     for run in runs:
-        yield from (_orient(_reduce(later - earlier)) for earlier, later in combinations(run, 2))
+        yield from (
+            _make_first_joint_positive(_reduce_constant(later - earlier)) for earlier, later in combinations(run, 2)
+        )
 
 
 def link_angles(chain: Chain) -> list[sp.Expr]:
@@ -127,15 +129,15 @@ def link_angles(chain: Chain) -> list[sp.Expr]:
 
     If all axes are parallel, this is the angle of x_i in the world frame.
     """
-    return [angle for run in _runs(chain) for angle in run][1:]
+    return [angle for run in _angles_by_run(chain) for angle in run][1:]
 
 
-def _runs(chain: Chain) -> list[list[sp.Expr]]:
+def _angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
     """Return the angles of the base and of all links, grouped into runs of parallel axes."""
     total, sense = chain.base.yaw, 1
     runs: list[list[sp.Expr]] = [[]]
     for theta, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
-        total = _reduce(total + sense * theta)
+        total = _reduce_constant(total + sense * theta)
         runs[-1].append(total)
         if alpha in (sp.pi, -sp.pi):
             sense = -sense
@@ -145,14 +147,14 @@ def _runs(chain: Chain) -> list[list[sp.Expr]]:
     return runs
 
 
-def _reduce(angle: sp.Expr) -> sp.Expr:
+def _reduce_constant(angle: sp.Expr) -> sp.Expr:
     """Return an angle with its constant, if it is a rational multiple of pi, in (-pi, pi]."""
     angle = sp.expand(angle)
     constant = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
     return angle - constant + sp.pi - sp.Mod(sp.pi - constant, 2 * sp.pi) if (constant / sp.pi).is_Rational else angle
 
 
-def _orient(angle: sp.Expr) -> sp.Expr:
+def _make_first_joint_positive(angle: sp.Expr) -> sp.Expr:
     """Return an angle or its negative, so that the first joint variable has a positive sign."""
     first_joint = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
-    return _reduce(-angle) if angle.coeff(first_joint) == -1 else angle
+    return _reduce_constant(-angle) if angle.coeff(first_joint) == -1 else angle

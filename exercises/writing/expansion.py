@@ -13,13 +13,13 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, short_jacobian
-from qdot.exercises.arm.trigonometry import textbook
+from qdot.exercises.arm.trigonometry import textbook_form
 
-Fill = Callable[[sp.Expr], sp.Expr]
+Substitution = Callable[[sp.Expr], sp.Expr]
 
 
 @dataclass(frozen=True)
-class Step:
+class ExpansionStep:
     """One step of an expansion; after it, the determinant is `factor` times that of `matrix`.
 
     The kinds are:
@@ -45,18 +45,23 @@ class Expansion:
     trigonometric identities lead from the products to the result.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[ExpansionStep, ...]
     along: str
     products: tuple[sp.Expr, ...]
     uses_identities: bool = False
 
-    def fill(self, fill: Fill, result: sp.Expr) -> "Expansion":
+    def with_numbers(self, substitute: Substitution, result: sp.Expr) -> "Expansion":
         """Return the expansion with numbers substituted, and with the result after its products."""
         steps = tuple(
-            replace(step, factor=fill(step.factor), matrix=step.matrix.applyfunc(fill), entry=fill(step.entry))
+            replace(
+                step,
+                factor=substitute(step.factor),
+                matrix=step.matrix.applyfunc(substitute),
+                entry=substitute(step.entry),
+            )
             for step in self.steps
         )
-        (products,) = map(fill, self.products)
+        (products,) = map(substitute, self.products)
         unsigned_products = {_without_sign(products), _without_sign(sp.factor_terms(products))}
         if unsigned_products & {_without_sign(result), _without_sign(sp.factor_terms(result))}:
             return replace(self, steps=steps, products=(result,))
@@ -70,25 +75,25 @@ def _without_sign(product: sp.Expr) -> sp.Expr:
     return sp.Mul(*map(sp.expand, factors))
 
 
-def _tidy(entry: sp.Expr) -> sp.Expr:
+def _simplify_entry(entry: sp.Expr) -> sp.Expr:
     """Return an entry multiplied out, and in the textbook's form if it has no roots of numbers."""
     expanded = sp.expand(entry)
-    return expanded if any(power.is_number for power in expanded.atoms(sp.Pow)) else textbook(expanded)
+    return expanded if any(power.is_number for power in expanded.atoms(sp.Pow)) else textbook_form(expanded)
 
 
-def straight_joint_1(chain: Chain) -> sp.Expr:
+def joint_1_without_base_rotation(chain: Chain) -> sp.Expr:
     """Return the value of a structure's joint 1 that cancels the rotation of its base, or zero if there is none."""
     return {sp.S.Zero: -chain.base.yaw, sp.pi: chain.base.yaw}.get(chain.base.tilt, sp.S.Zero)
 
 
 @lru_cache(maxsize=512)
-def jacobian_at_joint_1(chain: Chain) -> sp.Matrix | None:
-    """Return J with joint 1 at `straight_joint_1`; None if det J depends on joint 1, or if J doesn't."""
+def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
+    """Return J with joint 1 at `joint_1_without_base_rotation`; None if det J depends on joint 1, or if J doesn't."""
     d, theta_1 = derive(chain), chain.q[0]
     if chain.joints[0].kind == "P" or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
         return None
-    shortened = d.jacobian.xreplace({theta_1: straight_joint_1(chain)})
-    return shortened.applyfunc(_tidy)
+    shortened = d.jacobian.xreplace({theta_1: joint_1_without_base_rotation(chain)})
+    return shortened.applyfunc(_simplify_entry)
 
 
 @lru_cache(maxsize=1024)
@@ -96,34 +101,36 @@ def expand_jacobian(chain: Chain) -> Expansion:
     """Return the steps that expand det J of a structure."""
     jacobian, shortened = derive(chain).jacobian, short_jacobian(chain)
     if shortened != jacobian:
-        return expand_determinant(shortened, (Step("link", sp.S.One, shortened, number=chain.n // 2),))
-    jacobian_at_value = jacobian_at_joint_1(chain) if chain.n > 2 else None
+        return expand_determinant(shortened, (ExpansionStep("link", sp.S.One, shortened, number=chain.n // 2),))
+    jacobian_at_value = shorten_by_joint_1(chain) if chain.n > 2 else None
     if jacobian_at_value is None:
         return expand_determinant(jacobian)
-    return expand_determinant(jacobian_at_value, (Step("joint", sp.S.One, jacobian_at_value),))
+    return expand_determinant(jacobian_at_value, (ExpansionStep("joint", sp.S.One, jacobian_at_value),))
 
 
-def expand_determinant(matrix: sp.Matrix, steps: tuple[Step, ...] = ()) -> Expansion:
+def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ()) -> Expansion:
     """Return the steps that expand the determinant of a matrix, after the `steps` that led to the matrix."""
     factor: sp.Expr = sp.S.One
-    line, positions = sparsest_line(matrix)
+    line, positions = find_sparsest_line(matrix)
     while matrix.rows > 2 and len(positions) == 1:
         (position,) = positions
         entry = matrix[position]
         factor, matrix = (-1) ** sum(position) * entry * factor, matrix.minor_submatrix(*position)
-        steps = (*steps, Step("alone", factor, matrix, line=line, entry=entry))
-        line, positions = sparsest_line(matrix)
+        steps = (*steps, ExpansionStep("alone", factor, matrix, line=line, entry=entry))
+        line, positions = find_sparsest_line(matrix)
     if matrix.rows <= 2:
         total = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0] if matrix.rows == 2 else matrix[0, 0]
         return Expansion(steps, "", (factor * total,))
-    minors = (textbook(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz"))) for position in positions)
+    minors = (
+        textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz"))) for position in positions
+    )
     products = (
         (-1) ** sum(position) * matrix[position] * minor for position, minor in zip(positions, minors, strict=True)
     )
     return Expansion(steps, line, (factor * sp.Add(*products),))
 
 
-def sparsest_line(matrix: sp.Matrix) -> tuple[str, list[tuple[int, int]]]:
+def find_sparsest_line(matrix: sp.Matrix) -> tuple[str, list[tuple[int, int]]]:
     """Return the name of the row or column with the fewest and simplest nonzero entries, and their indices."""
     rows = [(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
     columns = [(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]

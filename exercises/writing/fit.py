@@ -12,91 +12,91 @@ from qdot.exercises.formula import layout
 from qdot.exercises.formula.layout import Layout, Pieces, row
 
 Lines = list[Pieces]
-Rows = list[tuple[Pieces, Pieces]]
+EquationSides = list[tuple[Pieces, Pieces]]
 
-OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
+OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
 """Widths of operators with the space around them; all widths are in em."""
-LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
-LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
-WIDER = 1.2
+LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
+LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
+MAX_OVERWIDTH = 1.2
 """A formula up to this many times as wide as the line is not broken inside brackets: its letters become smaller."""
-DEEPEST = 4
+MAX_BRACKET_DEPTH = 4
 """Maximum depth of nested brackets in which a sum may be broken."""
-WHOLE = 0.6
+MAX_UNBREAKABLE_SHARE = 0.6
 """Maximum width of a piece that can't be broken, as a fraction of the line's width."""
 _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
-def width(formula: Layout, size: float = 1.0) -> float:
-    r"""Return the estimated width of a formula in em; `size` scales fractions, which are smaller inside a matrix.
+def formula_width(formula: Layout, scale: float = 1.0) -> float:
+    r"""Return the estimated width of a formula in em; `scale` scales fractions, which are smaller inside a matrix.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
-    >>> width(letter) < width(half) + 0.3 < width(total)
+    >>> formula_width(letter) < formula_width(half) + 0.3 < formula_width(total)
     True
     """
     kind, text, inner = formula
     if kind == "row":
-        return _total_width(inner, size)
+        return _total_width(inner, scale)
     if kind == "script":
-        return width(inner[0]) + SCRIPT * max(width(inner[1]), width(inner[2]))
+        return formula_width(inner[0]) + SCRIPT_SCALE * max(formula_width(inner[1]), formula_width(inner[2]))
     if kind == "fraction":
-        return 0.2 + size * max(width(inner[0], size), width(inner[1], size))
+        return 0.2 + scale * max(formula_width(inner[0], scale), formula_width(inner[1], scale))
     if kind == "dotted":
-        return width(inner[0])
+        return formula_width(inner[0])
     if kind in ("matrix", "aligned"):
-        cell_size, brackets = (SCRIPT, 2 * SIGN) if kind == "matrix" else (1.0, 0.0)
-        rows = ([width(cell, cell_size) for cell in cells.inner] for cells in inner)
-        return brackets + sum(max(column) + COLUMN for column in zip_longest(*rows, fillvalue=0.0))
+        cell_size, brackets = (SCRIPT_SCALE, 2 * SIGN_WIDTH) if kind == "matrix" else (1.0, 0.0)
+        rows = ([formula_width(cell, cell_size) for cell in cells.inner] for cells in inner)
+        return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return width(inner[0], size) + (0.9 if kind == "root" else SIGN * len(text.replace(".", "")))
+        return formula_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
     return _leaf_width(kind, text)
 
 
-def breaks_lines(formula: Layout, room: float) -> bool:
-    """Return whether an inline formula has a piece, such as a fraction, too wide for lines of `room` (em)."""
-    return any(width(piece) > WHOLE * room for piece in formula.inner)
+def is_too_wide_inline(formula: Layout, max_width: float) -> bool:
+    """Return whether an inline formula has a piece, such as a fraction, too wide for lines of `max_width` (em)."""
+    return any(formula_width(piece) > MAX_UNBREAKABLE_SHARE * max_width for piece in formula.inner)
 
 
-def is_high(formula: Layout) -> bool:
+def is_taller_than_line(formula: Layout) -> bool:
     """Return whether a formula is higher than a line of text because it has a fraction, a root or tall brackets."""
-    return formula.kind in ("fraction", "fenced", "root") or any(map(is_high, formula.inner))
+    return formula.kind in ("fraction", "fenced", "root") or any(map(is_taller_than_line, formula.inner))
 
 
-def _total_width(pieces: Sequence[Layout], size: float = 1.0) -> float:
-    return sum(width(piece, size) for piece in pieces)
+def _total_width(pieces: Sequence[Layout], scale: float = 1.0) -> float:
+    return sum(formula_width(piece, scale) for piece in pieces)
 
 
 @lru_cache(maxsize=2048)
 def _leaf_width(kind: str, text: str) -> float:
     if kind == "space":
         return layout.SPACES[text]
-    if kind == "sign" or text in OPERATORS:
-        return OPERATORS.get(text, SIGN)
+    if kind == "sign" or text in OPERATOR_WIDTHS:
+        return OPERATOR_WIDTHS.get(text, SIGN_WIDTH)
     margin = 0.17 if kind == "word" else 0.0
-    return margin + sum(LETTERS.get(letter, LETTER) for letter in text)
+    return margin + sum(LETTER_WIDTHS.get(letter, LETTER_WIDTH) for letter in text)
 
 
-def fit_formula(formula: Layout, room: float) -> Layout:
-    """Return a displayed formula, broken into lines as far as possible if it is wider than `room` (em)."""
-    if width(formula) <= room:
+def fit_formula(formula: Layout, max_width: float) -> Layout:
+    """Return a displayed formula, broken into lines as far as possible if it is wider than `max_width` (em)."""
+    if formula_width(formula) <= max_width:
         return formula
-    rows = _split_equations(formula, room)
+    rows = _split_equations(formula, max_width)
     left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
-    lines = [line for left, right in rows for line in _break_equation(left, right, room - left_width)]
+    lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
-def _split_equations(formula: Layout, room: float) -> Rows:
+def _split_equations(formula: Layout, max_width: float) -> EquationSides:
     """Return the equations in a formula as pairs: the left side, and the right side with its equals sign.
 
     Equations on the same line of an aligned formula stay together if they fit.
     """
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
-        return [_split_at_equals(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
-    rows: Rows = []
+        return [_split_at_equals(piece) for piece in layout.split_at(formula.inner, layout.QQUAD)]
+    rows: EquationSides = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
         pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
@@ -104,62 +104,72 @@ def _split_equations(formula: Layout, room: float) -> Rows:
         if not left and right[:1] != (layout.EQUALS,) and rows:  # the previous sum continues
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        joined_equations = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
-        if len(pairs) > 1 and _total_width(joined_equations) <= room - 2.0:
+        joined_equations = layout.join_pieces((layout.QUAD,), [(*a, *b) for a, b in pairs])
+        if len(pairs) > 1 and _total_width(joined_equations) <= max_width - 2.0:
             pairs = [(left, joined_equations[len(left) :])]
         rows += pairs
     return rows
 
 
 def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
-    left, *rest = layout.split(equation, layout.EQUALS)
-    return (left, (layout.EQUALS, *layout.join((layout.EQUALS,), rest))) if rest else ((), left)
+    left, *rest = layout.split_at(equation, layout.EQUALS)
+    return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), rest))) if rest else ((), left)
 
 
-def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
-    """Return the lines of one equation whose right side may be `room` (em) wide."""
-    if _total_width(right) <= room - 1.0:
+def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
+    """Return the lines of one equation whose right side may be `max_width` (em) wide."""
+    if _total_width(right) <= max_width - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
-    space = room - 2.0 if sign else room - 1.0
-    lines: Rows = []
-    for index, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
+    space = max_width - 2.0 if sign else max_width - 1.0
+    lines: EquationSides = []
+    for index, part in enumerate(layout.split_at(right[1:], layout.EQUALS) if sign else [right]):
         broken_lines = _break_side(part, space)
         lines.append((() if index else left, (*sign, *broken_lines[0])))
         lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
 
 
-def _break_side(part: Pieces, room: float) -> Lines:
+def _break_side(side: Pieces, max_width: float) -> Lines:
     """Return one side of an equation, broken into lines between factors, before signs or inside matrices."""
-    if _total_width(part) <= room:
-        return [part]
-    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_split_matrices(part), layout.DOT)):
+    if _total_width(side) <= max_width:
+        return [side]
+    for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
-            parts = [_break_side(factor, room - 1.5) for factor in factors]
+            parts = [_break_side(factor, max_width - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
-    terms = layout.terms(part)
+    terms = layout.split_terms(side)
     if len(terms) > 1:
-        return fill_lines(_split_wide_terms(terms, room), room)
-    return _break_fraction(part, room) or _name_entries(part, room) or fill_lines(_split_wide_terms(terms, room), room)
+        return fill_lines(_split_wide_terms(terms, max_width), max_width)
+    return (
+        _break_fraction(side, max_width)
+        or _name_entries(side, max_width)
+        or fill_lines(_split_wide_terms(terms, max_width), max_width)
+    )
 
 
-def _split_matrices(part: Pieces) -> Lines:
+def _split_matrices(product_pieces: Pieces) -> Lines:
     """Split a product of matrices into factors that each end in a matrix; other formulas are a single factor."""
-    ends = [k + 1 for k, piece in enumerate(part) if _find_matrix(piece)]
+    ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)]
     starts = [0, *ends[:-1]]
-    return [part[start:end] for start, end in zip(starts, [*ends[:-1], len(part)], strict=True)] if ends else [part]
+    return (
+        [product_pieces[start:end] for start, end in zip(starts, [*ends[:-1], len(product_pieces)], strict=True)]
+        if ends
+        else [product_pieces]
+    )
 
 
 def _find_matrix(piece: Layout) -> Layout | None:
     """Return the matrix if a piece is a matrix or a power of one, else None."""
-    base = layout.base(piece)
+    base = layout.base_of_script(piece)
     return base if base.kind == "matrix" else None
 
 
-def _break_fraction(part: Pieces, room: float) -> Lines:
+def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     """Return a wide fraction as 1 over the denominator times the numerator, in lines; nothing for other formulas."""
-    sign, rest = (part[:1], part[1:]) if part[:1] == (layout.MINUS,) else ((), part)
+    sign, rest = (
+        (formula_pieces[:1], formula_pieces[1:]) if formula_pieces[:1] == (layout.MINUS,) else ((), formula_pieces)
+    )
     if len(rest) != 1 or rest[0].text != "frac":
         return []
     numerator, denominator = (side.inner for side in rest[0].inner)
@@ -168,40 +178,42 @@ def _break_fraction(part: Pieces, room: float) -> Lines:
         len(numerator) > 3 and numerator[0].kind == "number" and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
     ):  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
-    first, *others = fill_lines(layout.terms(numerator), room - _total_width(denominator))
+    first, *others = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
     opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
     return [(*opening, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
-def _split_wide_terms(terms: Sequence[Pieces], room: float) -> list[Pieces]:
+def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
     """Return terms; a term that is too wide is replaced by the terms of the sums in its brackets, and so on."""
     narrow_terms: list[Pieces] = []
     for term in terms:
         pieces, parts = term, [term]
-        for depth in range(1, DEEPEST + 1):
-            if all(_total_width(part) <= WIDER * room for part in parts):
+        for depth in range(1, MAX_BRACKET_DEPTH + 1):
+            if all(_total_width(part) <= MAX_OVERWIDTH * max_width for part in parts):
                 break
-            pieces = _open_brackets(pieces, room)
-            parts = layout.terms(pieces, depth)
+            pieces = _open_brackets(pieces, max_width)
+            parts = layout.split_terms(pieces, depth)
         narrow_terms += parts
     return narrow_terms
 
 
-def _open_brackets(pieces: Pieces, room: float) -> Pieces:
+def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
     """Replace wide brackets that grow by plain ones, because a line can't be broken inside brackets that grow."""
     opened: list[Layout] = []
     for piece in pieces:
-        is_wide = piece.kind == "fenced" and piece.text == "()" and width(piece) > room / 2
-        opened += (_OPEN, *_open_brackets(layout.parts(piece.inner[0]), room), _CLOSE) if is_wide else (piece,)
+        is_wide = piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2
+        opened += (
+            (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE) if is_wide else (piece,)
+        )
     return tuple(opened)
 
 
-def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
-    """Return lines of terms, each filled as far as `room` (em) permits."""
-    lines, line_width = [parts[0]], _total_width(parts[0])
-    for part in parts[1:]:
+def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
+    """Return lines of terms, each filled as far as `max_width` (em) permits."""
+    lines, line_width = [terms[0]], _total_width(terms[0])
+    for part in terms[1:]:
         part_width = _total_width(part)
-        if line_width + part_width <= room - 1.0:
+        if line_width + part_width <= max_width - 1.0:
             lines[-1] += part
             line_width += part_width
         else:
@@ -210,18 +222,18 @@ def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
     return lines
 
 
-def _name_entries(part: Pieces, room: float) -> Lines:
+def _name_entries(side: Pieces, max_width: float) -> Lines:
     """Return a wide matrix with names m_1, m_2 ... for its wide entries, followed by one or more lines for each."""
-    index = next((k for k, piece in enumerate(part) if _find_matrix(piece)), None)
+    index = next((k for k, piece in enumerate(side) if _find_matrix(piece)), None)
     if index is None:
         return []
-    matrix_piece = part[index]
+    matrix_piece = side[index]
     matrix = _find_matrix(matrix_piece)
     assert matrix is not None
     rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
     names: dict[Pieces, Pieces] = {}
     for entry in (entry for cells in rows for entry in cells):
-        if _total_width(entry) > room / (len(rows[0]) + 1) and entry not in names:
+        if _total_width(entry) > max_width / (len(rows[0]) + 1) and entry not in names:
             names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
     if not names:
         return []
@@ -231,8 +243,8 @@ def _name_entries(part: Pieces, room: float) -> Lines:
         if matrix_piece.kind == "matrix"
         else matrix_piece._replace(inner=(named_matrix, *matrix_piece.inner[1:]))
     )
-    lines = _break_side((*part[:index], named_piece, *part[index + 1 :]), room)
+    lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
     for entry, name in names.items():
-        first, *others = _break_side(entry, room - 4.0)
+        first, *others = _break_side(entry, max_width - 4.0)
         lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
     return lines

@@ -14,12 +14,12 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.formula.order import natural
-from qdot.exercises.questions.wrist import blocks, objection_unless_partitioned
+from qdot.exercises.formula.order import natural_sort_key
+from qdot.exercises.questions.wrist import derive_blocks, object_unless_block_triangular
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 
-READABLE = 18
+MAX_SHOWN_ENTRIES = 18
 """Maximum number of entries of a numeric matrix that a hint shows."""
 
 
@@ -37,7 +37,7 @@ class HintContext:
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
-        self.d: Derivation = derive(chain)
+        self.derivation: Derivation = derive(chain)
 
     @property
     def at_zero(self) -> dict[sp.Symbol, sp.Expr]:
@@ -46,7 +46,9 @@ class HintContext:
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
-        symbols = sorted(matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural(symbol.name)))
+        symbols = sorted(
+            matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural_sort_key(symbol.name))
+        )
         return [tex(symbol, self.chain) for symbol in symbols]
 
     def joints_of(self, formula: sp.Expr) -> str:
@@ -61,14 +63,14 @@ class HintContext:
         columns = [set(map(_without_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
         for j in reversed(range(matrix.cols)):
             others = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
-            if any(map(_varies, columns[j])) and any(map(_varies, others)):
+            if any(map(_is_variable, columns[j])) and any(map(_is_variable, others)):
                 return j + 1
         return None
 
     @staticmethod
     def entry(matrix: sp.Matrix) -> Entry | None:
         """Return the first entry that is not constant, if another one differs from it by more than its sign."""
-        positions = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _varies(matrix[i, j])]
+        positions = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _is_variable(matrix[i, j])]
         if len({_without_sign(matrix[position]) for position in positions}) < 2:
             return None
         i, j = positions[0]
@@ -77,32 +79,32 @@ class HintContext:
     @staticmethod
     def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
         """Return the first minor that is not constant, if another one differs from it by more than its sign."""
-        variable_minors = [(label, minor) for label, minor in minors if _varies(minor)]
+        variable_minors = [(label, minor) for label, minor in minors if _is_variable(minor)]
         return variable_minors[0] if len({_without_sign(minor) for _, minor in variable_minors}) > 1 else None
 
     @staticmethod
-    def gives_away(shown: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
+    def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
         """Return whether a matrix in a hint would reveal an entry of the answer, up to sign and to three digits."""
         answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {
             sp.S.Zero,
             sp.S.One,
             -sp.S.One,
         }
-        return any(_alike(entry, value) for entry in shown for value in answer_entries)
+        return any(_are_nearly_equal(entry, value) for entry in shown_matrix for value in answer_entries)
 
-    def is_readable(self, numbers: sp.Matrix) -> bool:
+    def is_small_enough(self, numbers: sp.Matrix) -> bool:
         """Return whether a numeric J is small enough for a hint and depends on the configuration."""
-        return len(numbers) <= READABLE and bool(self.d.jacobian.free_symbols & set(self.chain.q))
+        return len(numbers) <= MAX_SHOWN_ENTRIES and bool(self.derivation.jacobian.free_symbols & set(self.chain.q))
 
     @cached_property
-    def joint(self) -> int | None:
+    def shown_joint(self) -> int | None:
         """The joint (from 1) whose column of the geometric Jacobian hints show."""
-        return self.column(self.d.geometric)
+        return self.column(self.derivation.geometric)
 
     @cached_property
-    def mover(self) -> int | None:
+    def shown_linear_joint(self) -> int | None:
         """The joint (from 1) whose effect on P hints show: its column of the linear rows."""
-        return self.column(self.d.linear)
+        return self.column(self.derivation.linear)
 
     # --- what to look at on this arm ---
 
@@ -112,14 +114,14 @@ class HintContext:
         return f"joint{'s' * (len(numbers) > 1)} {join(numbers)}" if numbers else ""
 
     @property
-    def bare_links(self) -> str:
+    def zero_link_vectors(self) -> str:
         """The zero link vectors up to P, as in "$r_{1}$ and $r_{4}$"; "" if there are none."""
-        vectors = self.d.link_vectors[: self.chain.point.frame]
+        vectors = self.derivation.link_vectors[: self.chain.point.frame]
         zero_vectors = [f"$r_{{{i}}}$" for i, vector in enumerate(vectors, 1) if vector.is_zero_matrix]
         return join(zero_vectors) if zero_vectors else ""
 
     @property
-    def axes(self) -> list[tuple[int, str, sp.Expr]]:
+    def axis_directions(self) -> list[tuple[int, str, sp.Expr]]:
         """The direction of z_i relative to z_{i-1}, i = 1 ... n-1, and the twist.
 
         The direction is "same", "opposite", "right" (perpendicular) or "other".
@@ -133,19 +135,19 @@ class HintContext:
     # --- determinants and singular configurations ---
 
     @cached_property
-    def determines(self) -> list[str]:
+    def determinant_joints(self) -> list[str]:
         """The joint variables on which det J depends."""
-        return [tex(q, self.chain) for q in self.chain.q if q in self.d.determinant.free_symbols]
+        return [tex(q, self.chain) for q in self.chain.q if q in self.derivation.determinant.free_symbols]
 
     @property
-    def arm_seen(self) -> sp.Matrix | None:
+    def arm_block_in_frame_1(self) -> sp.Matrix | None:
         """The block R_1^T J11 of a partitioned Jacobian, or None if the Jacobian isn't partitioned or it equals J11.
 
         Also None for an arm that is described by its axes, because it has no frame 1.
         """
-        if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).frame_numbers:
+        if object_unless_block_triangular(self.chain) is not None or not convention_of(self.chain).frame_numbers:
             return None
-        partition = blocks(self.chain)
+        partition = derive_blocks(self.chain)
         return None if partition.arm_seen == partition.arm else partition.arm_seen
 
     @property
@@ -157,7 +159,7 @@ class HintContext:
         ]
 
 
-def _varies(entry: sp.Expr) -> bool:
+def _is_variable(entry: sp.Expr) -> bool:
     return bool(entry.free_symbols)
 
 
@@ -165,7 +167,7 @@ def _without_sign(entry: sp.Expr) -> sp.Expr:
     return -entry if entry.could_extract_minus_sign() else entry
 
 
-def _alike(a: sp.Expr, b: sp.Expr) -> bool:
+def _are_nearly_equal(a: sp.Expr, b: sp.Expr) -> bool:
     if a.is_number and b.is_number:
         return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
     return bool(_without_sign(a) == _without_sign(b))

@@ -26,17 +26,17 @@ LANGUAGES: dict[str, str] = {"de": "Deutsch"}
 LOCALE = Path(__file__).parents[1] / "locale"
 """The folder of the message files."""
 
-ARM, SHOWN, FAMILY, QUESTION, PHRASE, SOURCE = (
+ARM_HEADING, ARM_IN_SENTENCE, FAMILY, QUESTION, PHRASE, SOURCE = (
     "arm, as a heading", "arm, behind “The figure shows”", "family", "question", "phrase", "source, behind “See”",
 )  # fmt: skip
 """Contexts of messages whose English text alone is ambiguous."""
 
-Row = tuple[re.Pattern[str], str]
+PhraseTranslation = tuple[re.Pattern[str], str]
 
 
-def is_formula(where: str) -> bool:
+def is_formula_number(reference: str) -> bool:
     """Return whether a reference to the chapter is just a formula's number, as in "(6.1)"."""
-    return re.fullmatch(r"\(\d+\.\d+\)", where) is not None
+    return re.fullmatch(r"\(\d+\.\d+\)", reference) is not None
 
 
 def mistake_context(name: str) -> str:
@@ -47,10 +47,10 @@ def mistake_context(name: str) -> str:
 @cache
 def catalogue(language: str) -> "Catalogue":
     """Return the messages of a language."""
-    return Catalogue() if language == ENGLISH else read(LOCALE / f"{language}.po")
+    return Catalogue() if language == ENGLISH else read_catalogue(LOCALE / f"{language}.po")
 
 
-def read(path: Path) -> "Catalogue":
+def read_catalogue(path: Path) -> "Catalogue":
     """Return the messages in a file; polib compiles it, because Python's gettext needs a compiled catalogue."""
     import polib
 
@@ -74,115 +74,117 @@ class Catalogue:
 
     # --- words that problems carry ---
 
-    def phrase(self, english: object) -> str:
+    def translate_phrase(self, english: object) -> str:
         """Translate a phrase by the first pattern that matches; return it unchanged if none does."""
         text = str(english)
         if self.is_english:
             return text
         if re.fullmatch(r"-?\d+\.\d+", text):
-            return text.replace(".", self._decimal)
-        return _first(self._phrases, text, self.phrase)
+            return text.replace(".", self._decimal_sign)
+        return _translate_by_first_match(self._phrase_translations, text, self.translate_phrase)
 
     def family(self, title: str) -> str:
         """Return the title of a family."""
-        return self._of(FAMILY, title)
+        return self._translate(FAMILY, title)
 
     def question(self, title: str) -> str:
         """Return the title of a question."""
-        return self._of(QUESTION, title)
+        return self._translate(QUESTION, title)
 
     def arm_title(self, name: str) -> str:
         """Return the heading for an arm that has a name, or the general heading if `name` is empty."""
-        return _first(self._arms(ARM), name or "arm")
+        return _translate_by_first_match(self._arm_translations(ARM_HEADING), name or "arm")
 
-    def arm_shown(self, name: str) -> str:
+    def arm_in_sentence(self, name: str) -> str:
         """Return the name of an arm with an article, as in a sentence after "The figure shows"."""
         arm_name = name or "arm"
         if self.is_english:
             return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
-        return _first(self._arms(SHOWN), arm_name)
+        return _translate_by_first_match(self._arm_translations(ARM_IN_SENTENCE), arm_name)
 
     def mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
-        return self._of(mistake_context(name), title)
+        return self._translate(mistake_context(name), title)
 
-    def mistake_inside(self, name: str, title: str) -> str:
+    def mistake_title_in_sentence(self, name: str, title: str) -> str:
         """Return the title of a mistake inside a sentence; English has a lower-case initial there, German a capital."""
         translation = self.mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
         return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
-    def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
-        """Return the sentence on a mistake; `sentence` is English and was made from the pattern `says`."""
-        match = pattern(says + "{tail}").fullmatch(sentence)
+    def mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
+        """Return the sentence on a mistake; `sentence` is English and was made from the pattern `english_pattern`."""
+        match = phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
-        source = where if is_formula(where) else self._of(SOURCE, where)
-        words = {key: self.phrase(word) for key, word in match.groupdict().items()}
+        source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
+        words = {key: self.translate_phrase(word) for key, word in match.groupdict().items()}
         reference = self.gettext("See %(where)s.", where=source)
-        return f"{self._of(mistake_context(name), says).format(**words)} {reference}"
+        return f"{self._translate(mistake_context(name), english_pattern).format(**words)} {reference}"
 
     # --- numbers ---
 
-    def with_decimals(self, text: str) -> str:
+    def localize_formulas(self, text: str) -> str:
         """Return Markdown with the language's decimal sign in its formulas; code and prose stay unchanged.
 
         In these formulas, commas between numbers become semicolons, because 0,5, 1 could be two or three numbers.
         """
-        return text if self._decimal == "." else _PIECES.sub(self._own_decimals, text)
+        return text if self._decimal_sign == "." else _FORMULA_OR_CODE.sub(self._localize_formula, text)
 
-    def with_decimal(self, number: str) -> str:
+    def localize_number(self, number: str) -> str:
         """Return a number in a sentence with the decimal sign of the language.
 
-        >>> catalogue("de").with_decimal("−0.25 m/s")
+        >>> catalogue("de").localize_number("−0.25 m/s")
         '−0,25 m/s'
         """
-        return _DECIMAL.sub(rf"\1{self._decimal}\2", number)
+        return _DECIMAL_PATTERN.sub(rf"\1{self._decimal_sign}\2", number)
 
     @cached_property
-    def _decimal(self) -> str:
+    def _decimal_sign(self) -> str:
         return self.pgettext("decimal sign", ".")
 
-    def _own_decimals(self, piece: re.Match[str]) -> str:
+    def _localize_formula(self, piece: re.Match[str]) -> str:
         formula = piece["formula"]
-        if formula is None or not _DECIMAL.search(formula):
+        if formula is None or not _DECIMAL_PATTERN.search(formula):
             return piece[0]
-        return _DECIMAL.sub(rf"\1{{{self._decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
+        return _DECIMAL_PATTERN.sub(rf"\1{{{self._decimal_sign}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
 
     # --- messages without % formatting: their braces are filled in, and a percent sign is literal ---
 
-    def _of(self, context: str, message: str) -> str:
+    def _translate(self, context: str, message: str) -> str:
         return self.translations.pgettext(context, message)
 
     @cached_property
-    def _phrases(self) -> list[Row]:
-        return [(pattern(english), self._of(PHRASE, english)) for english in PHRASES]
+    def _phrase_translations(self) -> list[PhraseTranslation]:
+        return [(phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
 
-    def _arms(self, context: str) -> list[Row]:
-        return [(pattern(name), self._of(context, name)) for name in ARMS]
+    def _arm_translations(self, context: str) -> list[PhraseTranslation]:
+        return [(phrase_pattern(name), self._translate(context, name)) for name in ARMS]
 
 
-def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
+def _translate_by_first_match(
+    rows: Iterable[PhraseTranslation], text: str, translate_word: Callable[[str], str] = str
+) -> str:
     """Translate a text by the first row that matches it, or return it unchanged.
 
-    `inner` is applied to the words that are copied to the translation.
+    `translate_word` is applied to the words that are copied to the translation.
     """
     for regex, translation in rows:
         match = regex.fullmatch(text)
         if match is not None:
-            return translation.format(**{key: inner(word) for key, word in match.groupdict().items()})
+            return translation.format(**{key: translate_word(word) for key, word in match.groupdict().items()})
     return text
 
 
-_DECIMAL = re.compile(r"(\d)\.(\d)")
-_PIECES = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.DOTALL)
+_DECIMAL_PATTERN = re.compile(r"(\d)\.(\d)")
+_FORMULA_OR_CODE = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.DOTALL)
 
 
 @cache
-def pattern(phrase: str) -> re.Pattern[str]:
+def phrase_pattern(phrase: str) -> re.Pattern[str]:
     """Return a regular expression for a phrase with names in braces; a repeated name must match the same text.
 
-    >>> pattern("row {n}").fullmatch("row 2")["n"]
+    >>> phrase_pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
     pieces, seen_names = [], set()

@@ -13,12 +13,18 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
-from qdot.exercises.formula.printers.latex import latex
+from qdot.exercises.formula.order import (
+    COMPONENT_PATTERN,
+    NAMED_ANGLE_PATTERN,
+    decimal_text,
+    is_rate_or_component,
+    joint_sum_digits,
+)
+from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.fit import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
-from qdot.exercises.writing.turns import turns_of, with_turns
+from qdot.exercises.writing.turns import constant_angles, use_constant_angles
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
@@ -27,9 +33,9 @@ _FUNCTIONS = {
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
-_MOST_BELOW = 10**6
+_MAX_DENOMINATOR = 10**6
 """Maximum denominator of a fraction before a root; with a larger one, decimals are shown before a root, too."""
-_NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
+_SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
 @cache
@@ -39,9 +45,9 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
-    if COMPONENT.fullmatch(name):
+    if COMPONENT_PATTERN.fullmatch(name):
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
-    match = _NAMED.fullmatch(name)
+    match = _SYMBOL_PATTERN.fullmatch(name)
     if match is None:
         return str(sp.latex(sp.Symbol(name)))
     letter, index = match.groups()
@@ -56,19 +62,21 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
 
 
 @dataclass(frozen=True)
-class _Signed:
+class _SignedTerm:
     """A term in layout: whether it is subtracted, and its absolute value."""
 
-    negative: bool
-    body: Pieces
+    is_negative: bool
+    pieces: Pieces
 
 
-def _sum(signed: Sequence[_Signed]) -> Pieces:
-    pieces = tuple(piece for term in signed for piece in (layout.MINUS if term.negative else layout.PLUS, *term.body))
-    return pieces if signed[0].negative else pieces[1:]
+def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
+    pieces = tuple(
+        piece for term in signed_terms for piece in (layout.MINUS if term.is_negative else layout.PLUS, *term.pieces)
+    )
+    return pieces if signed_terms[0].is_negative else pieces[1:]
 
 
-class _Setter:
+class _ExpressionLayout:
     """Lays out SymPy expressions; a term is a sign and an absolute value, so that signs can move out of brackets."""
 
     def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
@@ -76,54 +84,56 @@ class _Setter:
         self.product = lru_cache(maxsize=2048)(self.lay_out_product)  # cached: results share terms
 
     def pieces(self, expression: sp.Expr) -> Pieces:
-        return _sum(self.terms(expression))
+        return _join_terms(self.terms(expression))
 
-    def terms(self, expression: sp.Expr, flip: bool = False) -> list[_Signed]:
-        """Return the terms of a sum in reading order, with all signs changed if `flip`."""
-        return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
+    def terms(self, expression: sp.Expr, flip_signs: bool = False) -> list[_SignedTerm]:
+        """Return the terms of a sum in reading order, with all signs changed if `flip_signs`."""
+        return [
+            _SignedTerm(minus, self.product(term).pieces) for minus, term in order.order_terms(expression, flip_signs)
+        ]
 
-    def lay_out_product(self, expression: sp.Expr) -> _Signed:
+    def lay_out_product(self, expression: sp.Expr) -> _SignedTerm:
         """Return a product with its sign outside; avoid brackets that start with a minus if possible."""
         if expression.is_Add:
-            return _Signed(False, self.pieces(expression))
+            return _SignedTerm(False, self.pieces(expression))
         coefficient, rest = expression.as_coeff_Mul()
         if rest == 1:
             return self.number(coefficient)
-        ordered = order.product(expression)
-        upper_factors, lower_factors, flips = ordered.above, ordered.below, ordered.flips
+        ordered = order.order_product(expression)
+        upper_factors, lower_factors, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
         upper_number, lower_number = self.coefficient(ordered.number, rest, bool(lower_factors))
         numerator = upper_number + self.factors(
             upper_factors,
             flips,
-            alone=not upper_number and len(upper_factors) == 1 and bool(lower_factors or lower_number),
+            is_alone=not upper_number and len(upper_factors) == 1 and bool(lower_factors or lower_number),
         )
         denominator = lower_number + self.factors(
-            lower_factors, flips, alone=not lower_number and len(lower_factors) == 1
+            lower_factors, flips, is_alone=not lower_number and len(lower_factors) == 1
         )
         numerator_or_one = numerator or number("1")
         if not denominator:
-            return _Signed(ordered.negative, numerator_or_one)
-        return _Signed(ordered.negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
+            return _SignedTerm(ordered.is_negative, numerator_or_one)
+        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
 
-    def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
+    def factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
         pieces: list[Layout] = []
         for k, factor in enumerate(factors):
-            if k and _ends_in_angle(pieces) and any(map(moves, factor.free_symbols)):
+            if k and _ends_in_angle(pieces) and any(map(is_rate_or_component, factor.free_symbols)):
                 pieces.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
-            pieces += self.factor(factor, factor in flips, alone)
+            pieces += self.factor(factor, factor in flipped_sums, is_alone)
         return tuple(pieces)
 
-    def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
+    def factor(self, factor: sp.Expr, flip_signs: bool = False, is_alone: bool = False) -> Pieces:
         if factor.is_Add:
-            terms = _sum(self.terms(factor, flip))
-            return terms if alone else layout.bracket(terms, _TALL)
+            terms = _join_terms(self.terms(factor, flip_signs))
+            return terms if is_alone else layout.bracket(terms, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
             return parse_latex(symbol_latex(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
-            return self.number(factor).body
+            return self.number(factor).pieces
         if isinstance(factor, sp.Abs):
             return (layout.fence("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
@@ -134,35 +144,35 @@ class _Setter:
         if exponent == sp.Rational(1, 2):
             return (Layout("root", "sqrt", (row(*self.pieces(base)),)),)
         if exponent.could_extract_minus_sign():
-            return self.product(sp.Pow(base, exponent)).body
+            return self.product(sp.Pow(base, exponent)).pieces
         exponent_layout = row(*self.pieces(exponent))
         if isinstance(base, (sp.sin, sp.cos, sp.tan)):
             return self.call(base, exponent_layout)
         base_pieces = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
             base_pieces = layout.bracket(base_pieces, _TALL)
-        return layout.raise_to(base_pieces, exponent_layout)
+        return layout.raise_pieces_to(base_pieces, exponent_layout)
 
-    def call(self, expression: sp.Expr, above: Layout) -> Pieces:
+    def call(self, expression: sp.Expr, superscript: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
-        function_name = script(word, layout.EMPTY, above) if above.inner else word
+        function_name = script(word, layout.EMPTY, superscript) if superscript.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
-            joint_digits = joint_sum(argument)
+            joint_digits = joint_sum_digits(argument)
             if joint_digits is not None:
-                return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), above),)
-            if NAMED_ANGLE.fullmatch(str(argument)):
+                return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), superscript),)
+            if NAMED_ANGLE_PATTERN.fullmatch(str(argument)):
                 return (function_name, *parse_latex(argument.name).inner)
             return (function_name, *layout.bracket(self.angle(argument), _TALL))
-        arguments = layout.join((layout.COMMA,), map(self.pieces, expression.args))
+        arguments = layout.join_pieces((layout.COMMA,), map(self.pieces, expression.args))
         return (function_name, *layout.bracket(arguments, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
         """Return an angle with its constant in degrees if that is a short decimal: theta_1 + 30, but 30 - theta_1."""
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
-        rest, digits = sp.expand(value - constant), decimal(abs(180 * constant / sp.pi))
+        rest, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
             return self.pieces(value)
-        degrees = script(Layout("number", digits), above=layout.DEGREE)
+        degrees = script(Layout("number", digits), superscript=layout.DEGREE)
         if rest == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
         rest_pieces = self.pieces(rest)
@@ -170,16 +180,16 @@ class _Setter:
             return (*rest_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
         return (degrees, *rest_pieces)
 
-    def number(self, value: sp.Expr) -> _Signed:
+    def number(self, value: sp.Expr) -> _SignedTerm:
         negative, size = bool(value.is_negative), abs(value)
         if size.is_Float:
-            return _Signed(negative, _float_digits(size))
+            return _SignedTerm(negative, _float_digits(size))
         if not size.is_Rational:
-            return _Signed(False, self.factor(value))
-        digits = decimal(size)
+            return _SignedTerm(False, self.factor(value))
+        digits = decimal_text(size)
         if digits is not None:
-            return _Signed(negative, number(digits))
-        return _Signed(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), small=True),))
+            return _SignedTerm(negative, number(digits))
+        return _SignedTerm(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return the pieces that a number adds to numerator and denominator.
@@ -189,12 +199,12 @@ class _Setter:
         if value == 1:
             return (), ()
         if not value.is_Rational:
-            return self.number(value).body, ()
-        digits, inverse_digits = decimal(value), decimal(1 / value)
+            return self.number(value).pieces, ()
+        digits, inverse_digits = decimal_text(value), decimal_text(1 / value)
         if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = quotient
-            return (() if numerator == 1 else self.number(numerator).body), self.number(denominator).body
-        if value.q > _MOST_BELOW or not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
+            return (() if numerator == 1 else self.number(numerator).pieces), self.number(denominator).pieces
+        if value.q > _MAX_DENOMINATOR or not (rest.is_number or rest.atoms(sp.Pow) & _root_factors(rest)):
             is_inverse_shorter = digits is None or (
                 is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits)
             )
@@ -214,7 +224,7 @@ def _quotient_of_lengths(
     Only integers and numbers without a short decimal are rewritten. Numerator and denominator may each be a product
     of two lengths. The numerator is 1 if that is enough.
     """
-    if value == 1 or (decimal(value) is not None and not value.is_Integer):
+    if value == 1 or (decimal_text(value) is not None and not value.is_Integer):
         return None
     products = [a * b for a, b in combinations_with_replacement(lengths, 2)]
     for numerator_size, denominator_size in ((1, 1), (1, 2), (2, 1), (2, 2)):
@@ -230,7 +240,7 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def _roots(expression: sp.Expr) -> set[sp.Expr]:
+def _root_factors(expression: sp.Expr) -> set[sp.Expr]:
     return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
 
 
@@ -248,7 +258,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return latex(lay_out(expression, chain, angles))
+    return latex_text(lay_out(expression, chain, angles))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -257,22 +267,24 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
     ('s_{3}', 'a_{1} - a_{2}')
     """
-    named = sp.sympify(condition if angles is None else angles.rename(condition))
+    named = sp.sympify(condition if angles is None else angles.use_names(condition))
     _, rest = named.as_coeff_Mul()
     return tex(rest if not rest.is_Add and rest != 1 else named, chain)
 
 
 def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
-    lengths, turns = ((), ()) if chain is None else (lengths_of(chain), turns_of(chain))
+    lengths, turns = ((), ()) if chain is None else (numeric_lengths(chain), constant_angles(chain))
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
-        expression = angles.rename(expression)
+        expression = angles.use_names(expression)
     if not isinstance(expression, sp.MatrixBase):
-        return row(*_pieces_of(expression, prismatic, turns, lengths))
+        return row(*_lay_out_scalar(expression, prismatic, turns, lengths))
     rows = expression.tolist()
-    return row(layout.matrix([[_pieces_of(entry, prismatic, turns, lengths) for entry in entries] for entries in rows]))
+    return row(
+        layout.matrix([[_lay_out_scalar(entry, prismatic, turns, lengths) for entry in entries] for entries in rows])
+    )
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -281,7 +293,7 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=256)
-def lengths_of(chain: Chain) -> tuple[sp.Rational, ...]:
+def numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
     """Return the absolute values of the numeric lengths in an arm's table, point and base, in this order."""
     rows = (
         (joint.a, joint.d if joint.kind == "R" else offset)
@@ -292,26 +304,26 @@ def lengths_of(chain: Chain) -> tuple[sp.Rational, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _pieces_of(
-    expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
+def _lay_out_scalar(
+    expression: sp.Expr, prismatic: tuple[str, ...], angles: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
 ) -> Pieces:
     """Lay out an expression; cached, because many are shown again: in a step, its result, and another part."""
-    return _setter(prismatic, lengths).pieces(with_turns(multiply_numbers(expression), turns))
+    return _expression_layout(prismatic, lengths).pieces(use_constant_angles(multiply_numbers(expression), angles))
 
 
 @lru_cache(maxsize=16)
-def _setter(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _Setter:
-    return _Setter(prismatic, lengths)
+def _expression_layout(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _ExpressionLayout:
+    return _ExpressionLayout(prismatic, lengths)
 
 
-LINE = 44.0
+MAX_LINE_WIDTH = 44.0
 """Maximum width of a formula's line in em (see `fit`); longer lines are broken."""
 
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     """Return the LaTeX of a sum for the right side of an aligned formula; long sums are broken between terms."""
-    first, *others = fill_lines(layout.terms(lay_out(expression, chain, angles).inner), LINE)
-    return r" \\ & ".join(latex(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
+    first, *others = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
+    return r" \\ & ".join(latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -324,12 +336,12 @@ def tex_length(value: sp.Expr) -> str:
     >>> tex_length(sp.sqrt(2) * (3 * sp.Symbol("a2") + 1))
     '\\sqrt{2} (3 a_{2} + 1)'
     """
-    value = _with_numbers_of_the_table(sp.sympify(value))
+    value = _restore_table_numbers(sp.sympify(value))
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    return _with_unit(value, "m" if constant != 0 and decimal(constant) is not None else "")
+    return _tex_with_unit(value, "m" if constant != 0 and decimal_text(constant) is not None else "")
 
 
-def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
+def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     """Return a length whose bracket has symbolic lengths and numbers as in the table.
 
     SymPy clears decimals when it solves for a length: it returns (10 a2 + 1)/20, but the table has a2 + 0.1.
@@ -346,7 +358,7 @@ def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
     if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
         return value
     common_factor = sp.Integer(math.gcd(*map(int, numbers)))
-    if any(decimal(number / common_factor) is None for number, _ in terms):
+    if any(decimal_text(number / common_factor) is None for number, _ in terms):
         return value
     return value / bracket * common_factor * sp.Add(*(number / common_factor * rest for number, rest in terms))
 
@@ -364,8 +376,8 @@ def tex_angle(value: sp.Expr) -> str:
 def _angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
-        return _with_unit(value, "rad")
-    return latex(row(*_Setter(()).angle(value)))
+        return _tex_with_unit(value, "rad")
+    return latex_text(row(*_ExpressionLayout(()).angle(value)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
@@ -373,6 +385,6 @@ def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
     return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
 
 
-def _with_unit(value: sp.Expr, unit: str) -> str:
+def _tex_with_unit(value: sp.Expr, unit: str) -> str:
     unit_pieces = (layout.THIN, Layout("text", unit)) if unit else ()
-    return latex(row(*lay_out(value).inner, *unit_pieces))
+    return latex_text(row(*lay_out(value).inner, *unit_pieces))

@@ -14,24 +14,24 @@ from typing import TYPE_CHECKING
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.formula.printers.latex import latex as latex_of
-from qdot.exercises.formula.printers.mathml import mathml
-from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
-from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
+from qdot.exercises.formula.printers.latex import latex_text as latex_of
+from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.printers.unicode import terminal_width, unicode_math
+from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # imported only when a text is parsed: grading a class uses cached HTML
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
     from markdown_it.tree import SyntaxTreeNode
 
-WIDTH = 100
-SCREEN, PAPER = 44.0, 38.0
+TERMINAL_WIDTH = 100
+SCREEN_WIDTH, PAPER_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `fit`): in HTML (for a page of 900 pixels and for A4 print), and in LaTeX."""
-_FORMULA = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+_FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
 """Matches a formula, or code, in which a dollar sign has no special meaning."""
-HOLDER = re.compile("\ue000(\\d+)\ue001")
+PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
 """Matches the placeholder of a formula, which has the formula's number, while the text around it is parsed."""
-_WITH_SIGNS = re.compile(rf"([(„“]*){HOLDER.pattern}([.,;:!?)”]*)")
+_PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
 """Matches a formula with adjacent punctuation, which must stay on its line: browsers would break between them."""
 
 
@@ -39,7 +39,7 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
     """Return the tokens of a text with placeholders for formulas, and the formulas: LaTeX, and whether displayed."""
     formulas: list[tuple[str, bool]] = []
 
-    def hold(match: re.Match[str]) -> str:
+    def insert_placeholder(match: re.Match[str]) -> str:
         block = match.group(1) is not None
         latex = match.group(1) or match.group(2)
         if latex is None:
@@ -47,7 +47,7 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
         formulas.append((" ".join(latex.split()), block))
         return f"\ue000{len(formulas) - 1}\ue001"
 
-    return _parser().parse(_FORMULA.sub(hold, text)), formulas
+    return _parser().parse(_FORMULA_OR_CODE.sub(insert_placeholder, text)), formulas
 
 
 @cache
@@ -59,40 +59,54 @@ def _parser() -> "MarkdownIt":
 
 
 def to_html(
-    text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0, whole: bool = False
+    text: str,
+    convert_formula: Callable[[str, bool], str] | None = None,
+    width_share: float = 1.0,
+    keep_punctuation: bool = False,
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    `share` is the fraction of a page's width that the text may take. The function `formula` converts formulas;
-    its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class "whole"
-    with the adjacent punctuation; pages do not break it. If `whole`, so are other inline formulas.
+    `width_share` is the fraction of a page's width that the text may take. The function `convert_formula` converts
+    formulas; its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class
+    "whole" with the adjacent punctuation; pages do not break it. If `keep_punctuation`, so are other inline formulas.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
-    def made(latex: str, block: bool) -> str:
-        return _mathml(latex, block, share * SCREEN) if formula is None else formula(latex, block)
+    def convert(latex: str, block: bool) -> str:
+        return (
+            _mathml(latex, block, width_share * SCREEN_WIDTH)
+            if convert_formula is None
+            else convert_formula(latex, block)
+        )
 
-    def with_signs(match: re.Match[str]) -> str:
+    def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, block = formulas[int(number)]
-        html = f"{prefix}{made(latex, block)}{suffix}"
-        is_whole = (prefix or suffix) and (formula is None or whole) and not block and len(_split_equations(latex)) == 1
+        html = f"{prefix}{convert(latex, block)}{suffix}"
+        is_whole = (
+            (prefix or suffix)
+            and (convert_formula is None or keep_punctuation)
+            and not block
+            and len(_split_equations(latex)) == 1
+        )
         return f'<span class="whole">{html}</span>' if is_whole else html
 
-    return _WITH_SIGNS.sub(with_signs, str(page))
+    return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
 
 
 @lru_cache(maxsize=512)
-def _mathml(latex: str, block: bool, room: float) -> str:
-    if not block:
-        return "".join(mathml(parse_latex(equation)) + separator for equation, separator in _split_equations(latex))
-    fitted = fit_formula(parse_latex(latex), room)
-    return mathml(fitted, True, min(100, int(100 * room / width(fitted))))
+def _mathml(latex: str, is_displayed: bool, max_width: float) -> str:
+    if not is_displayed:
+        return "".join(
+            mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
+        )
+    fitted = fit_formula(parse_latex(latex), max_width)
+    return mathml_text(fitted, True, min(100, int(100 * max_width / formula_width(fitted))))
 
 
-MANY = 3
+MIN_SPLIT_EQUATIONS = 3
 """Minimum number of equations in an inline list that becomes separate formulas, so that browsers can break lines."""
 
 
@@ -107,17 +121,17 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
     [('x = 1, y = 2', '')]
     """
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
-    if len(pieces) < MANY:
+    if len(pieces) < MIN_SPLIT_EQUATIONS:
         return [(latex, "")]
     return [(piece.strip(), f"{sign} ") for piece, sign in ((piece[:-1], piece[-1]) for piece in pieces[:-1])] + [
         (pieces[-1].strip(), "")
     ]
 
 
-def fit_latex(latex: str, room: float) -> str:
-    """Return a displayed formula, broken into lines only if it is wider than `room` (em)."""
+def fit_latex(latex: str, max_width: float) -> str:
+    """Return a displayed formula, broken into lines only if it is wider than `max_width` (em)."""
     laid_out = parse_latex(latex)
-    fitted = fit_formula(laid_out, room)
+    fitted = fit_formula(laid_out, max_width)
     return latex if fitted is laid_out else latex_of(fitted)
 
 
@@ -128,14 +142,14 @@ def to_html_for_mathjax(text: str) -> str:
     narrower than a table, only the table scrolls sideways, with all elements placed in it.
     """
 
-    def formula(latex: str, block: bool) -> str:
-        if block:
-            return rf"\[{escape(fit_latex(latex, SCREEN), quote=False)}\]"
+    def convert_formula(latex: str, is_displayed: bool) -> str:
+        if is_displayed:
+            return rf"\[{escape(fit_latex(latex, SCREEN_WIDTH), quote=False)}\]"
         return "".join(
             rf"\({escape(equation, quote=False)}\)" + separator for equation, separator in _split_equations(latex)
         )
 
-    page = to_html(text, formula)
+    page = to_html(text, convert_formula)
     table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
     return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}').replace(
         "</table>", "</table></div>"
@@ -144,13 +158,18 @@ def to_html_for_mathjax(text: str) -> str:
 
 # --- LaTeX ---
 
-_SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "…": r"\dots{}"}
-_SPECIAL.update({ch: f"\\{ch}" for ch in "&%$#_{}"})
-_SPECIAL.update({"×": r"$\times$", "−": "$-$", "–": "--"})
-_SPECIAL.update(
+_SPECIAL_CHARACTERS = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "…": r"\dots{}",
+}
+_SPECIAL_CHARACTERS.update({ch: f"\\{ch}" for ch in "&%$#_{}"})
+_SPECIAL_CHARACTERS.update({"×": r"$\times$", "−": "$-$", "–": "--"})
+_SPECIAL_CHARACTERS.update(
     {letter: rf"$\{name}$" for letter, name in (("θ", "theta"), ("α", "alpha"), ("β", "beta"), ("π", "pi"))}
 )
-_FIXED = {
+_FIXED_MARKUP = {
     "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
     "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
     "paragraph_close": "\n", "bullet_list_close": "\\end{itemize}\n", "ordered_list_close": "\\end{enumerate}\n",
@@ -158,81 +177,93 @@ _FIXED = {
     "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
 }  # fmt: skip
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
-MOST_LINES = 8
+MAX_UNBROKEN_LINES = 8
 """Maximum number of lines of a formula that are kept on one page."""
-_TABLE = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
-_POINTED = re.compile(HOLDER.pattern + "([,.;:]?)")
+_TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
+_PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + "([,.;:]?)")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
-_SHRUNK = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
+_SHRINK_TO_LINE = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
 """The LaTeX that starts a box and shrinks it to the width of the line if it is wider."""
-_SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
+_SECTION_COMMANDS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 
-def latex_escaped(text: str) -> str:
+def escape_latex(text: str) -> str:
     """Return plain text with LaTeX's special characters escaped."""
-    return "".join(_SPECIAL.get(ch, ch) for ch in text)
+    return "".join(_SPECIAL_CHARACTERS.get(ch, ch) for ch in text)
 
 
-def to_latex(text: str, share: float = 1.0) -> str:
+def to_latex(text: str, width_share: float = 1.0) -> str:
     """Return the body of a LaTeX document, which needs amsmath, booktabs and graphicx; raw HTML is omitted.
 
-    `share` is the fraction of a page's width that the text may take.
+    `width_share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
-    room = share * PAPER
+    room = width_share * PAPER_WIDTH
 
-    def formula(match: re.Match[str]) -> str:
+    def convert_formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         if block:
             return _write_display(latex, room) + match.group(2)
-        if breaks_lines(parse_latex(latex), room):
+        if is_too_wide_inline(parse_latex(latex), room):
             return _write_display(latex, room, match.group(2))
         return f"${latex}${match.group(2)}"
 
-    def cell(match: re.Match[str]) -> str:
+    def convert_cell_formula(match: re.Match[str]) -> str:
         return f"${formulas[int(match.group(1))][0]}$"
 
-    def table(latex: str) -> str:
-        is_tall = any(is_high(parse_latex(formulas[int(number)][0])) for number in HOLDER.findall(latex))
+    def convert_table(latex: str) -> str:
+        is_tall = any(
+            is_taller_than_line(parse_latex(formulas[int(number)][0])) for number in PLACEHOLDER_PATTERN.findall(latex)
+        )
         stretch = "\\renewcommand{\\arraystretch}{1.5}" if is_tall else ""
-        return f"\n{_SHRUNK}{stretch}{HOLDER.sub(cell, latex).rstrip()}}}\n"
+        return f"\n{_SHRINK_TO_LINE}{stretch}{PLACEHOLDER_PATTERN.sub(convert_cell_formula, latex).rstrip()}}}\n"
 
-    pieces = _TABLE.split(write_tokens(tokens, _FIXED, _SPECIAL_TOKENS))
-    converted = (table(piece) if k % 2 else _POINTED.sub(formula, piece) for k, piece in enumerate(pieces))
+    pieces = _TABLE_PATTERN.split(write_tokens(tokens, _FIXED_MARKUP, _TOKEN_WRITERS))
+    converted = (
+        convert_table(piece) if k % 2 else _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, piece)
+        for k, piece in enumerate(pieces)
+    )
     return "".join(converted).strip() + "\n"
 
 
-def _write_display(latex: str, room: float, point: str = "") -> str:
-    """Return a displayed formula that fits into `room` (em), followed by `point`."""
-    fitted = fit_latex(latex, room)
+def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
+    """Return a displayed formula that fits into `max_width` (em), followed by `punctuation`."""
+    fitted = fit_latex(latex, max_width)
     laid_out = parse_latex(fitted)
     if _has_many_lines(laid_out):
         rows = fitted.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
-        return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
-    if width(laid_out) <= room:
-        return f"\\[\n{fitted}{point}\n\\]"
-    return f"\\[\n{_SHRUNK}\n$\\displaystyle {fitted}{point}$}}\n\\]"  # widths are only estimated
+        return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
+    if formula_width(laid_out) <= max_width:
+        return f"\\[\n{fitted}{punctuation}\n\\]"
+    return f"\\[\n{_SHRINK_TO_LINE}\n$\\displaystyle {fitted}{punctuation}$}}\n\\]"  # widths are only estimated
 
 
 def _has_many_lines(formula: Layout) -> bool:
     """Return whether a formula has so many lines that a page may break between them."""
-    return len(formula.inner) == 1 and formula.inner[0].kind == "aligned" and len(formula.inner[0].inner) > MOST_LINES
+    return (
+        len(formula.inner) == 1
+        and formula.inner[0].kind == "aligned"
+        and len(formula.inner[0].inner) > MAX_UNBROKEN_LINES
+    )
 
 
-Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
+TokenWriters = Mapping[str, "Callable[[Sequence[Token], int], str]"]
 """For each type of token, a function that writes it; its arguments are all tokens and the token's index."""
 
 
-def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
-    """Return markup for tokens, by their type: a text in `fixed`, or the result of a function in `special`."""
+def write_tokens(tokens: "Sequence[Token]", fixed_markup: Mapping[str, str], token_writers: TokenWriters) -> str:
+    """Return markup for tokens, chosen by the type of each token.
+
+    It is a text in `fixed_markup`, or the result of a function in `token_writers`.
+    """
     pieces: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":
-            pieces.append(write_tokens(token.children or [], fixed, special))
-        elif token.type in special:
-            pieces.append(special[token.type](tokens, index))
+            pieces.append(write_tokens(token.children or [], fixed_markup, token_writers))
+        elif token.type in token_writers:
+            pieces.append(token_writers[token.type](tokens, index))
         elif not token.hidden:
-            pieces.append(fixed.get(token.type, ""))
+            pieces.append(fixed_markup.get(token.type, ""))
         elif token.type == "paragraph_close":
             pieces.append("\n")
     return "".join(pieces)
@@ -247,10 +278,10 @@ def _end_cell(tokens: "Sequence[Token]", index: int) -> str:
     return r" \\" + "\n" if tokens[index + 1].type == "tr_close" else " & "
 
 
-_SPECIAL_TOKENS: Special = {
-    "text": lambda tokens, i: latex_escaped(tokens[i].content),
-    "code_inline": lambda tokens, i: rf"\texttt{{{latex_escaped(tokens[i].content)}}}",
-    "heading_open": lambda tokens, i: f"\n\\{_SECTIONS.get(tokens[i].tag, 'subsubsection')}*{{",
+_TOKEN_WRITERS: TokenWriters = {
+    "text": lambda tokens, i: escape_latex(tokens[i].content),
+    "code_inline": lambda tokens, i: rf"\texttt{{{escape_latex(tokens[i].content)}}}",
+    "heading_open": lambda tokens, i: f"\n\\{_SECTION_COMMANDS.get(tokens[i].tag, 'subsubsection')}*{{",
     "table_open": lambda tokens, i: (
         f"\n\\begin{{center}}\n\\begin{{tabular}}{{{'c' * count_columns(tokens[i:])}}}\n\\toprule\n"
     ),
@@ -268,40 +299,40 @@ def to_text(text: str) -> str:
 
     tokens, formulas = parse_markdown(text)
 
-    def formula(match: re.Match[str]) -> str:
+    def convert_formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         formula_text = unicode_math(parse_latex(latex))
         return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if block else formula_text.strip()
 
-    def show(inline: "SyntaxTreeNode") -> str:
+    def convert_inline(inline: "SyntaxTreeNode") -> str:
         breaks = {"softbreak": " ", "hardbreak": "\n"}
         children = inline.token.children if inline.token else None
         markdown = "".join(breaks.get(child.type, child.content) for child in children or [])
-        return HOLDER.sub(formula, markdown)
+        return PLACEHOLDER_PATTERN.sub(convert_formula, markdown)
 
-    blocks = _text_blocks(SyntaxTreeNode(tokens), show, WIDTH)
+    blocks = _text_blocks(SyntaxTreeNode(tokens), convert_inline, TERMINAL_WIDTH)
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"
 
 
-def _text_blocks(node: "SyntaxTreeNode", show: "Callable[[SyntaxTreeNode], str]", width: int) -> list[str]:
+def _text_blocks(node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNode], str]", width: int) -> list[str]:
     """Return the headings, paragraphs, tables and lists inside a node as text."""
     blocks: list[str] = []
     for child in node.children:
         if child.type == "heading":
-            text = show(child.children[0])
-            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * shown_width(text)}")
+            text = convert_inline(child.children[0])
+            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * terminal_width(text)}")
         elif child.type == "paragraph":
-            blocks += _wrap(show(child.children[0]), width)
+            blocks += _wrap(convert_inline(child.children[0]), width)
         elif child.type == "table":
             rows = [row for part in child.children for row in part.children]
-            blocks.append(_write_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
+            blocks.append(_write_table([[convert_inline(cell.children[0]) for cell in row.children] for row in rows]))
         elif child.type in ("bullet_list", "ordered_list"):
             separator = "\n" if child.children[0].children[0].hidden else "\n\n"
             items = []
             for item in child.children:
                 marker = f"  {item.info}. " if item.info else "  • "
                 content = textwrap.indent(
-                    separator.join(_text_blocks(item, show, width - len(marker))), " " * len(marker)
+                    separator.join(_text_blocks(item, convert_inline, width - len(marker))), " " * len(marker)
                 )
                 items.append(marker + content[len(marker) :])
             blocks.append(separator.join(items))
@@ -315,7 +346,7 @@ def _wrap(text: str, width: int) -> list[str]:
 
 
 def _write_table(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(shown_width(row[c]) for row in rows) for c in range(len(rows[0]))]
+    widths = [max(terminal_width(row[c]) for row in rows) for c in range(len(rows[0]))]
     lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("─" * w for w in widths))
     return textwrap.indent("\n".join(lines), "    ")

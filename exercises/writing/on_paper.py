@@ -5,27 +5,27 @@ import re
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.latex import symbol_latex, tex
 
-_TYPED = r"`[^`]+`(?:, `[^`]+`)*"
-_LEFT_OUT = (
+_CODE_EXAMPLES = r"`[^`]+`(?:, `[^`]+`)*"
+_REMARKS_ON_TYPING = (
     (r"the letter, typed in quotes, as in `[^`]+`\.", "tick the one that is right."),
     (r"the letters of all correct options, typed in quotes, as in `[^`]+`\.", "tick all correct options."),
     (r'`"true"` or `"false"`, typed in quotes', "tick one"),
-    (rf" \(typed {_TYPED}\)", ""),
-    (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_TYPED}", ""),
-    (rf"\. The components are typed {_TYPED}; ", "; "),
+    (rf" \(typed {_CODE_EXAMPLES}\)", ""),
+    (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_CODE_EXAMPLES}", ""),
+    (rf"\. The components are typed {_CODE_EXAMPLES}; ", "; "),
     (r",? typed in quotes(?:, as in `[^`]+`)?", ""),
     (r" letters in quotes in the order of the joints, as in `[^`]+`", " letters in the order of the joints"),
     (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),
     (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
-_OPTION = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad [^$]*\n\$\$\n?", re.MULTILINE)
-_CODE = re.compile(r"`([^`]*)`")
+_OPTION_PATTERN = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad [^$]*\n\$\$\n?", re.MULTILINE)
+_CODE_PATTERN = re.compile(r"`([^`]*)`")
 
 
-def on_paper(text: str, problem: Problem) -> str:
+def remove_typing_remarks(text: str, problem: Problem) -> str:
     """Return Markdown without remarks on typing; symbols become formulas, other code becomes plain text."""
-    for pattern, replacement in _LEFT_OUT:
+    for pattern, replacement in _REMARKS_ON_TYPING:
         text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
     formulas = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
@@ -36,9 +36,9 @@ def on_paper(text: str, problem: Problem) -> str:
         row = re.fullmatch(r"\[(.*)\]", code)
         return f"${formulas[code]}$" if code in formulas else f"$({row[1]})$" if row else code
 
-    return _CODE.sub(write_code, text)
+    return _CODE_PATTERN.sub(write_code, text)
 
 
-def without_options(text: str) -> str:
+def remove_options(text: str) -> str:
     """Return a prompt without the options to choose from."""
-    return re.sub(r"\n{3,}", "\n\n", _OPTION.sub("", text))
+    return re.sub(r"\n{3,}", "\n\n", _OPTION_PATTERN.sub("", text))

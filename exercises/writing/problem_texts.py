@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.quizzes.options import Options, Places
+from qdot.exercises.quizzes.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex_angle
 from qdot.exercises.writing.render import environment
@@ -21,10 +21,12 @@ from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.wording import Wording
 
 
-def statement(problem: Problem, title: str, figure: str = "", typed: bool = True, language: str = ENGLISH) -> str:
+def statement(
+    problem: Problem, title: str, figure: str = "", explains_typing: bool = True, language: str = ENGLISH
+) -> str:
     """Return the given data: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
 
-    If no answer is a formula, `typed` can be false: then the text doesn't explain how to type symbols.
+    If no answer is a formula, `explains_typing` can be false: then the text doesn't explain how to type symbols.
     """
     chain, messages = problem.chain, catalogue(language)
     text = (
@@ -35,21 +37,23 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
             title=title,
             figure=figure,
             w=Wording(chain, messages),
-            arm=messages.arm_shown(chain.title),
-            typed=typed,
+            arm=messages.arm_in_sentence(chain.title),
+            typed=explains_typing,
         )
     )
-    return messages.with_decimals(_tidy(text))
+    return messages.localize_formulas(_clean_whitespace(text))
 
 
 def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the question with its frame, its units and the form of the answer, without revealing the answer."""
     messages = catalogue(language)
-    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
+    text = str(_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
-        accepted = messages.gettext("Decimals are accepted %(how)s.", how=messages.phrase(part.rounding.words))
+        accepted = messages.gettext(
+            "Decimals are accepted %(how)s.", how=messages.translate_phrase(part.rounding.words)
+        )
         text += f"\n\n{accepted}"
-    return messages.with_decimals(_tidy(text))
+    return messages.localize_formulas(_clean_whitespace(text))
 
 
 def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
@@ -58,20 +62,20 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
     macros: Any = environment(language)
     if isinstance(details, Options):
         text = str(macros.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
-        return messages.with_decimals(text)
-    if isinstance(details, Places):
+        return messages.localize_formulas(text)
+    if isinstance(details, ConfigurationOptions):
         option = macros.get_template("questions/rank.md.j2").module.option
-        return messages.with_decimals(str(option(details, details.places[index], chain)))
+        return messages.localize_formulas(str(option(details, details.places[index], chain)))
     option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
-    return option_line[1] if option_line is not None else messages.phrase(part.answer.offered[index])
+    return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
 
 def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
     """Return three hints for this particular arm, from vague to detailed; none of them contains the answer."""
     chain, steps, messages = problem.chain, solution_steps(problem.chain), catalogue(language)
-    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
+    text = _question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     vague, plan, detailed = (
-        messages.with_decimals(with_meanings(steps, hint, language))
+        messages.localize_formulas(add_angle_legend(steps, hint, language))
         for hint in re.split(r"^---$", text, flags=re.MULTILINE)
     )
     return vague, plan, detailed
@@ -83,7 +87,9 @@ def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> st
     The text is self-contained: it begins with a legend of the names of angles, sines and cosines in it.
     """
     text = _derivation(problem, part, language)
-    return catalogue(language).with_decimals(_with_legend(_legend(solution_steps(problem.chain), text), text, language))
+    return catalogue(language).localize_formulas(
+        _add_legend(_make_legend(solution_steps(problem.chain), text), text, language)
+    )
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
@@ -99,40 +105,46 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
     }
 
 
-def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH, first_of_several: bool = True) -> str:
+def next_solution(
+    problem: Problem, explained_names: set[str], language: str = ENGLISH, first_of_several: bool = True
+) -> str:
     """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
 
-    Names are explained before their first use. `explained` has the names explained so far; new ones are added.
+    Names are explained before their first use. `explained_names` has the names explained so far; new ones are added.
     """
     *earlier_parts, part = problem.parts
     text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
-    legend = [(name, angle) for name, angle in _legend(solution_steps(problem.chain), text) if name not in explained]
-    explained.update(name for name, _ in legend)
-    return catalogue(language).with_decimals(_with_legend(legend, text, language, first_of_several))
+    legend = [
+        (name, angle)
+        for name, angle in _make_legend(solution_steps(problem.chain), text)
+        if name not in explained_names
+    ]
+    explained_names.update(name for name, _ in legend)
+    return catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
 
 
 def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
     wording, steps = Wording(chain, catalogue(language), earlier), solution_steps(chain)
-    return str(_macros(part, language).solution(part, chain, derive(chain), wording, steps))
+    return str(_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
-def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
-    """Return the answer as Python code with the angles of the worked solution, after `taken` columns."""
-    return part.answer.code(taken, solution_steps(problem.chain).angles.to_python)
+def answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
+    """Return the answer as Python code with the angles of the worked solution, after `used_columns` columns."""
+    return part.answer.code(used_columns, solution_steps(problem.chain).angles.python_code)
 
 
-def with_meanings(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
+def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
     """Return a text on an arm, preceded by a legend of the names of angles in it."""
-    return _with_legend(_named_angles(steps, text), text, language)
+    return _add_legend(_named_angles(steps, text), text, language)
 
 
 def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles in a text, each with its meaning."""
-    return [(str(name), tex_angle(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
+    return [(str(name), tex_angle(angle)) for name, angle in steps.angles.angle_by_name.items() if str(name) in text]
 
 
-def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
+def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles, and the abbreviated sines and cosines, in a text, each with its meaning."""
     joints = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
     single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
@@ -141,10 +153,10 @@ def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     return [*_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
 
 
-def _with_legend(names: list[tuple[str, str]], text: str, language: str, first_of_several: bool = False) -> str:
-    """Return a text preceded by a legend; if `first_of_several`, the legend is for the following texts, too."""
+def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:
+    """Return a text preceded by a legend; if `is_for_several`, the legend is for the following texts, too."""
     template = environment(language).get_template("writing/solution.md.j2")
-    return _tidy(template.render(solution=text, names=names, first_of_all=first_of_several))
+    return _clean_whitespace(template.render(solution=text, names=legend, first_of_all=is_for_several))
 
 
 @lru_cache(maxsize=64)
@@ -153,11 +165,11 @@ def solution_steps(chain: Chain) -> SolutionSteps:
     return SolutionSteps(chain)
 
 
-def _macros(part: Part, language: str) -> Any:
+def _question_macros(part: Part, language: str) -> Any:
     return environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
 
 
-def _tidy(text: str) -> str:
+def _clean_whitespace(text: str) -> str:
     """Remove the trailing spaces and repeated empty lines that macros produce."""
     lines = "\n".join(line.rstrip() for line in text.strip().splitlines())
     return re.sub(r"\n{3,}", "\n\n", lines) + "\n"

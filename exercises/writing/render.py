@@ -15,17 +15,17 @@ from jinja2.ext import Extension
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
-_HERE = Path(__file__).resolve().parents[1]
-_MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
-_IN_MARKDOWN = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
+_PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
+_MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
+_MARKDOWN_SYNTAX = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
 def template_folder() -> Path:
     """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
-    for folder in (_HERE / "templates", _HERE.parent / "templates"):
+    for folder in (_PACKAGE_FOLDER / "templates", _PACKAGE_FOLDER.parent / "templates"):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"no templates folder in {_HERE} or beside it")
+    raise FileNotFoundError(f"no templates folder in {_PACKAGE_FOLDER} or beside it")
 
 
 class MessageLines(Extension):
@@ -69,13 +69,14 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
 def environment(language: str = ENGLISH) -> jinja2.Environment:
     """Return the environment of a language: undefined names are errors, and values are escaped in markup.
 
-    Messages are translated to the language. So are words from problems, by the filters `phrase` and `mistake`.
+    Messages are translated to the language. So are words from problems, by the filters `translate_phrase` and
+    `mistake`.
     """
     templates = jinja2.Environment(
         extensions=EXTENSIONS,
         loader=jinja2.FileSystemLoader(template_folder()),
         undefined=jinja2.StrictUndefined,
-        autoescape=lambda name: bool(name and name.endswith(_MARKUP)),
+        autoescape=lambda name: bool(name and name.endswith(_MARKUP_EXTENSIONS)),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -86,20 +87,20 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
     templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
     messages = catalogue(language)
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
-    templates.filters["phrase"] = messages.phrase
-    templates.filters["mistake"] = lambda blame: messages.mistake_inside(blame.mistake, blame.title)
-    templates.filters["plain"] = plain
+    templates.filters["phrase"] = messages.translate_phrase
+    templates.filters["mistake"] = lambda blame: messages.mistake_title_in_sentence(blame.mistake, blame.title)
+    templates.filters["plain"] = escape_markdown
     templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return templates
 
 
-def plain(text: str) -> str:
+def escape_markdown(text: str) -> str:
     r"""Escape a text for Markdown, so that it is shown literally: `<` in a title does not start a tag.
 
-    >>> print(plain("Arms & <signs>"))
+    >>> print(escape_markdown("Arms & <signs>"))
     Arms & \<signs>
     """
-    return _IN_MARKDOWN.sub(r"\\\g<0>", text)
+    return _MARKDOWN_SYNTAX.sub(r"\\\g<0>", text)
 
 
 def render(template: str, **context: Any) -> str:

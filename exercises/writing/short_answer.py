@@ -17,20 +17,20 @@ from qdot.exercises.answers import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes.options import Options
-from qdot.exercises.writing.problem_texts import option_text, solution_steps, with_meanings
+from qdot.exercises.writing.problem_texts import add_angle_legend, option_text, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import three_digits
 
-_WORDS = ("letters", "words", "remark")
+_TEXT_FIELDS = ("letters", "words", "remark")
 
 
 def short_answer(problem: Problem, part: Part) -> str:
     """Return the reference answer: a displayed formula, numbers with their units, conditions, or letters."""
-    fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
+    fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_TEXT_FIELDS, "")
     answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
     fields |= answer_fields
     steps = solution_steps(problem.chain)
-    return with_meanings(
+    return add_angle_legend(
         steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
     )
 
@@ -50,24 +50,24 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
     def direction(self, answer: Direction) -> dict[str, Any]:
         remark = {"remark": "Any multiple other than zero is as good."}
-        if answer.is_in_numbers:
+        if answer.is_numeric:
             return {"values": [three_digits(value) for value in answer.reference], **remark}
         return {"formula": answer.reference, **remark}
 
     def numbers(self, answer: Number) -> dict[str, Any]:
-        units = map(_unit, answer.units)
-        digits = (_digits(value, answer.tolerance) for value in answer.reference)
+        units = map(_unit_latex, answer.units)
+        digits = (_number_text(value, answer.tolerance) for value in answer.reference)
         return {"values": [shown + unit for shown, unit in zip(digits, units, strict=True)]}
 
     def conditions(self, answer: ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
-    def one_of(self, answer: Choice) -> dict[str, Any]:
+    def choice(self, answer: Choice) -> dict[str, Any]:
         needs_no_words = (
             answer.options == TRUE_FALSE or self.part.has_drawn_options or _is_tall(self.part, answer.correct)
         )
         return {
-            "letters": answer.word,
+            "letters": answer.typed_text,
             "words": "" if needs_no_words else option_text(self.problem, self.part, answer.correct),
         }
 
@@ -75,24 +75,24 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         return {"letters": answer.letters}
 
 
-def _digits(value: object, tolerance: float) -> str:
+def _number_text(value: object, tolerance: float) -> str:
     """Return a number as precisely as it is compared: in full if it must match exactly, else to three digits."""
     return str(value) if tolerance < 1e-6 else three_digits(value)
 
 
-def unit_text(unit: str) -> str:
+def plain_unit(unit: str) -> str:
     """Return a unit as plain text.
 
-    >>> unit_text("m^2/s")
+    >>> plain_unit("m^2/s")
     'm²/s'
     """
     return unit.replace("^2", "²").replace("^3", "³")
 
 
-def _unit(unit: str) -> str:
+def _unit_latex(unit: str) -> str:
     r"""Return the LaTeX of a unit after its number.
 
-    >>> _unit("m^2/s")
+    >>> _unit_latex("m^2/s")
     '\\,\\text{m}^{2}\\text{/s}'
     """
     pieces = re.split(r"\^(\d)", unit)

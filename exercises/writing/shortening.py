@@ -11,20 +11,20 @@ from itertools import combinations
 
 import sympy as sp
 
-from qdot.exercises.formula.order import joint_sum, joints_of, moves
+from qdot.exercises.formula.order import find_joints, is_rate_or_component, joint_sum_digits
 
-CanBeWritten = Callable[[sp.Expr], bool]
+HasNotation = Callable[[sp.Expr], bool]
 """A function that returns whether an angle may occur in a formula: if it is plain, or if it has a name."""
 
 
 @lru_cache(maxsize=4096)
-def use_plain_angles(expression: sp.Expr) -> sp.Expr:
+def remove_constant_shifts(expression: sp.Expr) -> sp.Expr:
     """Return an expression in which A cos + B sin of an angle plus a constant becomes one sine or cosine of the angle.
 
     >>> t2, a1 = sp.symbols("theta2 a1")
-    >>> use_plain_angles(sp.sqrt(3) * sp.cos(t2 + sp.pi / 6) / 4 + sp.sin(t2 + sp.pi / 6) / 4)
+    >>> remove_constant_shifts(sp.sqrt(3) * sp.cos(t2 + sp.pi / 6) / 4 + sp.sin(t2 + sp.pi / 6) / 4)
     cos(theta2)/2
-    >>> use_plain_angles(a1 * sp.cos(t2 + sp.pi / 6) + sp.sin(t2 + sp.pi / 6))
+    >>> remove_constant_shifts(a1 * sp.cos(t2 + sp.pi / 6) + sp.sin(t2 + sp.pi / 6))
     a1*cos(theta2 + pi/6) + sin(theta2 + pi/6)
     """
     if not any(_has_shift(trig.args[0]) for trig in expression.atoms(sp.sin, sp.cos)):
@@ -32,16 +32,16 @@ def use_plain_angles(expression: sp.Expr) -> sp.Expr:
     return _shorten_sums(expression, _join_shifted_terms)
 
 
-def add_angles(expression: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr:
-    """Return an expression shortened by angle-sum identities wherever `can_be_written` accepts the sum or difference.
+def use_angle_sums(expression: sp.Expr, has_notation: HasNotation) -> sp.Expr:
+    """Return an expression shortened by angle-sum identities wherever `has_notation` accepts the sum or difference.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
-    >>> add_angles(a1 * sp.sin(t1) * sp.cos(t2) + a1 * sp.cos(t1) * sp.sin(t2), lambda angle: True)
+    >>> use_angle_sums(a1 * sp.sin(t1) * sp.cos(t2) + a1 * sp.cos(t1) * sp.sin(t2), lambda angle: True)
     a1*sin(theta1 + theta2)
     """
     if len(expression.atoms(sp.sin, sp.cos)) < 4:
         return expression
-    return _shorten_sums(expression, lambda total: _add_one_pair(total, can_be_written))
+    return _shorten_sums(expression, lambda total: _combine_one_pair(total, has_notation))
 
 
 def replace_squares(expression: sp.Expr) -> sp.Expr:
@@ -92,13 +92,13 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
     return expression if args == expression.args else expression.func(*args)
 
 
-def _shorten_sums(expression: sp.Expr, once: Callable[[sp.Expr], sp.Expr | None]) -> sp.Expr:
-    """Return an expression with `once` applied to each of its sums until it returns None."""
+def _shorten_sums(expression: sp.Expr, shorten_once: Callable[[sp.Expr], sp.Expr | None]) -> sp.Expr:
+    """Return an expression with `shorten_once` applied to each of its sums until it returns None."""
     if not expression.args or expression.is_Function:
         return expression
-    args = tuple(_shorten_sums(arg, once) for arg in expression.args)
+    args = tuple(_shorten_sums(arg, shorten_once) for arg in expression.args)
     shortened = expression if args == expression.args else expression.func(*args)
-    while shortened.is_Add and (shorter := once(shortened)) is not None:
+    while shortened.is_Add and (shorter := shorten_once(shortened)) is not None:
         shortened = shorter
     return shortened
 
@@ -106,7 +106,11 @@ def _shorten_sums(expression: sp.Expr, once: Callable[[sp.Expr], sp.Expr | None]
 def _has_shift(angle: sp.Expr) -> bool:
     """Return whether an angle is a plain sum of joint variables plus a nonzero rational multiple of pi."""
     rest, constant = _split_constant(angle)
-    return constant != 0 and (constant / sp.pi).is_Rational and (joint_sum(rest) or joint_sum(-rest)) is not None
+    return (
+        constant != 0
+        and (constant / sp.pi).is_Rational
+        and (joint_sum_digits(rest) or joint_sum_digits(-rest)) is not None
+    )
 
 
 def _split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
@@ -139,10 +143,10 @@ def _expand_shift(trig: sp.Expr) -> sp.Expr:
     return sp.expand_trig(trig.func(symbol + constant)).xreplace({symbol: angle})
 
 
-def _add_one_pair(total: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr | None:
+def _combine_one_pair(total: sp.Expr, has_notation: HasNotation) -> sp.Expr | None:
     """Return a sum with two of its terms combined by an angle-sum identity, or None if none applies."""
     for terms, factor, trig in _pairs_of_terms(total):
-        if can_be_written(trig.args[0]):
+        if has_notation(trig.args[0]):
             return total - sp.Add(*terms) + factor * trig
     return None
 
@@ -175,27 +179,33 @@ def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], s
 
 
 @lru_cache(maxsize=4096)
-def gather_sums(expression: sp.Expr) -> sp.Expr:
+def factor_sums(expression: sp.Expr) -> sp.Expr:
     """Return an expression whose sums are factored by the sine and cosine of the first joint in them.
 
     >>> t1, t2, a2, a3, d2 = sp.symbols("theta1 theta2 a2 a3 d2")
-    >>> gather_sums(a2 * sp.cos(t1) * sp.cos(t2) + a3 * sp.cos(t1) + d2 * sp.sin(t1))
+    >>> factor_sums(a2 * sp.cos(t1) * sp.cos(t2) + a3 * sp.cos(t1) + d2 * sp.sin(t1))
     d2*sin(theta1) + (a2*cos(theta2) + a3)*cos(theta1)
     """
     if not expression.args or expression.is_Function:
         return expression
-    args = tuple(map(gather_sums, expression.args))
+    args = tuple(map(factor_sums, expression.args))
     gathered = expression if args == expression.args else expression.func(*args)
     if not gathered.is_Add:
         return gathered
-    return _by_rates(gathered) if any(moves(symbol) for symbol in gathered.free_symbols) else _by_first_turn(gathered)
+    return (
+        _collect_rates(gathered)
+        if any(is_rate_or_component(symbol) for symbol in gathered.free_symbols)
+        else _collect_first_joint(gathered)
+    )
 
 
-def _by_rates(total: sp.Add) -> sp.Expr:
+def _collect_rates(total: sp.Add) -> sp.Expr:
     """Collect joint rates, or velocities, with the same coefficient: s_1 (qd2 + qd3)."""
     rates: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
-        rates_in_term = [factor for factor in sp.Mul.make_args(term) if factor.is_Symbol and moves(factor)]
+        rates_in_term = [
+            factor for factor in sp.Mul.make_args(term) if factor.is_Symbol and is_rate_or_component(factor)
+        ]
         if len(rates_in_term) != 1:
             return total
         (rate,) = rates_in_term
@@ -206,12 +216,12 @@ def _by_rates(total: sp.Add) -> sp.Expr:
     return sp.Add(*(c * sp.Add(*rates_with_coefficient) for c, rates_with_coefficient in rates.items()))
 
 
-def _by_first_turn(total: sp.Add) -> sp.Expr:
+def _collect_first_joint(total: sp.Add) -> sp.Expr:
     trigs_with_joints = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
     if not trigs_with_joints:
         return total
-    first_joint = min(min(_joints(trig)) for trig in trigs_with_joints)
-    common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints(trig)]
+    first_joint = min(min(_joints_in_angle(trig)) for trig in trigs_with_joints)
+    common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints_in_angle(trig)]
     if not all(trig.args[0].is_Symbol for trig in common_trigs):
         return total
     groups: dict[sp.Expr, list[sp.Expr]] = {}
@@ -231,9 +241,9 @@ def _by_first_turn(total: sp.Add) -> sp.Expr:
     return sp.Add(*(trig * sp.Add(*rests) for trig, rests in groups.items()))
 
 
-def _joints(trig: sp.Expr) -> set[int]:
-    return {joint for symbol in trig.args[0].free_symbols for joint in joints_of(symbol)}
+def _joints_in_angle(trig: sp.Expr) -> set[int]:
+    return {joint for symbol in trig.args[0].free_symbols for joint in find_joints(symbol)}
 
 
-def _variables(turning: list[sp.Expr]) -> set[sp.Expr]:
-    return {symbol for trig in turning for symbol in trig.args[0].free_symbols}
+def _variables(trigs: list[sp.Expr]) -> set[sp.Expr]:
+    return {symbol for trig in trigs for symbol in trig.args[0].free_symbols}

@@ -11,38 +11,43 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
-from qdot.exercises.arm.classification import Kind, classify, is_one_sided, split_by_value
+from qdot.exercises.arm.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
-from qdot.exercises.arm.existence_conditions import Need, need_of
-from qdot.exercises.arm.kinematics import frame_behind, link_frames
-from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, round_matrix
+from qdot.exercises.arm.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.arm.kinematics import frame_after, link_frames
+from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
+from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textbook_form
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import Configuration, Situation, jacobian_at
-from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_direction_where
+from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
+from qdot.exercises.questions.rank import (
+    BranchConfigurations,
+    LostDirectionAt,
+    MeaningQuestion,
+    find_lost_direction_formula,
+)
 from qdot.exercises.questions.screws import (
     Screw,
-    body_jacobian,
-    body_rotation,
-    carried_screws,
-    exponential,
-    hat,
-    home_screws,
-    space_jacobian,
+    compute_exponential,
+    derive_body_jacobian,
+    derive_body_rotation,
+    derive_space_jacobian,
+    list_home_screws,
+    list_moved_screws,
+    make_cross_product_matrix,
 )
-from qdot.exercises.questions.singular import Place, find_components_at
-from qdot.exercises.questions.wrist import block_determinants, objection_unless_partitioned, wrist_block
-from qdot.exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
+from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
+from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, object_unless_block_triangular
+from qdot.exercises.writing.angles import AngleNames, arm_angles, link_angles, name_angles
 from qdot.exercises.writing.expansion import (
     Expansion,
     expand_determinant,
     expand_jacobian,
-    jacobian_at_joint_1,
-    sparsest_line,
-    straight_joint_1,
+    find_sparsest_line,
+    joint_1_without_base_rotation,
+    shorten_by_joint_1,
 )
 from qdot.exercises.writing.hint_context import HintContext
 from qdot.exercises.writing.latex import tex
@@ -52,7 +57,7 @@ from qdot.exercises.writing.latex import tex
 class Column:
     """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*.
 
-    `carries`: whether the joint can move P.
+    `moves_point`: whether the joint can move P.
     """
 
     number: int
@@ -60,7 +65,7 @@ class Column:
     z: sp.Matrix
     p_star: sp.Matrix
     cross: sp.Matrix
-    carries: bool
+    moves_point: bool
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ class Recursion:
     """One step of (6.13), from p*_i to p*_{i-1}."""
 
     number: int
-    turned: sp.Matrix
+    rotated_link: sp.Matrix
     p_star: sp.Matrix
 
 
@@ -83,12 +88,12 @@ class SingularComponent:
 
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
-    kind: Kind
-    cases: tuple[tuple[Values, Kind], ...] = ()
-    need: Need | None = None
+    kind: Classification
+    cases: tuple[tuple[Values, Classification], ...] = ()
+    need: ExistenceCondition | None = None
 
     @property
-    def says_it(self) -> bool:
+    def states_joint_value(self) -> bool:
         """Whether the condition states the joint's value directly, like d3 = 0."""
         return self.solutions is not None and self.conditions == tuple(
             joint for joint, values in self.solutions if values == (0,)
@@ -100,7 +105,7 @@ class SolutionSteps:
 
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
-        self.d: Derivation = derive(chain)
+        self.derivation: Derivation = derive(chain)
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
 
@@ -108,21 +113,27 @@ class SolutionSteps:
     def angles(self) -> AngleNames:
         """Short names for the angles that can't be written like c_{12}; the same in all results of the arm."""
         # If the twists before and after a prismatic joint cancel, the angles add up only in simplified rotations.
-        last_rotation = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
-        matrices = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last_rotation)
-        return angle_names(arm_angles(self.chain), *matrices)
+        last_rotation = [self._substitute_numbers(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
+        matrices = (
+            self.derivation.position,
+            self.derivation.geometric,
+            self.derivation.p_star,
+            *self.derivation.rotations,
+            *last_rotation,
+        )
+        return name_angles(arm_angles(self.chain), *matrices)
 
     @cached_property
     def hint_context(self) -> HintContext:
         """Facts about the arm and parts of its results for hints."""
         return HintContext(self.chain)
 
-    def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
+    def lost_direction_at(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if they have no short formula."""
-        return lost_direction_where(self.chain, Where(values))
+        return find_lost_direction_formula(self.chain, BranchConfigurations(values))
 
     @property
-    def links(self) -> list[sp.Expr]:
+    def planar_link_angles(self) -> list[sp.Expr]:
         """The angle of each link with the world's x axis, for a planar arm without prismatic joints; else nothing."""
         return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
 
@@ -133,7 +144,7 @@ class SolutionSteps:
         return [angle for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
 
     @staticmethod
-    def adds_angles(result: sp.Matrix) -> bool:
+    def has_angle_sums(result: sp.Matrix) -> bool:
         """Return whether a result has sines or cosines of sums of joint angles."""
         return any(len(trig.args[0].free_symbols) > 1 for trig in result.atoms(sp.sin, sp.cos))
 
@@ -142,9 +153,9 @@ class SolutionSteps:
         """R or P for every joint."""
         return [joint.kind for joint in self.chain.joints]
 
-    def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
+    def _substitute_numbers(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure, simplified, with this arm's numbers."""
-        return matrix.applyfunc(lambda entry: substitute(textbook(sp.expand(entry)), self._values))
+        return matrix.applyfunc(lambda entry: substitute(textbook_form(sp.expand(entry)), self._values))
 
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
@@ -159,33 +170,37 @@ class SolutionSteps:
     def origins(self) -> list[sp.Matrix]:
         """The origins O_0 ... O_k (3 x 1, m); P is fixed in frame k."""
         frames = link_frames(self._structure)
-        return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
+        return [self._substitute_numbers(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
 
     @property
     def last_fixed_origin(self) -> int:
         """The index of the last of the origins O_0 ... O_k that no joint moves."""
-        is_moved = [self._moves(origin) for origin in self.origins]
+        is_moved = [self._depends_on_joints(origin) for origin in self.origins]
         return is_moved.index(True) - 1 if any(is_moved) else len(is_moved) - 1
 
     @property
-    def last_part_of_position(self) -> tuple[int, sp.Matrix] | None:
+    def last_moving_vector(self) -> tuple[int, sp.Matrix] | None:
         """The last origin whose vector to P depends on the joints, and this vector.
 
         None if the vector makes up most of the position.
         """
         for joint in range(self.chain.point.frame, 0, -1):
             i = self.convention.frame_on_axis(joint)
-            vector, origin = self.d.p_star[:, joint - 1], self.origins[i]
-            if self._moves(vector):
-                unmixed_rows = [row for row in range(3) if self._moves(vector[row]) and not self._moves(origin[row])]
-                return (i, vector) if self._moves(origin) and len(unmixed_rows) < 2 else None
+            vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
+            if self._depends_on_joints(vector):
+                unmixed_rows = [
+                    row
+                    for row in range(3)
+                    if self._depends_on_joints(vector[row]) and not self._depends_on_joints(origin[row])
+                ]
+                return (i, vector) if self._depends_on_joints(origin) and len(unmixed_rows) < 2 else None
         return None
 
-    def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
-        return bool(place.free_symbols & set(self.chain.q))
+    def _depends_on_joints(self, expression: sp.Matrix | sp.Expr) -> bool:
+        return bool(expression.free_symbols & set(self.chain.q))
 
     @property
-    def _home(self) -> dict[sp.Symbol, sp.Expr]:
+    def _home_configuration(self) -> dict[sp.Symbol, sp.Expr]:
         return dict.fromkeys(self.chain.q, sp.S.Zero)
 
     @property
@@ -203,59 +218,61 @@ class SolutionSteps:
         """For each joint the LaTeX name of its exponential, and the exponential itself (4 x 4)."""
         axes = axes_of(self.chain)[0]
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
-        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
+        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", compute_exponential(axis, q)) for i, (q, axis) in pairs]
 
     @property
     def body_rotation(self) -> sp.Matrix:
         """The rotation R_sb from body to space frame (3 x 3)."""
-        return body_rotation(self.chain)
+        return derive_body_rotation(self.chain)
 
     @staticmethod
     def hat(vector: sp.Matrix) -> sp.Matrix:
         """Return the skew-symmetric matrix [v] of a vector (3 x 3)."""
-        return hat(vector)
+        return make_cross_product_matrix(vector)
 
     def screw_at_home(self, joint: int) -> Screw:
         """Return a joint with its axis and its screw at home."""
-        return home_screws(self.chain)[joint - 1]
+        return list_home_screws(self.chain)[joint - 1]
 
-    def screw_carried(self, joint: int) -> Screw:
+    def moved_screw(self, joint: int) -> Screw:
         """Return a joint with its axis and its screw as moved by the joints before it."""
-        return carried_screws(self.chain)[joint - 1]
+        return list_moved_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian in the "space" or "body" frame, its rows in the order of the arm's twists."""
-        return self.convention.twist((space_jacobian if frame == "space" else body_jacobian)(self.chain))
+        return self.convention.reorder_twists(
+            (derive_space_jacobian if frame == "space" else derive_body_jacobian)(self.chain)
+        )
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint with all joint variables at zero (3 x 1)."""
-        return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
+        return self.derivation.z[:, joint - 1].xreplace(self._home_configuration).applyfunc(sp.expand)
 
-    def turned_axis(self, joint: int) -> sp.Matrix | None:
+    def rotated_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as rotated by the joints before it (3 x 1), or None if they don't rotate it."""
-        rotated = self.d.z[:, joint - 1]
-        return rotated if self._moves(rotated) else None
+        rotated = self.derivation.z[:, joint - 1]
+        return rotated if self._depends_on_joints(rotated) else None
 
     @cached_property
-    def moved_points(self) -> list[tuple[int, sp.Matrix]]:
+    def point_positions(self) -> list[tuple[int, sp.Matrix]]:
         """The joints i with the position of P if joints i to n have moved and those before i are at home; last i first.
 
         Joints that do not move P are omitted. Joint 1 is omitted, too, because then P is at its final position.
         """
         positions: list[tuple[int, sp.Matrix]] = []
-        previous = self.d.position.xreplace(self._home)
+        previous = self.derivation.position.xreplace(self._home_configuration)
         for joint in range(self.chain.point.frame, 0, -1):
             earlier_joints_at_zero = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
-            position = self.d.position.xreplace(earlier_joints_at_zero)
+            position = self.derivation.position.xreplace(earlier_joints_at_zero)
             if position != previous:
-                positions.append((joint, position.applyfunc(without_brackets)))
+                positions.append((joint, position.applyfunc(remove_brackets)))
             previous = position
         return positions if len(positions) < 2 or positions[-1][0] != 1 else positions[:-1]
 
     def rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation of the frame on a joint's axis; its last column is written like the axis itself."""
-        shortened = self.angles.shorten(self.d.rotations[self.convention.frame_on_axis(joint)])
-        return sp.Matrix.hstack(shortened[:, :2], self.d.z[:, joint - 1])
+        shortened = self.angles.shorten(self.derivation.rotations[self.convention.frame_on_axis(joint)])
+        return sp.Matrix.hstack(shortened[:, :2], self.derivation.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
@@ -264,7 +281,10 @@ class SolutionSteps:
         rotations, links = generic.rotations, generic.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first_frame, -1):
-            rotated_link, p_star = self._fill(rotations[i - 1] * links[i - 1]), self.d.p_star[:, i - 1 - first_frame]
+            rotated_link, p_star = (
+                self._substitute_numbers(rotations[i - 1] * links[i - 1]),
+                self.derivation.p_star[:, i - 1 - first_frame],
+            )
             steps.append(Recursion(i, rotated_link, p_star))
         return steps
 
@@ -272,17 +292,22 @@ class SolutionSteps:
     def last_vector(self) -> sp.Matrix:
         """The vector p*_k in the point's own frame k: R_k times the point's coordinates there (zero for an origin)."""
         k = self.chain.point.frame
-        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(convention_of(self._structure).point.offset))
+        return self._substitute_numbers(
+            derive(self._structure).rotations[k] * sp.Matrix(convention_of(self._structure).point.offset)
+        )
 
     @property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian (6 x n), its rows in the order that the arm's convention asks for."""
-        return self.convention.velocity_rows(self.d.geometric)
+        return self.convention.reorder_velocity_rows(self.derivation.geometric)
 
     @cached_property
     def columns(self) -> list[Column]:
         """The columns of the geometric Jacobian (6.12)."""
-        return [self._column(self.d.z, self.d.p_star, self.d.geometric, i) for i in range(self.chain.n)]
+        return [
+            self._column(self.derivation.z, self.derivation.p_star, self.derivation.geometric, i)
+            for i in range(self.chain.n)
+        ]
 
     def _column(self, z: sp.Matrix, p_star: sp.Matrix, jacobian: sp.Matrix, i: int) -> Column:
         carries = i < self.chain.point.frame
@@ -310,82 +335,90 @@ class SolutionSteps:
     @cached_property
     def cofactors(self) -> sp.Matrix:
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
-        return self._fill(_cofactors(self._structure))
+        return self._substitute_numbers(_cofactors(self._structure))
 
     @property
-    def never_zero(self) -> list[sp.Expr]:
+    def never_vanishing_factors(self) -> list[sp.Expr]:
         """The factors of det J that depend on the joints but vanish in no configuration."""
-        factors = (factor.as_base_exp()[0] for factor in sp.Mul.make_args(self.d.determinant))
+        factors = (factor.as_base_exp()[0] for factor in sp.Mul.make_args(self.derivation.determinant))
         joints = set(self.chain.q)
         return [factor for factor in factors if factor.free_symbols & joints and never_vanishes(factor, self.chain)]
 
     @property
     def inverse_determinant(self) -> sp.Expr:
         """The factor 1/det J."""
-        return 1 / self.d.determinant
+        return 1 / self.derivation.determinant
 
     @cached_property
     def expansion(self) -> Expansion:
         """The steps that expand det J."""
-        return expand_jacobian(self._structure).fill(self.d.fill, self.d.determinant)
+        return expand_jacobian(self._structure).with_numbers(
+            self.derivation.substitute_values, self.derivation.determinant
+        )
 
     @property
-    def sparsest(self) -> str:
+    def sparsest_line(self) -> str:
         """The name of the row or column of J with the most zeros."""
-        return sparsest_line(self.d.jacobian)[0]
+        return find_sparsest_line(self.derivation.jacobian)[0]
 
     @cached_property
     def arm_expansion(self) -> Expansion:
         """The steps that expand det J11 of an arm with a spherical wrist whose axes meet in P."""
         generic = self._structure
-        wrist_frame = frame_behind(generic.joints[3 : generic.point.frame])
+        wrist_frame = frame_after(generic.joints[3 : generic.point.frame])
         centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(generic.point.offset)
-        arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook))))
-        return expand_jacobian(arm).fill(self.d.fill, block_determinants(self.chain)[0])
+        arm = Chain(
+            "arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook_form)))
+        )
+        return expand_jacobian(arm).with_numbers(
+            self.derivation.substitute_values, derive_block_determinants(self.chain)[0]
+        )
 
     @cached_property
     def wrist_expansion(self) -> Expansion:
         """The steps that expand det J22 in frame 3."""
-        matrix = wrist_block(self._structure)
-        return expand_determinant(matrix).fill(self.d.fill, block_determinants(self.chain)[1])
+        matrix = derive_wrist_block(self._structure)
+        return expand_determinant(matrix).with_numbers(
+            self.derivation.substitute_values, derive_block_determinants(self.chain)[1]
+        )
 
     @property
     def wrist(self) -> sp.Matrix:
         """The block J22: the axes of joints 4 to 6 in frame 3, for an arm with a spherical wrist."""
-        return wrist_block(self.chain)
+        return derive_wrist_block(self.chain)
 
     @property
     def joint_1_value(self) -> sp.Expr:
         """The value of joint 1 at which the entries of J are shortest."""
-        value = sp.expand(straight_joint_1(self._structure).xreplace(self._values) - self.chain.offsets[0])
+        value = sp.expand(joint_1_without_base_rotation(self._structure).xreplace(self._values) - self.chain.offsets[0])
         return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
         """J at `joint_1_value`; None if det J depends on joint 1, if J doesn't, or for more than four joints."""
-        shortest = jacobian_at_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
-        return None if shortest is None else shortest.applyfunc(self.d.fill)
+        shortest = shorten_by_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
+        return None if shortest is None else shortest.applyfunc(self.derivation.substitute_values)
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
         """The determinants of J11 and J22 if the wrist's axes meet in P; None for other arms."""
-        return block_determinants(self.chain) if objection_unless_partitioned(self.chain) is None else None
+        return derive_block_determinants(self.chain) if object_unless_block_triangular(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:
         """The maximal minors of a Jacobian that is not square: the columns (or rows) chosen, and the factored minor."""
-        rows, cols = self.d.jacobian.shape
+        rows, cols = self.derivation.jacobian.shape
         size, count = min(rows, cols), max(rows, cols)
         line_kind = "columns" if cols > rows else "rows"
         labels = [
             f"{line_kind} {', '.join(str(i + 1) for i in indices)}" for indices in combinations(range(count), size)
         ]
-        values = (minor.substitute(self._values) for minor in self.d.generic_minors)
+        values = (minor.substitute(self._values) for minor in self.derivation.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def largest_minor(self, situation: Situation) -> tuple[str, sp.Expr]:
+    def largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
         """Return the minor that is farthest from zero at a configuration: its columns or rows, and its value."""
-        numbers = [(label, self.numeric(situation, minor)) for label, minor in self.minors]
+        numbers = [(label, self.numeric(configuration, minor)) for label, minor in self.minors]
         return max(numbers, key=lambda labelled: abs(labelled[1]))
 
     # --- singular configurations ---
@@ -394,7 +427,7 @@ class SolutionSteps:
     def components(self) -> list[Component]:
         """The components of the singular set, with their conditions in the form that is shown."""
         return [
-            replace(component, conditions=tuple(map(self.as_shown, component.conditions)))
+            replace(component, conditions=tuple(map(self.shown_condition, component.conditions)))
             for component in singular_set(self.chain) or ()
         ]
 
@@ -423,59 +456,65 @@ class SolutionSteps:
 
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""
-        conditions = tuple(map(self.as_shown, component.conditions))
+        conditions = tuple(map(self.shown_condition, component.conditions))
         kind = classify(self.chain, component)
-        need = next(filter(None, (need_of(condition, self.chain) for condition in conditions)), None)
+        need = next(filter(None, (existence_condition(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
 
-    def as_shown(self, condition: sp.Expr) -> sp.Expr:
+    def shown_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor, and a sum with the signs that it has in the shown det J."""
-        without_number = without_factor(condition)
-        if not without_number.is_Add or not self.d.is_square:
+        without_number = remove_numeric_factor(condition)
+        if not without_number.is_Add or not self.derivation.is_square:
             return without_number
         opposite_latex = f"({tex(-without_number, self.chain, self.angles)})"
-        return -without_number if opposite_latex in tex(self.d.determinant, self.chain, self.angles) else without_number
+        return (
+            -without_number
+            if opposite_latex in tex(self.derivation.determinant, self.chain, self.angles)
+            else without_number
+        )
 
-    def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
+    def _cases(self, component: Component, kind: Classification) -> tuple[tuple[Values, Classification], ...]:
         cases = [
             (values, classify(self.chain, component_at_values))
             for values, component_at_values in split_by_value(component, kind)
         ]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
-    def components_at(self, place: Place) -> list[SingularComponent]:
+    def components_at(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
         return [
             SingularComponent(
-                tuple(map(self.as_shown, component.conditions)), component.solutions, classify(self.chain, component)
+                tuple(map(self.shown_condition, component.conditions)),
+                component.solutions,
+                classify(self.chain, component),
             )
-            for _, component in find_components_at(self.chain, place)
+            for _, component in find_components_with(self.chain, configuration)
         ]
 
-    def is_one_sided(self, asked: Place | MeaningAsked) -> bool:
+    def is_one_sided(self, singular_place: ConfigurationsOfOneKind | MeaningQuestion) -> bool:
         """Return whether P can leave the singular configurations to one side only along the lost direction."""
-        return is_one_sided(self.chain, asked.condition, asked.values)
+        return is_one_sided(self.chain, singular_place.condition, singular_place.values)
 
     # --- numbers ---
 
-    def numeric(self, situation: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
+    def numeric(self, configuration: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the values of a formula at a configuration, to four significant digits."""
-        substituted = expression.xreplace(situation.values)
+        substituted = expression.xreplace(configuration.values)
         return (
             substituted.applyfunc(_four_digits) if isinstance(substituted, sp.MatrixBase) else _four_digits(substituted)
         )
 
-    def numeric_inverse(self, situation: Situation) -> sp.Matrix:
+    def numeric_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
-        return round_matrix(inverse(jacobian_at(self.chain, situation)))
+        return round_matrix(inverse(evaluate_jacobian_precisely(self.chain, configuration)))
 
-    def numeric_determinant(self, situation: Situation) -> sp.Expr:
+    def numeric_determinant(self, configuration: ConfigurationAndVelocity) -> sp.Expr:
         """Return the determinant of the task Jacobian at a configuration, to four significant digits."""
-        return four_digits(determinant(jacobian_at(self.chain, situation)))
+        return round_to_four_digits(determinant(evaluate_jacobian_precisely(self.chain, configuration)))
 
-    def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
+    def at(self, configuration: ConfigurationsOfOneKind, expression: sp.Expr) -> sp.Expr:
         """Return an expression at a configuration with symbolic lengths unchanged and numbers to four digits."""
-        substituted = sp.expand(sp.N(expression.xreplace(place.joints), 15))
+        substituted = sp.expand(sp.N(expression.xreplace(configuration.joints), 15))
         return substituted.xreplace({number: _four_digits(number) for number in substituted.atoms(sp.Float)})
 
     def three_digits(self, part: Part) -> list[str]:
@@ -491,7 +530,7 @@ def _cofactors(generic: Chain) -> sp.Matrix:
     return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
 
 
-def without_factor(condition: sp.Expr) -> sp.Expr:
+def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
     coefficient, rest = condition.as_coeff_Mul()
     if rest.is_Add or coefficient == 1:
@@ -505,10 +544,10 @@ def three_digits(value: sp.Expr) -> str:
     >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
     ('0.0752', '-12.3')
     """
-    return "0" if abs(value) < sp.Float("1e-12") else _plain(f"{float(value):#.3g}")
+    return "0" if abs(value) < sp.Float("1e-12") else _without_exponent(f"{float(value):#.3g}")
 
 
-def _plain(text: str) -> str:
+def _without_exponent(text: str) -> str:
     return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
 
 

@@ -7,7 +7,7 @@ from qdot.exercises.families import FAMILIES
 
 ARMS = (
     "arm",  # of an arm without a name
-    *dict.fromkeys(family.plain.title for family in FAMILIES.values() if family.plain is not None),
+    *dict.fromkeys(family.textbook_arm.title for family in FAMILIES.values() if family.textbook_arm is not None),
     "{kinds} arm",
     "{name}",
 )

@@ -14,11 +14,11 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 
-_FIFTEEN = sp.pi / 12
+_FIFTEEN_DEGREES = sp.pi / 12
 
 
 @dataclass(frozen=True)
-class _Sum:
+class _SumOfRoots:
     """A constant with two terms, each a number times a root (or 1), and the sine or cosine that it equals."""
 
     terms: tuple[tuple[sp.Expr, sp.Expr], ...]
@@ -26,55 +26,55 @@ class _Sum:
 
 
 @lru_cache(maxsize=256)
-def turns_of(chain: Chain) -> tuple[sp.Expr, ...]:
+def constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
     """Return the constant angles of an arm's table and base in their order, reduced to at most 90 degrees."""
-    constants = [*_constants(chain), chain.base.yaw, chain.base.tilt]
+    constants = [*_table_constants(chain), chain.base.yaw, chain.base.tilt]
     reduced_angles = (
         abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in constants if (angle / sp.pi).is_Rational
     )
     return tuple(dict.fromkeys(angle for angle in reduced_angles if angle != 0))
 
 
-def _constants(chain: Chain) -> Iterator[sp.Expr]:
+def _table_constants(chain: Chain) -> Iterator[sp.Expr]:
     for row in convention_of(chain).rows:
         yield row.alpha
         yield row.theta.as_independent(*row.theta.free_symbols, as_Add=True)[0] if row.theta.free_symbols else row.theta
 
 
-def with_turns(expression: sp.Expr, turns: Sequence[sp.Expr] = ()) -> sp.Expr:
+def use_constant_angles(expression: sp.Expr, angles: Sequence[sp.Expr] = ()) -> sp.Expr:
     """Return an expression in which sums of roots and nested roots become sines and cosines of constant angles.
 
     >>> half, large = sp.cos(5 * sp.pi / 12), sp.sin(5 * sp.pi / 12)
-    >>> with_turns(half * sp.Symbol("a1")), with_turns(large, (5 * sp.pi / 12,))
+    >>> use_constant_angles(half * sp.Symbol("a1")), use_constant_angles(large, (5 * sp.pi / 12,))
     (a1*sin(pi/12), sin(5*pi/12))
     """
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
         return expression
-    roots, sums = _trigs_of(tuple(turns))
+    roots, sums = _trigs_by_value(tuple(angles))
     without_nested_roots = expression.xreplace(roots)
     return without_nested_roots.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
 
 
 @lru_cache(maxsize=256)
-def _trigs_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_Sum, ...]]:
+def _trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_SumOfRoots, ...]]:
     """Return nested roots and sums of two terms, each with the sine or cosine (or its square) that it equals."""
     roots: dict[sp.Expr, sp.Expr] = {}
     sums: dict[sp.Expr, sp.Expr] = {}
-    for angle, function in product((*turns, _FIFTEEN), (sp.cos, sp.sin)):
+    for angle, function in product((*angles, _FIFTEEN_DEGREES), (sp.cos, sp.sin)):
         value, trig = sp.expand(function(angle)), function(angle, evaluate=False)
         if value.is_Add:
             sums.setdefault(value, trig)
         if value.is_Pow and value.base.is_Add:
             roots |= {value: roots.get(value, trig), 1 / value: roots.get(1 / value, 1 / trig)}
-        if angle in turns:
+        if angle in angles:
             sums.setdefault(sp.expand(value**2), trig**2)
     pairs = ((value, trig) for value, trig in sums.items() if value.is_Add and len(value.args) == 2)
-    return roots, tuple(_Sum(tuple(term.as_coeff_Mul() for term in value.args), trig) for value, trig in pairs)
+    return roots, tuple(_SumOfRoots(tuple(term.as_coeff_Mul() for term in value.args), trig) for value, trig in pairs)
 
 
-def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
-    """Return a sum in which pairs of terms that differ only in their roots are combined by one of `sums`."""
-    for sum_of_roots in sums:
+def _join_roots(total: sp.Expr, known_sums: Sequence[_SumOfRoots]) -> sp.Expr:
+    """Return a sum in which pairs of terms that differ only in their roots are combined by one of `known_sums`."""
+    for sum_of_roots in known_sums:
         (first, root), (second, second_root) = sum_of_roots.terms
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
         terms = []

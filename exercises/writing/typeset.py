@@ -12,13 +12,13 @@ from itertools import pairwise
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
+from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
 from qdot.exercises.writing.latex import symbol_latex
 
-DEEPEST = 30
+MAX_DEPTH = 30
 """Maximum depth of formulas that are typeset; deeper ones would be unreadable."""
 
-_RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
+_RELATION_LEVEL, _SUM_LEVEL, _PRODUCT_LEVEL, _FACTOR_LEVEL, _ATOM_LEVEL = range(5)
 """Binding strength of a piece: an atom can be raised to a power directly, a factor needs brackets for that."""
 
 _FUNCTIONS = {
@@ -28,11 +28,15 @@ _FUNCTIONS = {
 }  # fmt: skip
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
-_IN, _AND, _OR = (Layout("sign", "∈"),), (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
-_SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
+_ELEMENT_SIGN, _AND_WORD, _OR_WORD = (
+    (Layout("sign", "∈"),),
+    (Layout("text", " and "),),
+    (Layout("text", " or "), layout.QQUAD),
+)
+_SYMBOL_PATTERN = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
 _PI, _HALF_TURN = Node("name", value="pi"), Node("number", value=Fraction(180))
 _ONE = Node("number", value=Fraction(1))
-_ANGLE = re.compile(r"theta(\d)")
+_ANGLE_PATTERN = re.compile(r"theta(\d)")
 
 
 class TooDeep(ValueError):
@@ -40,64 +44,64 @@ class TooDeep(ValueError):
 
 
 @dataclass(frozen=True)
-class _Set:
+class _TypesetPiece:
     """A typeset piece and its binding strength."""
 
-    shown: Pieces
+    pieces: Pieces
     level: int
 
-    def at(self, level: int) -> Pieces:
+    def as_operand(self, level: int) -> Pieces:
         """Return the piece as an operand, in brackets if it binds less strongly than `level`."""
-        return self.shown if self.level >= level else layout.bracket(self.shown, _TALL)
+        return self.pieces if self.level >= level else layout.bracket(self.pieces, _TALL)
 
 
 def typeset(
-    node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()
+    node: Node, prismatic: tuple[str, ...] = (), are_alternatives: bool = False, units: Sequence[str] = ()
 ) -> Layout:
     r"""Return the layout of an answer. Raises TooDeep.
 
     `prismatic` has the numbers of the prismatic joints, whose rates are \dot d. The conditions in a list are
-    `alternatives`, or hold simultaneously. `units` has the units of the entries of a numeric vector.
+    `are_alternatives`, or hold simultaneously. `units` has the units of the entries of a numeric vector.
 
-    >>> from qdot.exercises.formula.parser import read
-    >>> from qdot.exercises.formula.printers.latex import latex
-    >>> latex(typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2")))
+    >>> from qdot.exercises.formula.parser import parse_formula
+    >>> from qdot.exercises.formula.printers.latex import latex_text
+    >>> latex_text(typeset(parse_formula("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
-    return row(*_Setter(prismatic, alternatives, units).whole(node))
+    return row(*_Typesetter(prismatic, are_alternatives, units).typeset_answer(node))
 
 
-class _Setter:
+class _Typesetter:
     """Typesets trees: long sums and products by a loop along their left operands, everything else by recursion."""
 
-    def __init__(self, prismatic: tuple[str, ...], alternatives: bool, units: Sequence[str]) -> None:
+    def __init__(self, prismatic: tuple[str, ...], are_alternatives: bool, units: Sequence[str]) -> None:
         self.prismatic, self.units, self.depth = prismatic, units, 0
-        self.between = _OR if alternatives else (layout.COMMA, layout.QQUAD)
+        self.separator = _OR_WORD if are_alternatives else (layout.COMMA, layout.QQUAD)
 
-    def whole(self, node: Node) -> Pieces:
-        rows = _rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
+    def typeset_answer(self, node: Node) -> Pieces:
+        rows = _matrix_rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
-            return self.set(node).shown
+            return self.typeset_node(node).pieces
         units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
-        entry_rows = [[(*self.set(entry).shown, *next(units)) for entry in entries] for entries in rows]
+        entry_rows = [[(*self.typeset_node(entry).pieces, *next(units)) for entry in entries] for entries in rows]
         return entry_rows[0][0] if len(self.units) == 1 else (layout.matrix(entry_rows),)
 
-    def set(self, node: Node) -> _Set:
+    def typeset_node(self, node: Node) -> _TypesetPiece:
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise TooDeep(f"the answer nests more than {DEEPEST} deep")
+        if self.depth > MAX_DEPTH:
+            raise TooDeep(f"the answer nests more than {MAX_DEPTH} deep")
         typeset_piece = self.piece(node)
         self.depth -= 1
         return typeset_piece
 
-    def piece(self, node: Node) -> _Set:
+    def piece(self, node: Node) -> _TypesetPiece:
         kind = node.kind
         if kind in ("number", "decimal"):
             return _number(node)
         if kind == "name":
-            return _Set(self.name(str(node.value)), _ATOM)
+            return _TypesetPiece(self.name(str(node.value)), _ATOM_LEVEL)
         if kind == "blank":
-            return _Set((Layout("letter", "□"),), _ATOM)
+            return _TypesetPiece((Layout("letter", "□"),), _ATOM_LEVEL)
         if kind in ("neg", "+", "-"):
             return self.sum(node)
         if kind in ("*", "/"):
@@ -113,101 +117,127 @@ class _Setter:
     def name(self, name: str) -> Pieces:
         if name in _CONSTANTS:
             return (Layout("letter", _CONSTANTS[name]),)
-        if _SYMBOL.fullmatch(name):
+        if _SYMBOL_PATTERN.fullmatch(name):
             return parse_latex(symbol_latex(name, self.prismatic)).inner
         # A name may contain characters that normalize to others, such as Unicode's digits in brackets.
         return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
 
-    def sum(self, node: Node) -> _Set:
+    def sum(self, node: Node) -> _TypesetPiece:
         if node.kind == "neg":
-            return _Set((layout.MINUS, *self.set(node.args[0]).at(_PRODUCT)), _SUM)
+            return _TypesetPiece(
+                (layout.MINUS, *self.typeset_node(node.args[0]).as_operand(_PRODUCT_LEVEL)), _SUM_LEVEL
+            )
         terms: list[Pieces] = []
         while node.kind in ("+", "-"):
-            terms.append((layout.PLUS if node.kind == "+" else layout.MINUS, *self.set(node.args[1]).at(_PRODUCT)))
+            terms.append(
+                (
+                    layout.PLUS if node.kind == "+" else layout.MINUS,
+                    *self.typeset_node(node.args[1]).as_operand(_PRODUCT_LEVEL),
+                )
+            )
             node = node.args[0]
-        return _Set(layout.join((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
+        return _TypesetPiece(
+            layout.join_pieces((), [self.typeset_node(node).as_operand(_SUM_LEVEL), *reversed(terms)]), _SUM_LEVEL
+        )
 
-    def product(self, node: Node) -> _Set:
+    def product(self, node: Node) -> _TypesetPiece:
         degrees = _degrees(node)
         if degrees is not None:
-            return _Set(layout.raise_to(self.set(degrees).shown, layout.DEGREE), _FACTOR)
+            return _TypesetPiece(
+                layout.raise_pieces_to(self.typeset_node(degrees).pieces, layout.DEGREE), _FACTOR_LEVEL
+            )
         numerator, denominator = _factors(node)
         if not denominator:
-            return _Set(self.row(numerator), _PRODUCT)
+            return _TypesetPiece(self.row(numerator), _PRODUCT_LEVEL)
         other_factors = [factor for factor in numerator if factor.kind != "number"]
         is_small = all(factor.value == "pi" for factor in other_factors) and _are_numbers(denominator)
         if not is_small and _are_numbers(denominator):  # 4*sin(theta1)/25 has its fraction before the sine
             numbers = [factor for factor in numerator if factor.kind == "number"] or [_ONE]
-            coefficient = layout.fraction(self.row(numbers), self.row(denominator), small=True)
-            return _Set((coefficient, layout.THIN, *self.row(other_factors, alone=False)), _PRODUCT)
+            coefficient = layout.fraction(self.row(numbers), self.row(denominator), is_small=True)
+            return _TypesetPiece((coefficient, layout.THIN, *self.row(other_factors, is_alone=False)), _PRODUCT_LEVEL)
         if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
             numerator = [factor for factor in numerator if factor != _ONE] or numerator[:1]
-        return _Set((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR)
+        return _TypesetPiece((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR_LEVEL)
 
-    def row(self, factors: Sequence[Node], alone: bool = True) -> Pieces:
-        """Return factors side by side; a single factor needs no brackets if `alone`."""
-        if len(factors) == 1 and alone:
-            return self.set(factors[0]).shown
-        factor_pieces = [self.set(factor).at(_FACTOR) for factor in factors]
+    def row(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
+        """Return factors side by side; a single factor needs no brackets if `is_alone`."""
+        if len(factors) == 1 and is_alone:
+            return self.typeset_node(factors[0]).pieces
+        factor_pieces = [self.typeset_node(factor).as_operand(_FACTOR_LEVEL) for factor in factors]
         pieces = list(factor_pieces[0])
         for before, factor in pairwise(factor_pieces):
-            pieces += (*_between(before, factor[0]), *factor)
+            pieces += (*_factor_separator(before, factor[0]), *factor)
         return tuple(pieces)
 
-    def power(self, base: Node, exponent: Node) -> _Set:
+    def power(self, base: Node, exponent: Node) -> _TypesetPiece:
         exponent_layout = row(*self.exponent(exponent))
         is_whole = len(exponent_layout.inner) == 1 and exponent_layout.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
             return self.call(base, exponent_layout)
-        return _Set(layout.raise_to(self.set(base).at(_ATOM), exponent_layout), _FACTOR)
+        return _TypesetPiece(
+            layout.raise_pieces_to(self.typeset_node(base).as_operand(_ATOM_LEVEL), exponent_layout), _FACTOR_LEVEL
+        )
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
-            return layout.join((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
-        return self.set(node).shown
+            return layout.join_pieces((Layout("sign", "/"),), [self.typeset_node(arg).pieces for arg in node.args])
+        return self.typeset_node(node).pieces
 
-    def call(self, node: Node, above: Layout) -> _Set:
+    def call(self, node: Node, superscript: Layout) -> _TypesetPiece:
         word = str(node.value)
         if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
-            symbol = script(Layout("letter", word[0]), row(*number(joints)), above)
-            return _Set((symbol,), _FACTOR if above.inner else _ATOM)
+            symbol = script(Layout("letter", word[0]), row(*number(joints)), superscript)
+            return _TypesetPiece((symbol,), _FACTOR_LEVEL if superscript.inner else _ATOM_LEVEL)
         arguments = self.list_items(node.args)
         if word == "sqrt":
-            return _Set((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
+            return _TypesetPiece((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR_LEVEL)
         if word == "abs":
-            return _Set((layout.fence("||", arguments),), _ATOM)
+            return _TypesetPiece((layout.fence("||", arguments),), _ATOM_LEVEL)
         function_name = _FUNCTIONS.get(word) or Layout("word", word)
-        function_name = script(function_name, layout.EMPTY, above) if above.inner else function_name
-        return _Set((function_name, *layout.bracket(arguments, _TALL)), _FACTOR)
+        function_name = script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
+        return _TypesetPiece((function_name, *layout.bracket(arguments, _TALL)), _FACTOR_LEVEL)
 
-    def list_items(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
-        return layout.join(between, (self.set(node).shown for node in nodes))
+    def list_items(self, nodes: Sequence[Node], separator: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
+        return layout.join_pieces(separator, (self.typeset_node(node).pieces for node in nodes))
 
     # --- lists and conditions ---
 
-    def collection(self, node: Node) -> _Set:
+    def collection(self, node: Node) -> _TypesetPiece:
         if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
-            return _Set(self.list_items(node.args, _AND if node.kind == "dict" else self.between), _RELATION)
-        rows = _rows(node)
+            return _TypesetPiece(
+                self.list_items(node.args, _AND_WORD if node.kind == "dict" else self.separator), _RELATION_LEVEL
+            )
+        rows = _matrix_rows(node)
         if rows is not None:
-            return _Set((layout.matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
-        return _Set((layout.fence("[]" if node.kind == "list" else "{}", self.list_items(node.args)),), _ATOM)
+            return _TypesetPiece(
+                (layout.matrix([[self.typeset_node(entry).pieces for entry in entries] for entries in rows]),),
+                _ATOM_LEVEL,
+            )
+        return _TypesetPiece(
+            (layout.fence("[]" if node.kind == "list" else "{}", self.list_items(node.args)),), _ATOM_LEVEL
+        )
 
-    def relation(self, node: Node) -> _Set:
+    def relation(self, node: Node) -> _TypesetPiece:
         if node.kind in ("and", "or"):
-            return _Set(self.list_items(node.args, _AND if node.kind == "and" else _OR), _RELATION)
+            return _TypesetPiece(
+                self.list_items(node.args, _AND_WORD if node.kind == "and" else _OR_WORD), _RELATION_LEVEL
+            )
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} means that theta2 is 0 or pi
             values = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             values = right if right.kind == "set" else values
-            return _Set(self.list_items((left, values), _IN), _RELATION)
-        return _Set(self.list_items((left, right), (layout.EQUALS,)), _RELATION)
+            return _TypesetPiece(self.list_items((left, values), _ELEMENT_SIGN), _RELATION_LEVEL)
+        return _TypesetPiece(self.list_items((left, right), (layout.EQUALS,)), _RELATION_LEVEL)
 
 
-def _between(before: Pieces, factor: Layout) -> Pieces:
+def _factor_separator(previous_factor: Pieces, next_start: Layout) -> Pieces:
     """Return the separator of two factors: a dot before a number, a space beside a name and after tall brackets."""
-    previous_piece, next_piece, previous_start = before[-1], layout.base(factor), layout.base(before[0])
-    if next_piece.kind == "number" or (factor.kind == "fraction" and previous_piece.kind == "number"):
+    previous_piece, next_piece, previous_start = (
+        previous_factor[-1],
+        layout.base_of_script(next_start),
+        layout.base_of_script(previous_factor[0]),
+    )
+    if next_piece.kind == "number" or (next_start.kind == "fraction" and previous_piece.kind == "number"):
         return (layout.DOT,)
     return (layout.THIN,) if "text" in (previous_start.kind, next_piece.kind) or previous_piece.text == "()" else ()
 
@@ -237,7 +267,7 @@ def _joint_sum(angle: Node) -> str:
     digits: list[str] = []
     while True:
         term = angle.args[1] if angle.kind == "+" else angle
-        match = _ANGLE.fullmatch(str(term.value)) if term.kind == "name" else None
+        match = _ANGLE_PATTERN.fullmatch(str(term.value)) if term.kind == "name" else None
         if match is None or match[1] in digits:
             return ""
         digits.append(match[1])
@@ -246,13 +276,13 @@ def _joint_sum(angle: Node) -> str:
         angle = angle.args[0]
 
 
-def _rows(node: Node) -> list[list[Node]] | None:
+def _matrix_rows(node: Node) -> list[list[Node]] | None:
     """Return the entries of a list that is parsed as a matrix or vector, or None for anything else."""
     if node.kind != "list" and not (node.kind == "set" and node.args and node.args[0].kind == "set"):
         return None
     try:
         rows = as_matrix(node)
-    except ReadError:
+    except ParseError:
         return None
     return rows if rows != [[node]] else None
 
@@ -265,11 +295,11 @@ def _degrees(node: Node) -> Node | None:
     return number if number.kind in ("number", "decimal") and pi == _PI else None
 
 
-def _number(node: Node) -> _Set:
+def _number(node: Node) -> _TypesetPiece:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
-        fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
-        return _Set((fraction,), _FACTOR)
+        fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), is_small=True)
+        return _TypesetPiece((fraction,), _FACTOR_LEVEL)
     digits = node_text(node)
     size = abs(value)
     if node.kind == "decimal" and size and not Fraction(1, 10**5) <= size < 10**9:
@@ -280,5 +310,7 @@ def _number(node: Node) -> _Set:
             if integer_digits.strip("0")
             else len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
         )
-        return _Set(layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT)
-    return _Set(number(digits), _ATOM)
+        return _TypesetPiece(
+            layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT_LEVEL
+        )
+    return _TypesetPiece(number(digits), _ATOM_LEVEL)

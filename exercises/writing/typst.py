@@ -15,18 +15,18 @@ from markdown_it.token import Token
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math, typst_string
-from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
-from qdot.exercises.writing.markup import HOLDER, Special, count_columns, parse_markdown, write_tokens
+from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
+from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, parse_markdown, write_tokens
 
-ROOM = 40.0
+TYPST_WIDTH = 40.0
 """Maximum width of displayed formulas in em of the text: on A4 and Letter, beside a vertical rule on the left."""
 
-_POINTED = re.compile(HOLDER.pattern + r"(\\[,.;:])?")
+_PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + r"(\\[,.;:])?")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
-Formulas = Sequence[tuple[str, bool]]
+FormulasInText = Sequence[tuple[str, bool]]
 """LaTeX, and whether the formula is displayed."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
-_FIXED = {
+_FIXED_MARKUP = {
     "strong_open": "#strong[", "em_open": "#emph[", "bullet_list_open": "\n#list(", "list_item_open": "[",
     "thead_open": "table.header(", "th_open": "[", "td_open": "[", "paragraph_open": "\n",
     "strong_close": "]", "em_close": "]", "heading_close": "]\n", "bullet_list_close": ")\n",
@@ -36,54 +36,54 @@ _FIXED = {
 }  # fmt: skip
 
 
-def typst_escaped(text: str) -> str:
+def escape_typst(text: str) -> str:
     r"""Return plain text as Typst markup, with punctuation escaped.
 
-    >>> typst_escaped("*1. a_b*")
+    >>> escape_typst("*1. a_b*")
     '\\*1\\. a\\_b\\*'
     """
     return _PUNCTUATION.sub(lambda match: "’" if match[0] == "'" else "\\" + match[0], text)
 
 
-def to_typst(text: str, share: float = 1.0) -> str:
+def to_typst(text: str, width_share: float = 1.0) -> str:
     """Return Typst markup for the body of a document; raw HTML in the text is omitted.
 
-    `share` is the fraction of a page's width that the text may take.
+    `width_share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
 
-    def formula(match: re.Match[str]) -> str:
+    def convert_formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         laid_out = parse_latex(latex)
         words = typst_string(speak(laid_out))
-        if not block and not breaks_lines(laid_out, share * ROOM):
+        if not block and not is_too_wide_inline(laid_out, width_share * TYPST_WIDTH):
             return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
-        fitted = fit_formula(laid_out, share * ROOM)
-        size = min(100, int(100 * share * ROOM / width(fitted)))
+        fitted = fit_formula(laid_out, width_share * TYPST_WIDTH)
+        size = min(100, int(100 * width_share * TYPST_WIDTH / formula_width(fitted)))
         if block:
             return f"#formulas({words}, $ {typst_math(fitted)} $, {size}%){match.group(2) or ''}"
         punctuation = f' "{match.group(2)[1:]}"' if match.group(2) else ""
         return f"#formulas({words}, $ {typst_math(fitted)}{punctuation} $, {size}%)"
 
-    special: Special = {**_SPECIAL, "table_open": partial(_open_table, formulas=formulas)}
-    markup = write_tokens(tokens, _FIXED, special)
-    return re.sub(r"\n{3,}", "\n\n", _POINTED.sub(formula, markup)).strip() + "\n"
+    special: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
+    markup = write_tokens(tokens, _FIXED_MARKUP, special)
+    return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, markup)).strip() + "\n"
 
 
-def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
+def _has_tall_rows(tokens: Sequence[Token], formulas: FormulasInText) -> bool:
     """Return whether the table with which the tokens begin contains a formula that is higher than a line."""
     table_tokens = takewhile(lambda token: token.type != "table_close", tokens)
-    formula_numbers = (number for token in table_tokens for number in HOLDER.findall(token.content))
-    return any(is_high(parse_latex(formulas[int(number)][0])) for number in formula_numbers)
+    formula_numbers = (number for token in table_tokens for number in PLACEHOLDER_PATTERN.findall(token.content))
+    return any(is_taller_than_line(parse_latex(formulas[int(number)][0])) for number in formula_numbers)
 
 
-def _open_table(tokens: Sequence[Token], index: int, formulas: Formulas) -> str:
-    inset = "inset: (x: 0.65em, y: 0.62em), " if _has_high_rows(tokens[index:], formulas) else ""
+def _open_table(tokens: Sequence[Token], index: int, formulas: FormulasInText) -> str:
+    inset = "inset: (x: 0.65em, y: 0.62em), " if _has_tall_rows(tokens[index:], formulas) else ""
     return f"\n#table(columns: {count_columns(tokens[index:])}, {inset}"
 
 
-_SPECIAL: Special = {
-    "text": lambda tokens, i: typst_escaped(tokens[i].content),
+_TOKEN_WRITERS: TokenWriters = {
+    "text": lambda tokens, i: escape_typst(tokens[i].content),
     "code_inline": lambda tokens, i: f"#raw({typst_string(tokens[i].content)})",
     "heading_open": lambda tokens, i: f"\n#heading(level: {tokens[i].tag[1]})[",
     "ordered_list_open": lambda tokens, i: f"\n#enum(start: {tokens[i].attrGet('start') or 1}, ",

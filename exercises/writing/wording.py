@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
-from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Values
-from qdot.exercises.arm.singularity_kinds import kind_is_sure
+from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.exercises.questions.base import velocities
+from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
 
@@ -25,12 +25,12 @@ NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "ei
 class Wording:
     """What templates say about a chain in a given language; formulas are LaTeX without dollar signs.
 
-    `earlier` has the kinds of questions that the same text has solved already; their results are not shown again.
+    `solved_kinds` has the kinds of questions that the same text has solved already; their results are not shown again.
     """
 
     chain: Chain
-    words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
-    earlier: frozenset[str] = frozenset()
+    messages: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
+    solved_kinds: frozenset[str] = frozenset()
 
     @property
     def convention(self) -> Convention:
@@ -40,7 +40,9 @@ class Wording:
     @property
     def six_rows(self) -> str:
         """The components of a velocity in the order in which they are asked for."""
-        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
+        return ", ".join(
+            name.replace("{", "").replace("}", "") for name in name_velocity_components(self.convention.velocity_names)
+        )
 
     def twist(self, omega: str, v: str) -> str:
         """Return a twist with halves omega and v in the order of the arm's convention."""
@@ -48,20 +50,20 @@ class Wording:
 
     def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
         """Split six components in the convention's order and return omega and v."""
-        components = [six[row] for row in self.convention.twist_rows]
+        components = [six[row] for row in self.convention.twist_row_order]
         return components[:3], components[3:]
 
     @property
-    def axes_i(self) -> list[str]:
+    def indexed_axis_names(self) -> list[str]:
         """The name of joint i's axis, for each kind of joint that the arm has."""
         kinds = {joint.kind for joint in self.chain.joints}
-        names = {"R": self.convention.axis(), "P": self.convention.prismatic_axis}
+        names = {"R": self.convention.axis_name(), "P": self.convention.prismatic_axis_name}
         return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
 
     @property
     def frame(self) -> str:
         """The frame in which everything is expressed."""
-        return self.convention.frame_of_all(self.words)
+        return self.convention.reference_frame_name(self.messages)
 
     @property
     def joints(self) -> list[str]:
@@ -98,35 +100,35 @@ class Wording:
     @property
     def mover(self) -> str:
         """The body or point whose velocity the task counts."""
-        messages = self.words
+        messages = self.messages
         return {
             "v": "$P$",
             "w": messages.gettext("the last link"),
             "vw": messages.gettext("$P$ and the last link"),
-        }[self.motions]
+        }[self.task_motions]
 
     @property
-    def of_mover(self) -> str:
+    def mover_genitive(self) -> str:
         """The mover in the genitive, as in "of $P$"."""
-        messages = self.words
+        messages = self.messages
         return {
             "v": messages.gettext("of $P$"),
             "w": messages.gettext("of the last link"),
             "vw": messages.gettext("of $P$ and the last link"),
-        }[self.motions]
+        }[self.task_motions]
 
     @property
-    def to_mover(self) -> str:
+    def mover_dative(self) -> str:
         """The mover after "to give"; some languages need another grammatical case there."""
-        messages = self.words
+        messages = self.messages
         return {
             "v": "$P$",
             "w": messages.pgettext("to whom something is given", "the last link"),
             "vw": messages.pgettext("to whom something is given", "$P$ and the last link"),
-        }[self.motions]
+        }[self.task_motions]
 
     @property
-    def motions(self) -> str:
+    def task_motions(self) -> str:
         """The kinds of velocity that the task counts, linear or angular or both: "v", "w" or "vw"."""
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
@@ -144,9 +146,9 @@ class Wording:
         )
 
     @property
-    def kinds_are_sure(self) -> bool:
+    def can_classify_singularities(self) -> bool:
         """Whether boundary and internal singularities can be distinguished for the task."""
-        return kind_is_sure(self.chain)
+        return can_establish_kind(self.chain)
 
     def numbers(self, kind: str) -> list[int]:
         """Return the numbers (from 1) of the joints of kind "R" or "P"."""
@@ -155,7 +157,7 @@ class Wording:
     @property
     def rates_with_units(self) -> str:
         """The joint rates, each with its unit, or all with their common unit."""
-        units, messages = self.rate_units, self.words
+        units, messages = self.rate_units, self.messages
         if len(units) > 2 and len(set(units)) == 1:
             rates = self.join([f"${rate}$" for rate in self.rates])
             return messages.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
@@ -172,7 +174,7 @@ class Wording:
 
     def number(self, count: int) -> str:
         """Return a small number as a word."""
-        return self.words.phrase(NUMBER_WORDS[count]) if count < len(NUMBER_WORDS) else str(count)
+        return self.messages.translate_phrase(NUMBER_WORDS[count]) if count < len(NUMBER_WORDS) else str(count)
 
     @property
     def rows(self) -> list[list[str]]:
@@ -181,14 +183,16 @@ class Wording:
         Angles are in degrees.
         """
         return [
-            self.convention.cells(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha))
+            self.convention.order_entries(
+                tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)
+            )
             for row in self.convention.rows
         ]
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
         """For each joint its kind, the name of its direction, and its direction and point at home."""
-        messages = self.words
+        messages = self.messages
         kinds = {"R": messages.pgettext("of a joint", "revolute"), "P": messages.pgettext("of a joint", "prismatic")}
         names = {"R": r"\omega", "P": "v"}
         return [
@@ -196,7 +200,7 @@ class Wording:
                 kinds[axis.kind],
                 f"{names[axis.kind]}_{{{number}}}",
                 f"({', '.join(map(tex, axis.direction))})",
-                triple(axis.point) if axis.kind == "R" else "",
+                coordinates_with_unit(axis.point) if axis.kind == "R" else "",
             )
             for number, axis in enumerate(axes_of(self.chain)[0], 1)
         ]
@@ -204,7 +208,7 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return triple(axes_of(self.chain)[1])
+        return coordinates_with_unit(axes_of(self.chain)[1])
 
     # --- the convention ---
 
@@ -226,12 +230,12 @@ class Wording:
 
     def start(self, joint: int) -> str:
         """Return the name of the point where the vector from a joint's axis to P begins."""
-        return self.convention.start(joint, self.words)
+        return self.convention.vector_start(joint, self.messages)
 
     @property
     def first_twist(self) -> str:
         """The twist alpha_0 before joint 1 of a modified table, or nothing."""
-        twist, _ = self.convention.from_standard(0)
+        twist, _ = self.convention.step_to_standard_frame(0)
         return tex_angle(twist) if twist != 0 else ""
 
     @property
@@ -239,19 +243,19 @@ class Wording:
         """The numbers of the links that the recursion for p* adds, the last one first."""
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
-    def place(self, frame: int) -> str:
+    def origin_name(self, frame: int) -> str:
         """Return the name of the point at which the origin of a standard frame is."""
-        return self.convention.place(frame) or ""
+        return self.convention.origin_name(frame) or ""
 
     @property
-    def base_place(self) -> str:
+    def base_position(self) -> str:
         """The coordinates of O_0 in the world frame."""
-        return triple(self.base.position)
+        return coordinates_with_unit(self.base.position)
 
     @property
-    def base_turn(self) -> str:
+    def base_orientation(self) -> str:
         """The orientation of O_0 in the world frame in words; empty if it is not rotated."""
-        base, messages = self.base, self.words
+        base, messages = self.base, self.messages
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
         yaw_text = messages.gettext("rotated by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
@@ -271,7 +275,7 @@ class Wording:
     @property
     def point_offset(self) -> str:
         """The coordinates of P in its frame."""
-        return triple(self.point.offset)
+        return coordinates_with_unit(self.point.offset)
 
     @property
     def constants(self) -> list[tuple[str, str]]:
@@ -291,32 +295,32 @@ class Wording:
     @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.join([f"${self.convention.axis(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.axis_name(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
-    def moved_names(self) -> str:
+    def moved_axis_names(self) -> str:
         """The names of the axes' directions and points after the joints before them have moved them."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = [*([r"\omega_i", "q_i"] if "R" in kinds else []), *(["v_i"] if "P" in kinds else [])]
         return self.join([f"${name}'$" for name in names])
 
     @property
-    def axes_called(self) -> str:
+    def indexed_axes_phrase(self) -> str:
         """The names of the joint axes, with an index i."""
-        return self.join([f"${name}$" for name in self.axes_i])
+        return self.join([f"${name}$" for name in self.indexed_axis_names])
 
     @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
-        return self.join([f"${self.convention.vector(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.vector_name(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
-    def parallel(self) -> bool:
+    def has_parallel_axes(self) -> bool:
         """Whether all joint axes are parallel."""
         return all(joint.alpha in (0, sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
 
     @property
-    def smaller(self) -> int:
+    def smaller_size(self) -> int:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
@@ -325,42 +329,42 @@ class Wording:
         unit = r"\text{m/s}" if component.name.startswith("v") else r"\text{rad/s}"
         return rf"{tex(value)}\,{unit}"
 
-    def meaning(self, kind: Kind) -> str:
+    def meaning(self, kind: Classification) -> str:
         """Return a sentence on the geometric meaning and the kind of a set of singular configurations."""
-        messages, sentence = self.words, self.sentence(kind.meaning)
-        if not self.kinds_are_sure or not kind.kind:
+        messages, sentence = self.messages, self.sentence(kind.meaning)
+        if not self.can_classify_singularities or not kind.kind:
             return sentence
         if not kind.uniform:
-            return f"{sentence} {self._both_kinds}"
+            return f"{sentence} {self._mixed_kinds_sentence}"
         boundary = messages.gettext("This is a boundary singularity.")
         internal = messages.gettext("This is an internal singularity.")
         return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
 
-    def cases(self, every: Iterable[tuple[Values, Kind]]) -> str:
+    def cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
         """Return sentences on the meaning and kind at given joint values; values of the same kind share a sentence."""
-        values_by_kind: dict[Kind, list[Values]] = {}
-        for values, kind in every:
+        values_by_kind: dict[Classification, list[Values]] = {}
+        for values, kind in kinds_by_value:
             values_by_kind.setdefault(kind, []).append(values)
-        conjunction = ", " + self.words.gettext("or") + " "
+        conjunction = ", " + self.messages.gettext("or") + " "
         return " ".join(
-            self.words.gettext(
+            self.messages.gettext(
                 "At %(values)s: %(case)s",
-                values=conjunction.join(map(self._at, values_of_kind)),
+                values=conjunction.join(map(self._values_in_words, values_of_kind)),
                 case=self.meaning(kind),
             )
             for kind, values_of_kind in values_by_kind.items()
         )
 
-    def _at(self, values: Values) -> str:
+    def _values_in_words(self, values: Values) -> str:
         return self.join([f"${tex(joint, self.chain)} = {tex_value(value, joint)}$" for joint, value in values])
 
     @property
-    def _both_kinds(self) -> str:
+    def _mixed_kinds_sentence(self) -> str:
         if self.constants:
-            return self.words.gettext(
+            return self.messages.gettext(
                 "This is a boundary singularity for some lengths and configurations, and an internal one for others."
             )
-        return self.words.gettext("Some of these configurations are boundary singularities, the others internal.")
+        return self.messages.gettext("Some of these configurations are boundary singularities, the others internal.")
 
     def sentence(self, english: str) -> str:
         """Return a problem's English description as a translated sentence that calls the point P."""
@@ -371,16 +375,16 @@ class Wording:
         """Return a description of configurations in the middle of a sentence, with the arm's own names for points."""
         renamed = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
         clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed)
-        return self.words.phrase(clause.replace("the point", "$P$"))
+        return self.messages.translate_phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:
         """Join words as in a sentence: "x, y and z"."""
         if len(words) == 1:
             return words[0]
-        return self.words.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
+        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
 
 
-def triple(values: Iterable[sp.Expr]) -> str:
+def coordinates_with_unit(values: Iterable[sp.Expr]) -> str:
     """Return the LaTeX of coordinates in metres, as in (-0.6, 0.9, 0) m; without a unit if any is symbolic."""
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     is_numeric = all(sp.sympify(value).is_number for value in values)

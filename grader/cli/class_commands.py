@@ -13,8 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
-from qdot.exercises.assignment.release import CORES, ReleaseResult, notebook_path, release
+from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
+from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
@@ -23,16 +23,16 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import (
-    AsJson,
     ConventionOption,
-    Jobs,
+    JobsOption,
+    JsonOption,
     TwistOrderOption,
     name_option,
 )
-from qdot.grader.grading.certificates import Kind
-from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks
+from qdot.grader.grading.certificates import FailureKind
+from qdot.grader.grading.certify import CERTIFIER, VerificationTask, find_former_students, list_tasks
 from qdot.grader.grading.class_check import load_class
-from qdot.grader.judging.compare import TYPES, compare_lines, content_of, likely_type
+from qdot.grader.judging.compare import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
 from qdot.grader.judging.compare import compare as compare_texts
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import check_system
@@ -41,7 +41,7 @@ from qdot.grader.statistics.shared_answers import describe_shared_answers
 
 def generate(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Write a class's notebooks, with solutions and certificates.
 
@@ -66,14 +66,16 @@ def generate(
 
         def report_student(released: ReleaseResult) -> None:
             counts[released.outcome] += 1
-            failed_slots.extend(released.given_up)
-            for slot in released.given_up:
+            failed_slots.extend(released.failed_slots)
+            for slot in released.failed_slots:
                 note(str(slot))
-            if released.given_up and (old := notebook_path(assignment, released.student)).exists():
+            if released.failed_slots and (old := notebook_path(assignment, released.student)).exists():
                 note(f"{old} is of an older assignment; do not hand it out")
             counter.step()
 
-        released_assignment = release(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+        released_assignment = release_notebooks(
+            assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student
+        )
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     say(f"{len(assignment.roster)} students: {outcomes}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
@@ -84,7 +86,7 @@ def generate(
         name_list = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
         note(f"{released} still has notebooks of who is not on the roster ({name_list}): hand these out to nobody")
-    raise_left_out(released_assignment, failed_slots)
+    raise_failed_slots(released_assignment, failed_slots)
 
 
 def verify(
@@ -93,7 +95,7 @@ def verify(
         typer.Argument(
             metavar="PROBLEM… | DIR",
             help="Problems, or an assignment folder.",
-            autocompletion=complete_names(FAMILIES, behind="/1"),
+            autocompletion=complete_names(FAMILIES, suffix="/1"),
         ),
     ] = [],  # noqa: B006
     family: Annotated[
@@ -106,7 +108,7 @@ def verify(
     variation: VariationOption = "",
     convention: ConventionOption = "",
     twist_order: TwistOrderOption = "",
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Certify problems: their references hold in numbers.
 
@@ -123,16 +125,18 @@ def verify(
       qdot verify --family all --count 1000
           a sweep over all families
     """
-    from qdot.grader.grading.certify import certify_all
+    from qdot.grader.grading.certify import verify_all
 
-    def task_of(identity: ProblemId) -> Task:
-        return Task(identity.with_variation(variation).with_convention(convention, twist_order))
+    def make_task(identity: ProblemId) -> VerificationTask:
+        return VerificationTask(identity.with_variation(variation).with_convention(convention, twist_order))
 
-    tasks = _tasks(what, family, range(first, first + count), task_of, bool(variation or convention or twist_order))
+    tasks = _list_tasks(
+        what, family, range(first, first + count), make_task, bool(variation or convention or twist_order)
+    )
     started = time.monotonic()
-    failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
+    failed, passed = Counter[FailureKind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     printed: set[str] = set()
-    with progress("verifying", len(tasks)) as counter, closing(certify_all(tasks, jobs)) as certified:
+    with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as certified:
         for task, failures in certified:
             counter.step()
             failed.update(failure.kind for failure in failures[:1])
@@ -152,41 +156,49 @@ def verify(
         raise typer.Exit(1)
 
 
-NO_FOLDER = "; there is no folder of that name, either"
+NO_FOLDER_HINT = "; there is no folder of that name, either"
 """The end of the message about an argument that is neither a problem nor a folder."""
 
 
-def _tasks(
-    what: list[str], family: str, seeds: range, task_of: Callable[[ProblemId], Task], varied: bool
-) -> list[Task]:
-    """Return the tasks for the problems to verify: those named by `what`, or those of the family with the seeds.
+def _list_tasks(
+    problems_or_folders: list[str],
+    family: str,
+    seeds: range,
+    make_task: Callable[[ProblemId], VerificationTask],
+    has_variation: bool,
+) -> list[VerificationTask]:
+    """Return a task for each problem to verify.
 
-    Several families share the number of seeds evenly, each beginning at the first seed. Raises QdotError.
+    The problems are those named by `problems_or_folders`, or those of the family with the seeds. Several families share
+    the number of seeds evenly, each beginning at the first seed. Raises QdotError.
     """
-    if not family and not what:
+    if not family and not problems_or_folders:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
-    if family and what:
-        raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
+    if family and problems_or_folders:
+        raise QdotError(
+            f"--family sweeps over a family, and {problems_or_folders[0]!r} is verified without it: "
+            "give one or the other"
+        )
     families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
-    tasks = [task_of(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
+    tasks = [make_task(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
     tasks.sort(
         key=lambda task: families.index(task.identity.family)
     )  # then each process derives an arm's structure only once
-    for item in what:
+    for item in problems_or_folders:
         if not Path(item).is_dir():
-            tasks.append(task_of(ProblemId.parse(item, NO_FOLDER)))
-        elif varied:
+            tasks.append(make_task(ProblemId.parse(item, NO_FOLDER_HINT)))
+        elif has_variation:
             raise QdotError(
                 "--variation, --convention and --twist-order are for problems; "
                 f"{item}/assignment.toml says how its arms vary and are told"
             )
         else:
-            tasks += _tasks_of_folder(Path(item))
+            tasks += _list_tasks_of_folder(Path(item))
     return tasks
 
 
-def _tasks_of_folder(folder: Path) -> list[Task]:
+def _list_tasks_of_folder(folder: Path) -> list[VerificationTask]:
     """Return the tasks for the problems of an assignment, and print a note on each former student."""
     assignment = load_class(folder)
     for student in find_former_students(assignment):
@@ -198,7 +210,10 @@ def compare(
     student: Annotated[str, typer.Argument(metavar="STUDENT", help="The answer, as text.")] = "",
     reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="What it is compared with.")] = "",
     type: Annotated[
-        str, name_option(f"One of {', '.join(TYPES)}; default: by the reference.", "--type", names=TYPES)
+        str,
+        name_option(
+            f"One of {', '.join(COMPARISON_TYPES)}; default: by the reference.", "--type", names=COMPARISON_TYPES
+        ),
     ] = "",
     joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",
     batch: Annotated[
@@ -225,10 +240,10 @@ def compare(
         return
     if not reference:
         raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
-    kind = type or likely_type(reference)
+    kind = type or guess_type(reference)
     texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    say(json.dumps(content_of(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+    say(json.dumps(judgement_content(compare_texts(kind, student, texts, names)), ensure_ascii=False))
 
 
 def _read_lines(batch: str) -> Iterable[str]:
@@ -245,7 +260,7 @@ def _read_lines(batch: str) -> Iterable[str]:
         raise QdotError(f"{batch} can't be read: {error}") from None
 
 
-def doctor(as_json: AsJson = False) -> None:
+def doctor(as_json: JsonOption = False) -> None:
     """Show what this machine enforces while students' code runs.
 
     Each guarantee is tried: a probe runs where a notebook would and attempts to break out. With all of them enforced
@@ -259,7 +274,7 @@ def doctor(as_json: AsJson = False) -> None:
 
     findings = guarantees.probe()
     versions = {"qdot": qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
-    environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
+    environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
         say(json.dumps({**environment, **findings.as_json()}, ensure_ascii=False, indent=2))
         return
@@ -279,7 +294,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put it.")] = Path("qdot-demo"),
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Do the whole loop on a simulated class of 30.
 

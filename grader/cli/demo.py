@@ -7,8 +7,8 @@ from pathlib import Path
 import nbformat
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.draws import FailedSlot, raise_left_out
-from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release
+from qdot.exercises.assignment.draws import FailedSlot, raise_failed_slots
+from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release_notebooks
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
@@ -17,8 +17,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.formats import write_asked
-from qdot.grader.reports.tables import status
+from qdot.grader.reports.formats import write_requested_reports
+from qdot.grader.reports.tables import work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
@@ -52,9 +52,9 @@ def _expand(code: str, part: Part) -> str:
 
 def _negate(code: str, part: Part) -> str:
     """Change the sign of a formula; choose option A if there are options."""
-    if part.answer.offered:
+    if part.answer.offered_options:
         return '"A"'
-    return code if part.answer.is_a_set else f"-({code})"
+    return code if part.answer.is_set else f"-({code})"
 
 
 def _use_relative_angles(code: str, part: Part) -> str:
@@ -78,19 +78,19 @@ def _forget_joint_2(code: str, part: Part) -> str:
 
 def _use_degrees(code: str, part: Part) -> str:
     """Use degrees for angles, and degrees per second for the rates of revolute joints."""
-    if part.answer.units_due:
-        factors = ["180/pi" if unit == "rad/s" else "1" for unit in part.answer.units_due]
+    if part.answer.expected_units:
+        factors = ["180/pi" if unit == "rad/s" else "1" for unit in part.answer.expected_units]
         return f"{code}.multiply_elementwise(Matrix([{', '.join(factors)}]))"
-    return f"[condition.subs(pi, 180) for condition in {code}]" if part.answer.is_a_set else code
+    return f"[condition.subs(pi, 180) for condition in {code}]" if part.answer.is_set else code
 
 
 def _keep_first_condition(code: str, part: Part) -> str:
     """Keep only the first singular condition, like a student who forgets pi or the shoulder singularity."""
-    return f"{code}[:1]" if part.answer.is_a_set else code
+    return f"{code}[:1]" if part.answer.is_set else code
 
 
 def _leave_half_blank(code: str, part: Part) -> str:
-    return code if len(part.name) % 2 else '"blank"' if part.answer.offered else "blank"
+    return code if len(part.name) % 2 else '"blank"' if part.answer.offered_options else "blank"
 
 
 def _raise_error(code: str, part: Part) -> str:
@@ -109,17 +109,17 @@ EDITS: Sequence[tuple[str, Edit]] = (
     ("a cell that raises", _raise_error), ("an endless loop", _loop_forever),
 )  # fmt: skip
 
-FILES = ("blank", "cut off", "another assignment", "never handed in")
+OTHER_SUBMISSION_KINDS = ("blank", "cut off", "another assignment", "never handed in")
 """The other kinds of submission in the class: no answer in them is edited."""
 
-RIGHT = 15
+EXTRA_CORRECT_STUDENTS = 15
 """Number of additional students whose answers are all correct, in one of two forms."""
 
 
-def kinds() -> list[str]:
+def list_submission_kinds() -> list[str]:
     """Return the kind of submission of each of the 30 students."""
-    one_of_each = [name for name, _ in EDITS] + list(FILES)
-    return one_of_each + ["right" if i % 2 else "right, in another form" for i in range(RIGHT)]
+    one_of_each = [name for name, _ in EDITS] + list(OTHER_SUBMISSION_KINDS)
+    return one_of_each + ["right" if i % 2 else "right, in another form" for i in range(EXTRA_CORRECT_STUDENTS)]
 
 
 def run_demo(folder: Path, jobs: int) -> None:
@@ -135,14 +135,14 @@ def run_demo(folder: Path, jobs: int) -> None:
     with progress("generating", len(students)) as counter:
 
         def count_student(released: ReleaseResult) -> None:
-            failed_slots.extend(released.given_up)
+            failed_slots.extend(released.failed_slots)
             counter.step()
 
-        assignment = release(assignment, CERTIFIER, jobs, count_student)
-    raise_left_out(assignment, failed_slots)
+        assignment = release_notebooks(assignment, CERTIFIER, jobs, count_student)
+    raise_failed_slots(assignment, failed_slots)
     with progress("handing in", len(students)) as counter:
-        for student, kind in zip(assignment.roster, kinds(), strict=True):
-            hand_in(assignment, student.id, kind)
+        for student, kind in zip(assignment.roster, list_submission_kinds(), strict=True):
+            write_submission(assignment, student.id, kind)
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").by_student
     with lock_folder(assignment.folder):
@@ -152,8 +152,8 @@ def run_demo(folder: Path, jobs: int) -> None:
         with progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
-    for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
-        say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {status(result)}")
+    for student, kind, result in zip(assignment.roster, list_submission_kinds(), results, strict=True):
+        say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {work_status(result)}")
     first_student = assignment.roster[0].id
     say("")
     say(f"a student's notebook   {folder / 'released' / first_student / f'{KEY}.ipynb'}")
@@ -163,7 +163,7 @@ def run_demo(folder: Path, jobs: int) -> None:
     if missing := explain_missing("report", "the report of the class", "matplotlib"):
         note(missing)
     else:
-        write_asked(assignment, results, [("html", str(folder / "graded" / "report.html"))])
+        write_requested_reports(assignment, results, [("html", str(folder / "graded" / "report.html"))])
         say(f"the class at a glance  {folder / 'graded' / 'report.html'}")
 
 
@@ -182,7 +182,7 @@ def _check_is_demo(folder: Path) -> None:
     note(f"{folder} is there already; going on with it")
 
 
-def hand_in(assignment: Assignment, student: str, kind: str) -> None:
+def write_submission(assignment: Assignment, student: str, kind: str) -> None:
     """Write the submission of this kind for a student, made from the student's released notebook."""
     released = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
     text = released.read_text(encoding="utf-8")

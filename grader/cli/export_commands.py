@@ -9,25 +9,25 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
+from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
 from qdot.exercises.assignment.redrawn import read_redrawn
-from qdot.exercises.assignment.release import CORES
+from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.exports.export_format import PAGES, SHEETS, Order
+from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.exports.sheet import VERSIONS
-from qdot.grader.cli.options import Folder, Jobs, name_option
+from qdot.exercises.exports.sheet import VERSION_LETTERS
+from qdot.grader.cli.options import FolderArgument, JobsOption, name_option
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import compute_earned_share
 
-PASSING = "so many percent of the points on; without it, nothing is said of passing"
+PASSING_HELP = "so many percent of the points on; without it, nothing is said of passing"
 
 
 def export(
-    folder: Folder,
+    folder: FolderArgument,
     to: Annotated[
         list[str],
         name_option(f"One of {', '.join(EXPORT_FORMATS)}; repeatable.", names=EXPORT_FORMATS, metavar="OUTLET"),
@@ -41,17 +41,23 @@ def export(
         bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
     ] = False,
     sheet: Annotated[
-        str, name_option(f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).", names=SHEETS, metavar="SHEET")
-    ] = SHEETS[0],
+        str,
+        name_option(f"Paper and screen: {', '.join(SHEET_KINDS)} (docs/paper.md).", names=SHEET_KINDS, metavar="SHEET"),
+    ] = SHEET_KINDS[0],
     versions: Annotated[
         int,
-        typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
+        typer.Option(
+            min=0, max=len(VERSION_LETTERS), help="Paper: so many versions A, B, … without names, for an exam hall."
+        ),
     ] = 0,
-    page: Annotated[str, name_option(f"PDF and LaTeX: {' or '.join(PAGES)}.", names=PAGES, metavar="SIZE")] = PAGES[0],
+    page: Annotated[
+        str, name_option(f"PDF and LaTeX: {' or '.join(PAPER_SIZES)}.", names=PAPER_SIZES, metavar="SIZE")
+    ] = PAPER_SIZES[0],
     passing: Annotated[
-        int | None, typer.Option("--pass", min=1, max=100, metavar="PERCENT", help=f"SCORM: passed from {PASSING}.")
+        int | None,
+        typer.Option("--pass", min=1, max=100, metavar="PERCENT", help=f"SCORM: passed from {PASSING_HELP}."),
     ] = None,
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Write an assignment for other platforms, or for paper.
 
@@ -72,15 +78,15 @@ def export(
     names = list(dict.fromkeys(to))
     if not names:
         raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(EXPORT_FORMATS)}")
-    _check(names, sheet, page, variation)
+    _check_options(names, sheet, page, variation)
     assignment = load_class(folder)
     if variation:
         assignment = assignment.with_variation(variation)
     failed_slots: list[FailedSlot] = []
-    order = Order(
-        assignment, find_failures, variants, solutions, sheet, versions, page, jobs, note=note,
-        left_out=failed_slots.append, earns=compute_earned_share,
-        passing=None if passing is None else Fraction(passing, 100),
+    order = ExportRequest(
+        assignment, find_failures, variants, solutions, sheet, versions, page, jobs, report=note,
+        on_left_out=failed_slots.append, earned_share=compute_earned_share,
+        passing_share=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
         EXPORT_FORMATS[name].check(order)
@@ -88,19 +94,19 @@ def export(
         note(message)
     parent = folder / "exports" if out is None else out
     targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
-    failed_formats = _write(order, targets)
-    redrawn_assignment = replace(assignment, redrawn=read_redrawn(folder))
+    failed_formats = _write_exports(order, targets)
+    redrawn_assignment = replace(assignment, redraws=read_redrawn(folder))
     for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
     if failed_formats and failed_slots:  # report both, the failed slots as the error
         note(_describe_failures(failed_formats, names))
-    raise_left_out(redrawn_assignment, failed_slots)
+    raise_failed_slots(redrawn_assignment, failed_slots)
     if failed_formats:
         raise QdotError(_describe_failures(failed_formats, names))
 
 
 def report(
-    folder: Folder,
+    folder: FolderArgument,
     out: Annotated[Path | None, typer.Option(metavar="PATH", help="Default: DIR/graded/report.html.")] = None,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
@@ -122,9 +128,9 @@ def report(
           the marks once more, for another program
     """
     from qdot.grader.grading.history import read_last_results
-    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
+    from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
 
-    reports = read_reports(report, of_one=False)
+    reports = parse_report_options(report, has_one_student=False)
     whole_class = load_class(folder)
     assignment, results = read_last_results(whole_class)
     left_out = [student.id for student in whole_class.roster if student not in assignment.roster]
@@ -132,35 +138,35 @@ def report(
         note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")
     if not reports or out is not None:
         reports.append(("html", str(out or folder / "graded" / "report.html")))
-    write_asked(assignment, results, reports)
+    write_requested_reports(assignment, results, reports)
     if all(path != STDOUT for _, path in reports):
         for name, path in reports:
             say(f"{name}: {path}, {len(results)} students")
 
 
-def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
+def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
     """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
-            raise unknown("outlet", name, list(EXPORT_FORMATS))
-        if variation and not EXPORT_FORMATS[name].holds_a_bank:
-            banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.holds_a_bank)
+            raise unknown_name("outlet", name, list(EXPORT_FORMATS))
+        if variation and not EXPORT_FORMATS[name].contains_bank:
+            banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.contains_bank)
             raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
-    for value, choices, description in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+    for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
         if value not in choices:
-            raise unknown(description, value, list(choices))
+            raise unknown_name(description, value, list(choices))
 
 
-def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
+def _write_exports(order: ExportRequest, targets: Mapping[str, Path]) -> dict[str, str]:
     """Write each export format into its folder; return the formats that can't be written, each with the reason."""
     assignment = order.assignment
-    failed_formats = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].missing())}
+    failed_formats = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].explain_missing())}
     for name, target in targets.items():
         if name in failed_formats:
             continue
         redrawn = read_redrawn(assignment.folder)  # the previous format may have added to it
         try:
-            count = _export(replace(order, assignment=replace(assignment, redrawn=redrawn)), name, target)
+            count = _export_one(replace(order, assignment=replace(assignment, redraws=redrawn)), name, target)
         except QdotError as error:
             failed_formats[name] = str(error)
             continue
@@ -178,15 +184,15 @@ def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
     return f"{', '.join(failed)} {verb} not written{others_clause}. {reasons}"
 
 
-def _export(order: Order, name: str, target: Path) -> int:
+def _export_one(order: ExportRequest, name: str, target: Path) -> int:
     """Write the files of one export format into a folder; return their number."""
     export_format = EXPORT_FORMATS[name]
     count = 0
     with (
-        progress(f"exporting to {name}", export_format.steps(order)) as counter,
-        contextlib.closing(export_format.files(replace(order, each=counter.step))) as files,
+        progress(f"exporting to {name}", export_format.count_steps(order)) as counter,
+        contextlib.closing(export_format.export(replace(order, on_step=counter.step))) as files,
     ):
         for file in files:
-            write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)
+            write_atomically(target / file.path, file.content, 0o600 if file.is_private else 0o644)
             count += 1
     return count

@@ -10,7 +10,7 @@ from qdot.exercises.common.console import say
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.forgetting import plan_forgetting
 
-ELSEWHERE = "not reached: learning platforms, repositories, e-mail, backups, and copies made elsewhere"
+NOT_REACHED = "not reached: learning platforms, repositories, e-mail, backups, and copies made elsewhere"
 
 
 def forget(
@@ -40,7 +40,7 @@ def forget(
     for plan in plans:
         for line in plan.describe():
             say(line)
-    say(ELSEWHERE)
+    say(NOT_REACHED)
     if dry_run:
         say("nothing was removed: --dry-run")
         return

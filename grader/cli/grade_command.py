@@ -10,13 +10,13 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import CORES
+from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.options import (
-    Folder,
-    Jobs,
-    Seconds,
+    FolderArgument,
+    JobsOption,
+    SecondsOption,
 )
 from qdot.grader.grading.batch import (
     find_student,
@@ -25,18 +25,18 @@ from qdot.grader.grading.batch import (
     grade_one,
     lock_folder,
     make_limits,
-    read_time,
+    parse_time,
 )
 from qdot.grader.grading.class_check import check_class, check_secret, read_sample
-from qdot.grader.grading.history import describe_moves, read_earlier_results
+from qdot.grader.grading.history import describe_mark_changes, read_previous_results
 from qdot.grader.grading.marking import format_points
-from qdot.grader.grading.overrides import OVERRIDES, note_unused_groups, read_overrides
+from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import NO_MARK, count_overridden, list_staff_notes, status
+from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, list_staff_notes, work_status
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, check_system
 from qdot.grader.submissions.submission import (
-    OTHER_EDITION,
+    OTHER_VERSION,
     StudentFiles,
     SubmissionFolder,
     find_submissions,
@@ -45,16 +45,16 @@ from qdot.grader.submissions.submission import (
 
 
 def grade(
-    folder: Folder,
+    folder: FolderArgument,
     submissions: Annotated[
         Path | None,
         typer.Argument(metavar="SUBMISSIONS", help="A folder, or a platform's zip. Default: DIR/submitted."),
     ] = None,
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
     fail_under: Annotated[
         float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less, or no mark.")
     ] = 0.0,
-    seconds: Seconds = Limits.seconds,
+    seconds: SecondsOption = Limits.seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
     allow_missing: Annotated[
         bool, typer.Option("--allow-missing", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
@@ -94,9 +94,9 @@ def grade(
       qdot grade homework late.ipynb --student s001 --report json=-
           one student's, and nothing is written
     """
-    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
+    from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
 
-    reports = read_reports(report, bool(student))
+    reports = parse_report_options(report, bool(student))
     if received and not student:
         raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
@@ -108,16 +108,16 @@ def grade(
     if student:
         results = [_grade_student(assignment, submissions, student, received, make_limits(seconds))]
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
-        summary = f"{results[0].student}: {status(results[0])}, {points}"
+        summary = f"{results[0].student}: {work_status(results[0])}, {points}"
     else:
         source = submissions or folder / "submitted"
         earlier, results, summary = _grade_class(
             assignment, source, make_limits(seconds), jobs, executor, allow_missing
         )
         if diff:
-            print_line(describe_moves(earlier, results))
+            print_line(describe_mark_changes(earlier, results))
     print_line(summary)
-    write_asked(assignment, results, reports)
+    write_requested_reports(assignment, results, reports)
     _check_graded(results)
     failed = [result.student for result in results if result.percent < fail_under]
     if failed:
@@ -128,7 +128,7 @@ def grade(
 
 
 def _grade_class(
-    assignment: Assignment, place: Path, limits: Limits, jobs: int, executor: str, allow_missing: bool
+    assignment: Assignment, source: Path, limits: Limits, jobs: int, executor: str, allow_missing: bool
 ) -> tuple[Mapping[str, Result], list[Result], str]:
     """Grade a class's submissions, in a folder or a zip, and write feedback.
 
@@ -136,16 +136,16 @@ def _grade_class(
     """
     from qdot.grader.reports.write import write_reports
 
-    with open_submissions(place) as root:
+    with open_submissions(source) as root:
         submitted = find_submissions(assignment, root)
-        check_class(assignment, submitted, root, place)
+        check_class(assignment, submitted, root, source)
         _note_ownerless(assignment, submitted)
         if not executor:  # each worker of a cluster checks its own sandbox
             check_sandbox(assignment.sandbox == "strict")
         with lock_folder(assignment.folder):
-            earlier = read_earlier_results(assignment)
+            earlier = read_previous_results(assignment)
             if not allow_missing:
-                _check_all_there(assignment, place, earlier, submitted.by_student)
+                _check_nobody_missing(assignment, source, earlier, submitted.by_student)
             with progress("grading", len(assignment.roster)) as counter:
                 jobs = min(jobs, len(assignment.roster))
                 results = grade_class(
@@ -153,19 +153,19 @@ def _grade_class(
                 )
             with progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
-    _tell_notes(results)
+    _print_staff_notes(results)
     groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
     largest_first = [group for group, _ in groups.most_common()]
-    for message in note_unused_groups(assignment, read_overrides(assignment), largest_first):
+    for message in describe_unused_groups(assignment, read_overrides(assignment), largest_first):
         note(message)
-    ownerless = len(submitted.unsure) + len(submitted.strangers)
+    ownerless = len(submitted.uncertain_owners) + len(submitted.not_on_roster)
     if not ownerless and all(result.submission is None for result in results):
-        note(f"nobody has handed in anything: put what comes back into {place}, as STUDENT/{assignment.key}.ipynb")
-    return earlier, results, _summary(results, assignment.folder, ownerless)
+        note(f"nobody has handed in anything: put what comes back into {source}, as STUDENT/{assignment.key}.ipynb")
+    return earlier, results, _summarize(results, assignment.folder, ownerless)
 
 
-def _check_all_there(
-    assignment: Assignment, place: Path, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
+def _check_nobody_missing(
+    assignment: Assignment, source: Path, earlier_results: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
 ) -> None:
     """Raise QdotError if students who had a submission in the last run have none now: they would lose their marks.
 
@@ -173,12 +173,12 @@ def _check_all_there(
     this run.
     """
     names = [student.id for student in assignment.roster]
-    students_with_submission = {name for name, result in earlier.items() if result.submission is not None}
+    students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
     missing = [name for name in names if name not in by_student and name in students_with_submission]
     if missing:
         listing = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise QdotError(
-            f"{place}: nothing is here of {len(missing)} of {len(names)} students, who had handed in at "
+            f"{source}: nothing is here of {len(missing)} of {len(names)} students, who had handed in at "
             f"the last run: {listing}; put theirs with the rest, everybody's into one folder or zip, or say "
             "--allow-missing to take their marks away"
         )
@@ -186,9 +186,9 @@ def _check_all_there(
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
     """Print notes on the files that belong to nobody on the roster or fit several students."""
-    for message in submitted.unsure:
+    for message in submitted.uncertain_owners:
         note(message)
-    for name in submitted.strangers:
+    for name in submitted.not_on_roster:
         hint = f"; whose is it? it is told by the folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
         note(f"{name}: no student of that name is on the roster; not graded{hint}")
 
@@ -196,7 +196,7 @@ def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None
 def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
     """Grade only one student, from a notebook or folder, or from the submissions of the class."""
     student = find_student(assignment, name)
-    time = read_time(received) if received else None
+    time = parse_time(received) if received else None
     if path is not None:
         files = find_student_files(assignment, path, time)
     else:
@@ -207,44 +207,44 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
     check_secret(assignment, [submission for _, submission in sample], path or assignment.folder / "submitted")
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, files, limits)
-    _tell_notes([result])
+    _print_staff_notes([result])
     return result
 
 
 def _check_graded(results: list[Result]) -> None:
     """Print a note on the students who have no mark because of a limit. Raises QdotError if qdot failed on any."""
-    over_limit = [result.student for result in results if status(result) == "over limit"]
+    over_limit = [result.student for result in results if work_status(result) == "over limit"]
     if over_limit:
         note(
             "without a mark, for what they handed in takes more to grade than a limit allows: "
             f"{', '.join(over_limit[:5])}{', …' if len(over_limit) > 5 else ''}; feedback says which, and "
             "overrides.csv can set points"
         )
-    if any(status(result) == "ungraded" for result in results):
+    if any(work_status(result) == "ungraded" for result in results):
         raise QdotError(
             "qdot failed on some answers, which have no mark: feedback and grades.csv say 'ungraded', and why; "
             "please report it"
         )
 
 
-def check_sandbox(strict: bool) -> None:
-    """Print a note on what this machine's sandbox does not enforce. If `strict`, raise QdotError instead."""
+def check_sandbox(must_be_strict: bool) -> None:
+    """Print a note on what this machine's sandbox does not enforce. If `must_be_strict`, raise QdotError instead."""
     check_system()
-    findings = guarantees.probe(quick=not strict)
-    if strict and not findings.is_strict:
+    findings = guarantees.probe(quick=not must_be_strict)
+    if must_be_strict and not findings.is_strict:
         raise QdotError(guarantees.explain_refusal(findings))
     if warning := guarantees.describe_weakness(findings):
         note(warning)
 
 
-def _tell_notes(results: list[Result]) -> None:
+def _print_staff_notes(results: list[Result]) -> None:
     """Print the notes for the staff, one line for each note of a student, and one line about all outdated notebooks."""
     for result in results:
         for message in list_staff_notes(result):
-            if message != OTHER_EDITION:
+            if message != OTHER_VERSION:
                 note(f"{result.student}: {message}")
     submitted = sum(result.submission is not None for result in results)
-    outdated = sum(OTHER_EDITION in result.staff_notes for result in results)
+    outdated = sum(OTHER_VERSION in result.staff_notes for result in results)
     if outdated:
         note(
             f"WARNING: {outdated} of {submitted} notebooks were made from another assignment.toml, redrawn.csv or "
@@ -252,12 +252,16 @@ def _tell_notes(results: list[Result]) -> None:
         )
 
 
-def _summary(results: list[Result], folder: Path, ownerless: int) -> str:
+def _summarize(results: list[Result], folder: Path, ownerless: int) -> str:
     """Return a line that summarises the results; `ownerless` is the number of files without a certain owner."""
-    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(status, results)).items())
-    percents = [result.percent for result in results if result.submission is not None and status(result) not in NO_MARK]
+    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(work_status, results)).items())
+    percents = [
+        result.percent
+        for result in results
+        if result.submission is not None and work_status(result) not in UNMARKED_STATES
+    ]
     mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""
     not_graded = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
     overridden = sum(map(count_overridden, results))
-    by_hand = f"{overridden} set by {OVERRIDES}; " if overridden else ""
+    by_hand = f"{overridden} set by {OVERRIDES_FILE}; " if overridden else ""
     return f"{len(results)} students: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"

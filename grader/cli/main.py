@@ -27,7 +27,7 @@ HELP = """Velocity-kinematics problems for a class: drawn for each student, writ
 Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`. `qdot COMMAND --help` tells of
 each command, with examples."""
 
-STOPPED = {
+STOP_MESSAGES = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
     "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
@@ -45,22 +45,22 @@ COMMANDS = {
 }
 """For each command, the module that defines it as a function of the same name, with _ instead of -."""
 
-ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
-SITE = {"build": "build_site", "serve": "serve"}
+SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
 
 
-BETWEEN_COLLECTIONS = 20_000, 10, 10
+COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Thresholds of garbage collection. They are high because formulas are trees, which need no collection; with Python's
 default, it takes a tenth of the time."""
 
-LISTING = "--help"
+LIST_COMMANDS = "--help"
 """The value of `only` for a program that only lists the commands."""
 
 
 @functools.cache
-def program(only: str = "") -> "typer.Typer":
+def make_program(only: str = "") -> "typer.Typer":
     """Return the program with all its commands, or `only` with one of them, because loading the others takes time.
 
     If `only` is LISTING, the program can only list its commands, with descriptions parsed from the modules' source.
@@ -83,8 +83,8 @@ def program(only: str = "") -> "typer.Typer":
             raise typer.Exit
 
     def add(group: typer.Typer, name: str, module: str, function: str) -> None:
-        if only == LISTING:
-            command = _describe(module, function)
+        if only == LIST_COMMANDS:
+            command = _make_help_stub(module, function)
         else:
             command = _report_errors(getattr(import_module(module), function))
         text, _, examples = (inspect.getdoc(command) or "").partition("\nExamples:\n")
@@ -96,13 +96,13 @@ def program(only: str = "") -> "typer.Typer":
             add(app, name, module, name.replace("-", "_"))
     if only not in COMMANDS:
         site = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
-        for name, function in SITE.items():
+        for name, function in SITE_COMMANDS.items():
             add(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
     return app
 
 
-def _describe(module: str, function: str) -> Callable[[], None]:
+def _make_help_stub(module: str, function: str) -> Callable[[], None]:
     """Return a function that does nothing but has the docstring of a module's function; don't load the module."""
 
     def described() -> None: ...
@@ -122,7 +122,7 @@ def _docstrings(module: str) -> dict[str, str | None]:
 
 def __getattr__(name: str) -> Any:
     if name == "app":
-        return program()
+        return make_program()
     raise AttributeError(name)
 
 
@@ -130,17 +130,17 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that reports its errors in one line, and exits with 2 for errors, or 130 or 143 if stopped."""
     import typer
 
-    from qdot.exercises.common.errors import QdotError, of_machine
+    from qdot.exercises.common.errors import QdotError, open_files_error
 
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
         try:
-            _begin()
+            _prepare_command()
             command(*args, **options)
         except QdotError as error:
-            _leave(str(error), 2)
+            _exit_with_message(str(error), 2)
         except KeyboardInterrupt as stop:
-            _leave(STOPPED.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
+            _exit_with_message(STOP_MESSAGES.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reading program has ended
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -148,15 +148,15 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except Exception as error:
             if os.environ.get("QDOT_TRACEBACK"):
                 raise
-            if (cause := of_machine(error)) is not None:
-                _leave(str(cause), 2)
+            if (cause := open_files_error(error)) is not None:
+                _exit_with_message(str(cause), 2)
             cause_text = f"{type(error).__name__}: {error}"
-            _leave(f"qdot itself failed: {cause_text}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
+            _exit_with_message(f"qdot itself failed: {cause_text}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
 
     return run
 
 
-def _leave(message: str, code: int) -> NoReturn:
+def _exit_with_message(message: str, code: int) -> NoReturn:
     """Print a message on standard error, and exit with a code."""
     import typer
 
@@ -168,17 +168,20 @@ def _leave(message: str, code: int) -> NoReturn:
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
     """Handle a signal by ending the process immediately, before a command has begun."""
-    os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
+    os.write(2, f"qdot: {STOP_MESSAGES.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
 
 
-def _begin() -> None:
+def _prepare_command() -> None:
     """Prepare a command so that, from now on, Ctrl-C, SIGTERM and SIGHUP end it after it has cleaned up."""
     if not gc.isenabled():
         gc.freeze()
-        gc.set_threshold(*BETWEEN_COLLECTIONS)
+        gc.set_threshold(*COLLECTION_THRESHOLDS)
         gc.enable()
-    for number, handler in ((signal.SIGINT, signal.default_int_handler), *((ending, _stop) for ending in ENDING)):
+    for number, handler in (
+        (signal.SIGINT, signal.default_int_handler),
+        *((ending, _stop) for ending in ENDING_SIGNALS),
+    ):
         if signal.getsignal(number) is _stop_at_once:
             signal.signal(number, handler)
 
@@ -189,28 +192,32 @@ def _stop(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(number)
 
 
-def _encoding(stream: io.TextIOWrapper) -> str | None:
+def _choose_encoding(stream: io.TextIOWrapper) -> str | None:
     """Return UTF-8 for output to a file or another program (Windows has another default); None for a terminal."""
     return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
 
 
-def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
+def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -> str:
     """Return the part of the program that is needed: one command, LISTING, or "" for the whole program.
 
-    >>> needed_part(["grade", "homework"], {}), needed_part([], {}), needed_part(["site", "build"], {})
+    >>> find_needed_part(["grade", "homework"], {}), find_needed_part([], {}), find_needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
     >>> begun = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": "qdot grade --di"}
-    >>> needed_part([], begun), needed_part([], {**begun, "COMP_WORDS": "qdot gr"})
+    >>> find_needed_part([], begun), find_needed_part([], {**begun, "COMP_WORDS": "qdot gr"})
     ('grade', '--help')
     """
     if "_QDOT_COMPLETE" in environment:  # a shell asks for completions
         line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
-        typed = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
-        return typed[0] if len(typed) > 1 else LISTING
-    return " ".join(typed[:1]) if typed and typed[0] not in ("--help", "--version", *COMPLETION) else LISTING
+        arguments = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
+        return arguments[0] if len(arguments) > 1 else LIST_COMMANDS
+    return (
+        " ".join(arguments[:1])
+        if arguments and arguments[0] not in ("--help", "--version", *COMPLETION_OPTIONS)
+        else LIST_COMMANDS
+    )
 
 
-COMPLETION = ("--install-completion", "--show-completion")
+COMPLETION_OPTIONS = ("--install-completion", "--show-completion")
 """Typer's options for completion in a shell."""
 
 
@@ -218,7 +225,7 @@ def main() -> None:
     """Run the command line. Exit codes: 0 for success, 1 if a check failed, 2 for bad input or a failure of qdot."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored if qdot was started in the background
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has to be cleaned up yet
-    for number in ENDING:
+    for number in ENDING_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:  # it is ignored under nohup
             signal.signal(number, _stop_at_once)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; threads prevent forking
@@ -226,8 +233,8 @@ def main() -> None:
     gc.disable()  # until everything is loaded, because nothing loaded becomes garbage
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal without "θ" shows "?"
-    program(needed_part(sys.argv[1:], os.environ))()
+            stream.reconfigure(encoding=_choose_encoding(stream), errors="replace")  # a terminal without "θ" shows "?"
+    make_program(find_needed_part(sys.argv[1:], os.environ))()
 
 
 def run() -> NoReturn:

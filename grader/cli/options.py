@@ -14,29 +14,29 @@ def name_option(
     help: str, *flags: str, names: Iterable[str] | Callable[[], Iterable[str]], metavar: str = "NAME", between: str = ""
 ) -> Any:
     """Return an option whose value is one of the names, which the Tab key completes."""
-    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, between=between))
+    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=between))
 
 
-def _convention(default: str) -> Any:
+def _convention_option(default: str) -> Any:
     choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
     return name_option(f"How arms are told: {choices}.", "--convention", names=CONVENTIONS)
 
 
-def _twist_order(default: str) -> Any:
+def _twist_order_option(default: str) -> Any:
     choices = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
     return name_option(f"Of arms told by their axes: {choices}.", "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
-OF_ID = "what the id says, else "
+DEFAULT_FROM_ID = "what the id says, else "
 """The beginning of the default in the help text of options that a problem's identifier can set, too."""
-ConventionOption = Annotated[str, _convention(OF_ID)]
-TwistOrderOption = Annotated[str, _twist_order(OF_ID)]
-SiteConventionOption = Annotated[str, _convention("")]
-SiteTwistOrderOption = Annotated[str, _twist_order("")]
+ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
+TwistOrderOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
+SiteConventionOption = Annotated[str, _convention_option("")]
+SiteTwistOrderOption = Annotated[str, _twist_order_option("")]
 
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Seconds = Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")]
-Jobs = Annotated[
+FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+SecondsOption = Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")]
+JobsOption = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
 ]

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
 from qdot.exercises.families import FAMILIES, Family
-from qdot.exercises.generation import listing_of, sample_chain
+from qdot.exercises.generation import find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 
-WIDTH = 100
+LINE_WIDTH = 100
 
-KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
+ARM_KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Arms of five to seven joints", lambda chain: chain.n >= 5),
     ("Wrists", lambda chain: not chain.linear_rows),
     ("Planar arms", lambda chain: len(chain.linear_rows) < 3),
@@ -20,44 +20,44 @@ KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Spatial arms of revolute joints", lambda _: True),
 )
 """The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""
-RANDOM = "Arms whose structure is drawn, too"
+RANDOM_KIND = "Arms whose structure is drawn, too"
 """The kind of the families with random structures."""
-ORDER = (
+KIND_ORDER = (
     "Planar arms", "Spatial arms of revolute joints", "Spatial arms with slides", "Wrists",
-    "Arms of five to seven joints", RANDOM,
+    "Arms of five to seven joints", RANDOM_KIND,
 )  # fmt: skip
 """The kinds of arms in the order in which they are listed."""
 
 
-def kinds() -> dict[str, list[Family]]:
+def group_families() -> dict[str, list[Family]]:
     """Return the families by kind of arm, in the order in which they are shown."""
-    families_by_kind: dict[str, list[Family]] = {name: [] for name in ORDER}
+    families_by_kind: dict[str, list[Family]] = {name: [] for name in KIND_ORDER}
     for family in FAMILIES.values():
-        families_by_kind[_kind(family)].append(family)
+        families_by_kind[_find_kind(family)].append(family)
     return families_by_kind
 
 
-def _kind(family: Family) -> str:
-    if family.varied:
-        return RANDOM
+def _find_kind(family: Family) -> str:
+    if family.has_varied_structure:
+        return RANDOM_KIND
     chain = sample_chain(ProblemId(family.name, 0), family)
-    return next(name for name, is_of_kind in KINDS if is_of_kind(chain))
+    return next(name for name, is_of_kind in ARM_KINDS if is_of_kind(chain))
 
 
-def overview() -> str:
+def describe_families() -> str:
     """Return a text that lists all families by kind, each with the number of questions that apply to it."""
     lines = ["The families: joints, difficulty from 0 to 4, and what they are an example of:"]
-    for kind, families in kinds().items():
+    for kind, families in group_families().items():
         lines += ["", kind, ""]
         for family in families:
-            listing = listing_of(family.name)
+            listing = find_listing(family.name)
             prefix = f"  {family.name:<20}{listing.kinds or 'varied':<9}{listing.difficulty:<8}"
             lines += _wrap(prefix, f"{family.title}; {family.source}; {len(listing.questions)} questions")
     lines += ["", "What can be asked of one of them: qdot families NAME. Drawings of all: docs/families.md"]
     return "\n".join(lines)
 
 
-def robots_overview() -> str:
+def describe_robots() -> str:
     """Return a text that lists the robots of the library: name, joints, convention, description and source."""
     lines = ["Real robots: name, joints, convention, what it is, and where its numbers are from:", ""]
     for robot in robots().values():
@@ -72,19 +72,21 @@ def describe_family(family: Family, convention: str = "") -> str:
 
     The arms are described in the named convention, else in that of the family or the robot's file.
     """
-    listing = listing_of(family, convention)
+    listing = find_listing(family, convention)
     joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {listing.difficulty}", ""]
     lines += _wrap("can be asked     ", ", ".join(name for name in QUESTIONS if name in listing.questions))
     by_reason: dict[str, list[str]] = {}
-    for name, reason in refusals(family, convention).items():
+    for name, reason in list_refusals(family, convention).items():
         by_reason.setdefault(reason, []).append(name)
     if by_reason:
-        lines += ["", f"can't be asked{' of any, as of this one,' if family.varied else ''}"]
+        lines += ["", f"can't be asked{' of any, as of this one,' if family.has_varied_structure else ''}"]
     for reason, names in by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
-    if family.robot:
-        advice = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
+    if family.robot_argument:
+        advice = (
+            f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot_argument}"
+        )
     else:
         problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
         advice = f"Short questions for quizzes: qdot questions. One such arm: qdot show {problem} --solution"
@@ -92,19 +94,19 @@ def describe_family(family: Family, convention: str = "") -> str:
     return "\n".join(lines)
 
 
-def refusals(family: Family, convention: str = "") -> dict[str, str]:
+def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
-    missing = [name for name in QUESTIONS if name not in listing_of(family, convention).questions]
+    missing = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
+    return {name: QUESTIONS[name].find_obstacle(chain) or "other arms of the family can't be asked" for name in missing}
 
 
-def _wrap(first: str, text: str) -> list[str]:
-    """Return a text in lines, indented under the prefix `first` of the first line.
+def _wrap(prefix: str, text: str) -> list[str]:
+    """Return a text in lines, indented under the prefix `prefix` of the first line.
 
     Words with hyphens are not broken, because they are names.
     """
     return textwrap.wrap(
-        text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first), break_on_hyphens=False,
+        text, LINE_WIDTH, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False,
         break_long_words=False,
     )  # fmt: skip

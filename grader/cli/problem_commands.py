@@ -11,23 +11,23 @@ from qdot import ASKED, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.library import ENDINGS, is_in_library, robot_path
+from qdot.exercises.arm.library import FILE_EXTENSIONS, is_in_library, robot_path
 from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.completion import complete_names
-from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, show_work
-from qdot.exercises.common.time_limit import DEFAULT as SECONDS
-from qdot.exercises.common.time_limit import LEAST, seconds_of
+from qdot.exercises.common.console import VariationOption, check_choice, note, progress, say, show_status
+from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
+from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import listing_of, look_up_family, sample_chain, short_quiz
+from qdot.exercises.generation import find_listing, look_up_family, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
-from qdot.grader.cli.options import AsJson, ConventionOption, TwistOrderOption, name_option
-from qdot.grader.cli.overview import describe_family, overview, refusals, robots_overview
+from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_option
+from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -88,7 +88,7 @@ def families(
     convention: Annotated[
         str, name_option(f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
-    as_json: AsJson = False,
+    as_json: JsonOption = False,
 ) -> None:
     """List the robot families and what each can be asked.
 
@@ -112,17 +112,17 @@ def families(
     if name:
         family = _find_family(name)
         _derive_questions(family, convention)
-        row = {**_family_json(family, convention), "refused": refusals(family, convention)} if as_json else {}
+        row = {**_family_as_json(family, convention), "refused": list_refusals(family, convention)} if as_json else {}
         say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else describe_family(family, convention))
     elif as_json:
-        say(json.dumps([_family_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        say(json.dumps([_family_as_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
-        say(overview())
+        say(describe_families())
 
 
 def _find_family(name: str) -> Family:
     """Return the family with this name, or that of a robot file or of a robot in the library. Raises QdotError."""
-    if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
+    if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
         for message in robot.notes:
@@ -136,24 +136,24 @@ def _derive_questions(family: Family, convention: str) -> None:
 
     The results are cached. For registered families in their own convention, they are listed already.
     """
-    if family.varied or not (family.robot or convention):
+    if family.has_varied_structure or not (family.robot_argument or convention):
         return
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     with progress(f"looking at what {family.name} can be asked", len(QUESTIONS)) as counter:
         for question in QUESTIONS.values():
-            question.refusal(chain)
+            question.find_obstacle(chain)
             counter.step()
 
 
-def _family_json(family: Family, convention: str = "") -> dict[str, Any]:
-    listing = listing_of(family, convention)
+def _family_as_json(family: Family, convention: str = "") -> dict[str, Any]:
+    listing = find_listing(family, convention)
     return {
         "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",
         "questions": list(listing.questions), "difficulty": listing.steps[1], "difficulties": list(listing.steps),
     }  # fmt: skip
 
 
-def questions(as_json: AsJson = False) -> None:
+def questions(as_json: JsonOption = False) -> None:
     """List the questions that can be asked.
 
     They stand in the chapter's order, with the equation that each is about; behind them the short ones for quizzes.
@@ -180,7 +180,7 @@ def show(
         typer.Argument(
             metavar="PROBLEM",
             help="FAMILY/SEED, as in planar-2r/7.",
-            autocompletion=complete_names(FAMILIES, behind="/1"),
+            autocompletion=complete_names(FAMILIES, suffix="/1"),
         ),
     ],
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
@@ -192,7 +192,7 @@ def show(
         typer.Option(
             "--questions",
             help="Names with commas between, or quiz; default: all that apply but short ones.",
-            autocompletion=complete_names(ASKED, ["quiz"], between=","),
+            autocompletion=complete_names(ASKED, ["quiz"], separator=","),
         ),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
@@ -215,11 +215,14 @@ def show(
       qdot show elbow-3r/3@full --questions jacobian,determinant --format html > problem.html
           two questions
     """
-    one_of(format, SHOW_FORMATS, "--format")
+    check_choice(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
         identity = replace(
-            identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _split_names(ask)
+            identity,
+            questions=select_quiz_questions(identity.family, identity.convention)
+            if ask == "quiz"
+            else _split_names(ask),
         )
     generated = make_problem(identity)
     certificate = None
@@ -230,15 +233,15 @@ def show(
     say(show_problem(generated, solution, format, certificate, hints))
 
 
-def _split_names(listed: str) -> tuple[str, ...]:
+def _split_names(text: str) -> tuple[str, ...]:
     """Return the names in a text with commas between them. Raises QdotError if there are none."""
-    names = tuple(name.strip() for name in listed.split(","))
+    names = tuple(name.strip() for name in text.split(","))
     if not any(names):
         raise QdotError("--questions names no question; leave the option out to ask all that apply")
     return names
 
 
-def robots(as_json: AsJson = False) -> None:
+def robots(as_json: JsonOption = False) -> None:
     """List the real robots that `qdot solve NAME` knows.
 
     Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
@@ -251,7 +254,7 @@ def robots(as_json: AsJson = False) -> None:
     if as_json:
         say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
     else:
-        say(robots_overview())
+        say(describe_robots())
 
 
 def solve(
@@ -271,7 +274,7 @@ def solve(
         str, name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
     time: Annotated[
-        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
+        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {MIN_SECONDS:g} or more.")
     ] = f"{SECONDS:g}",
 ) -> None:
     """Derive all the book would for your own arm or a real one.
@@ -297,17 +300,17 @@ def solve(
       qdot solve panda --convert dh > arm.toml
           as a file of your own
     """
-    one_of(format, SOLVE_FORMATS, "--format")
+    check_choice(format, SOLVE_FORMATS, "--format")
     from qdot.exercises.solve.time_limited import write_solution
 
-    seconds = seconds_of(time)
+    seconds = parse_seconds(time)
     parsed_robot = read_robot_file(robot_path(robot), tip)
     for message in parsed_robot.notes:
         note(message)
     if convert:
-        one_of(convert, CONVENTIONS, "--convert")
+        check_choice(convert, CONVENTIONS, "--convert")
         if format != "text":
             raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
         say(robot_text(parsed_robot, convert).rstrip())
         return
-    write_solution(parsed_robot, format, seconds, say, show_work)
+    write_solution(parsed_robot, format, seconds, say, show_status)

@@ -21,11 +21,11 @@ from qdot.exercises.writing.render import render
 from qdot.grader.reports.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
-RUNS = ROOT / "tests" / "platforms"
+PLATFORM_RUNS = ROOT / "tests" / "platforms"
 SCHEMAS = ROOT / "docs" / "schemas"
 
 
-def pages() -> dict[str, str]:
+def make_pages() -> dict[str, str]:
     """Return the texts of the pages by file name."""
     return {
         "outlets.md": outlets_page(), "library.md": library_page(), "compatibility.md": compatibility_page(),
@@ -35,13 +35,13 @@ def pages() -> dict[str, str]:
 def outlets_page() -> str:
     """Return the page of export formats: which program reads each, and which tests check that it can be read."""
     order = ["generate", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
-    records = sorted(_records(), key=lambda record: (order.index(record["outlet"]), record["software"]))
+    records = sorted(_read_platform_runs(), key=lambda record: (order.index(record["outlet"]), record["software"]))
     return render("docs/outlets.md.j2", outlets=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records)
 
 
-def _records() -> Iterator[dict[str, str]]:
+def _read_platform_runs() -> Iterator[dict[str, str]]:
     """Yield the records of runs in the real programs (tests/platforms), with the counts of each run as a phrase."""
-    for path in RUNS.glob("*.json"):
+    for path in PLATFORM_RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = (
             f"{item}: {count['passed']} of {count['of']}" + (f" ({count['but']})" if count["but"] else "")
@@ -106,6 +106,6 @@ def _signature(item: Any) -> str:
 
 
 if __name__ == "__main__":
-    for page, text in pages().items():
+    for page, text in make_pages().items():
         write_atomically(ROOT / "docs" / page, text)
         say(f"wrote {page}")

@@ -10,36 +10,36 @@ import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
-from qdot.exercises.assignment.release import CORES
+from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, unknown
-from qdot.exercises.common.variation import STEPS
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import Order as BankOrder
+from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.variation import VARIATION_STEPS
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportRequest as BankOrder
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
-from qdot.exercises.site.build import Order, build
+from qdot.exercises.site.build import SiteSpec, write_site
 from qdot.exercises.site.pages import docs_folder
-from qdot.exercises.site.reference import reference
+from qdot.exercises.site.reference import render_reference
 from qdot.exercises.site.supply import (
-    MOST_SEEDS,
-    OF_EACH_STEP,
+    ARMS_PER_STEP,
+    MAX_ARMS,
     BankProblem,
     FrameConvention,
-    wanted_of_families,
-    wanted_of_variants,
+    problems_of_families,
+    problems_of_variants,
 )
-from qdot.grader.cli.options import Jobs, SiteConventionOption, SiteTwistOrderOption, name_option
+from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOrderOption, name_option
 from qdot.grader.grading.certify import find_failures
 
-SITE = Path("qdot-site")
-OF_EACH_PROBLEM = 5
+SITE_FOLDER = Path("qdot-site")
+VARIANTS_PER_PROBLEM = 5
 """Default number of variants of each problem of an assignment."""
 
 
 def build_site(
     context: typer.Context,
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to build it.")] = SITE,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to write_site it.")] = SITE_FOLDER,
     assignment: Annotated[
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
     ] = None,
@@ -50,9 +50,9 @@ def build_site(
         int | None,
         typer.Option(
             min=1,
-            max=MOST_SEEDS,
+            max=MAX_ARMS,
             help="Arms of each family, or variants of a problem.",
-            show_default=f"{OF_EACH_STEP} at every step of variation; {OF_EACH_PROBLEM} of a problem",
+            show_default=f"{ARMS_PER_STEP} at every step of variation; {VARIANTS_PER_PROBLEM} of a problem",
         ),
     ] = None,
     variation: SiteVariationOption = "",
@@ -66,7 +66,7 @@ def build_site(
             metavar="LEVEL",
         ),
     ] = "",
-    jobs: Jobs = CORES,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
@@ -83,22 +83,22 @@ def build_site(
           variants of your own assignment
     """
     if feedback and feedback not in FEEDBACK:
-        raise unknown("level of feedback", feedback, list(FEEDBACK))
+        raise unknown_name("level of feedback", feedback, list(FEEDBACK))
     loaded = None if assignment is None else load_assignment(assignment)
     frames = convention, twist_order
     if loaded is None:
         problems, titles = _problems_of_families(families, variants, variation, frames)
     else:
-        problems, titles = _problems_of_assignment(loaded, variants or OF_EACH_PROBLEM, variation, frames, jobs)
+        problems, titles = _problems_of_assignment(loaded, variants or VARIANTS_PER_PROBLEM, variation, frames, jobs)
     course = "" if loaded is None else loaded.title
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
-    commands = reference(context.find_root().command)
-    order = Order(
+    commands = render_reference(context.find_root().command)
+    order = SiteSpec(
         out, problems, titles, find_failures, min(jobs, len(problems)), commands, docs_folder(), course, level
     )
     left_out: list[FailedSlot] = []
     with progress("building the site", len(problems)) as counter:
-        totals = build(order, counter.step, left_out.append)
+        totals = write_site(order, counter.step, left_out.append)
     say(f"{totals['problems']} problems with {totals['questions']} questions in {out}; see them: qdot site serve {out}")
     for slot in left_out:
         note(str(slot))
@@ -110,20 +110,20 @@ def build_site(
         )
 
 
-Wanted = tuple[list[BankProblem], list[tuple[str, str, str]]]
+SiteProblems = tuple[list[BankProblem], list[tuple[str, str, str]]]
 """The problems of a site, and the names, titles and sources of its chapters."""
 
 
-def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> Wanted:
+def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> SiteProblems:
     names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
     titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
-    count = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
-    return wanted_of_families(names, count, variation, *frames), titles
+    count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
+    return problems_of_families(names, count, variation, *frames), titles
 
 
 def _problems_of_assignment(
     assignment: Assignment, variants: int, variation: str, frames: FrameConvention, jobs: int
-) -> Wanted:
+) -> SiteProblems:
     if any(frames):
         raise QdotError(
             "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
@@ -131,13 +131,13 @@ def _problems_of_assignment(
         )
     if variation:
         assignment = assignment.with_variation(variation)
-    problems = list(bank(BankOrder(assignment, find_failures, variants, jobs=jobs, note=note)))
+    problems = list(iterate_bank(BankOrder(assignment, find_failures, variants, jobs=jobs, report=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
-    return wanted_of_variants(problems), titles
+    return problems_of_variants(problems), titles
 
 
 def serve(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE,
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE_FOLDER,
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
 ) -> None:
     """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it.
@@ -148,7 +148,7 @@ def serve(
     """
     if not (folder / "index.html").is_file():
         raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
-    handler = functools.partial(_Quiet, directory=str(folder))
+    handler = functools.partial(_QuietHandler, directory=str(folder))
     try:
         server = http.server.ThreadingHTTPServer(("127.0.0.1", port), handler)
     except OSError as error:
@@ -158,7 +158,7 @@ def serve(
         server.serve_forever()
 
 
-class _Quiet(http.server.SimpleHTTPRequestHandler):
+class _QuietHandler(http.server.SimpleHTTPRequestHandler):
     """Serves files without logging, and sends the site's own page for missing files, as web hosts do."""
 
     error_content_type = "text/html; charset=utf-8"

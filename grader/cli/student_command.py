@@ -35,16 +35,16 @@ def check(
     for message in checked.notes:
         say(f"note: {message}")
     for row in rows:
-        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.message}")
+        say(f"{'ok ' if row.is_readable else '-- '} {row.part}: {row.message}")
     if summary:
-        from qdot.grader.reports.formats import write_out
+        from qdot.grader.reports.formats import write_to_path
         from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
-        write_out(summary, make_check_summary(checked))
+        write_to_path(summary, make_check_summary(checked))
         annotations = make_check_annotations(notebook, checked)
         if annotations:
             say(annotations)
-    unreadable = sum(not row.readable for row in rows)
+    unreadable = sum(not row.is_readable for row in rows)
     say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
     if unreadable:
         raise typer.Exit(1)

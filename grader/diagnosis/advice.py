@@ -12,25 +12,25 @@ from itertools import chain, islice, product
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_claims, parse_pieces
-from qdot.exercises.formula.trees import Node, ReadError, names
-from qdot.exercises.mistakes.configurations import Values, sample_configurations
+from qdot.exercises.formula.trees import Node, ParseError, find_names
+from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import is_derived, result
-from qdot.grader.diagnosis.numbers import unit
-from qdot.grader.judging.answer import ParsedAnswer, with_joint
+from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.grader.diagnosis.numbers import normalize
+from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis
 
-POINTS = 5
-PRECISE = 1e-3
+SAMPLE_COUNT = 5
+SINGLE_NUMBER_TOLERANCE = 1e-3
 """Relative tolerance for the factor between a single number and the reference."""
-SAME = 1e-7
-FACTORS = {
+RELATIVE_TOLERANCE = 1e-7
+FACTOR_WORDS = {
     2.0: "by the factor 2",
     100.0: "by the factor 100, as between metres and centimetres",
     1000.0: "by the factor 1000, as between metres and millimetres",
@@ -38,14 +38,14 @@ FACTORS = {
     2 * np.pi: "by the factor 2 pi, as between turns and radians",
 }
 """The words for a factor between an answer and the reference, or for its reciprocal."""
-AGAIN = "Work it out again step by step, and look at each number that you took from the problem."
-EASY = (0.0, np.pi / 2, np.pi / 6)
-MOST_POSES = 81
+REWORK_ADVICE = "Work it out again step by step, and look at each number that you took from the problem."
+SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
+MAX_CONFIGURATIONS = 81
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
     """Return advice on a wrong answer; None if it consists of option letters or could not be parsed."""
-    if part.answer.is_a_set:
+    if part.answer.is_set:
         remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.blanks):
         remark = None
@@ -60,16 +60,18 @@ def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
     try:
         numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
-    except (KeyError, ReadError):  # the numbers contain names
+    except (KeyError, ParseError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
-        return AGAIN
-    return next(_find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), AGAIN)
+        return REWORK_ADVICE
+    return next(
+        _find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), REWORK_ADVICE
+    )
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
+    values = sample_configurations(problem.chain, part, problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/advice"))
     if parsed_answer.symbols - set(values):
         return None
     pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
@@ -77,12 +79,12 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         answer, expected = pair.evaluate(values)
         if answer.shape != expected.shape:
             return None  # the verdict's reason says so
-        tolerance = 5e-3 if part.answer.is_in_numbers else SAME
+        tolerance = 5e-3 if part.answer.is_numeric else RELATIVE_TOLERANCE
         remarks = chain(
-            _find_factor(answer, expected, tolerance), _compare_joints(pair, values), _find_pose(pair, values)
+            _find_factor(answer, expected, tolerance), _compare_joints(pair, values), _find_configuration(pair, values)
         )
         return next(remarks, None)
-    except ReadError:
+    except ParseError:
         return None
 
 
@@ -94,11 +96,11 @@ class _AnswerAndReference:
     part: Part
     program: Program
 
-    def evaluate(self, values: Values) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, values: SymbolValues) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the answer and of the reference, (entries, N) each, comparable for directions, too."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
-            expected = result(numbers(self.chain, values), self.part)
+            expected = compute_answer(numeric_working(self.chain, values), self.part)
             return self._without_factor(answer), self._without_factor(expected.reshape(-1, expected.shape[-1]))
 
     def _without_factor(self, entries: np.ndarray) -> np.ndarray:
@@ -108,7 +110,7 @@ class _AnswerAndReference:
         """
         if not self.part.answer.counts_up_to_a_factor:
             return entries
-        direction = unit(entries)
+        direction = normalize(entries)
         return (direction[:, None] * direction[None]).reshape(-1, entries.shape[-1])
 
     @property
@@ -118,38 +120,42 @@ class _AnswerAndReference:
         return bool(details.given_values(self.chain) or details.given_joints)
 
 
-def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Iterator[str]:
+def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
     """Yield a remark if all entries of an answer differ from the expected ones by the same factor."""
     if answer.shape != expected.shape:
         return
-    is_counted = np.abs(expected) > SAME * np.abs(expected).max(initial=0.0)
-    if not is_counted.any() or (np.abs(answer[~is_counted]) > SAME).any():
+    is_counted = np.abs(expected) > RELATIVE_TOLERANCE * np.abs(expected).max(initial=0.0)
+    if not is_counted.any() or (np.abs(answer[~is_counted]) > RELATIVE_TOLERANCE).any():
         return
     ratios = answer[is_counted] / expected[is_counted]
     factor = float(ratios[0].real)
-    if not np.isfinite(ratios).all() or (np.abs(ratios - factor) > room * abs(factor)).any() or factor in (0.0, 1.0):
+    if (
+        not np.isfinite(ratios).all()
+        or (np.abs(ratios - factor) > tolerance * abs(factor)).any()
+        or factor in (0.0, 1.0)
+    ):
         return
     if len(ratios) == 1:  # a single wrong number always differs by some factor
-        room = PRECISE
-    for candidate, words in FACTORS.items():
+        tolerance = SINGLE_NUMBER_TOLERANCE
+    for candidate, words in FACTOR_WORDS.items():
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
-            if abs(factor / known_factor - 1) < room:
+            if abs(factor / known_factor - 1) < tolerance:
                 yield f"All numbers are too {size_word} {words}."
-    if len(ratios) > 1 and np.ptp(expected[is_counted].real) > SAME:
+    if len(ratios) > 1 and np.ptp(expected[is_counted].real) > RELATIVE_TOLERANCE:
         yield (
             "Everything is wrong by one and the same factor: look for a unit, a root or a square, a common factor, or "
             "a vector that is to have length 1."
         )
 
 
-def _compare_joints(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
+def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark on the first joint on which the answer depends and the reference doesn't, or vice versa."""
     values_before = pair.evaluate(values)
     for i, q in enumerate(() if pair.part.details.given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
             return
         values_after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
-        answer_changes, expected_changes = map(_differ, values_after, values_before)
+        answer_changes, expected_changes = map(_has_changed, values_after, values_before)
         if expected_changes and not answer_changes:
             yield f"Your answer does not change with {q}. Move joint {i} alone: does nothing of what is asked change?"
             return
@@ -158,24 +164,26 @@ def _compare_joints(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
             return
 
 
-def _differ(after: np.ndarray, before: np.ndarray) -> bool:
+def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
     with np.errstate(all="ignore"):
-        return bool((np.abs(after - before) > SAME * (1 + np.abs(before))).any())
+        return bool((np.abs(values_after - values_before) > RELATIVE_TOLERANCE * (1 + np.abs(values_before))).any())
 
 
-def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
+def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.has_fixed_joints:
         yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
         return
     revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
     first_values = {name: value[:1] for name, value in values.items()}
-    for angles in islice(product(EASY, repeat=len(revolute_joints)), MOST_POSES):
+    for angles in islice(product(SIMPLE_ANGLES, repeat=len(revolute_joints)), MAX_CONFIGURATIONS):
         joint_angles = dict(zip(revolute_joints, angles, strict=True))
         answer, expected = pair.evaluate(
             first_values | {q.name: np.array([angle]) for q, angle in joint_angles.items()}
         )
-        wrong_entries = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
+        wrong_entries = np.flatnonzero(
+            ~(np.abs(answer - expected)[:, 0] <= RELATIVE_TOLERANCE * (1 + np.abs(expected)[:, 0]))
+        )
         if len(wrong_entries) and np.isfinite(expected).all():
             pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
             entry = _name_entry(pair.part, int(wrong_entries[0]))
@@ -200,7 +208,7 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
         q.name for component in components for condition in component.conditions for q in condition.free_symbols
     }
     for name in [q.name for q in problem.chain.q]:
-        is_named = name in names(parsed_answer.tree)
+        is_named = name in find_names(parsed_answer.tree)
         if name in expected_joints and not is_named:
             return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
         if is_named and name not in expected_joints:
@@ -212,28 +220,30 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
 
 
-def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, together: bool) -> str | None:
+def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_joint_conditions: bool) -> str | None:
     """Return advice that depends on whether the claimed configurations are singular.
 
-    `together` is whether some of the expected conditions have to hold simultaneously.
+    `has_joint_conditions` is whether some of the expected conditions have to hold simultaneously.
     """
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:
-        claimed_pieces = parse_claims(with_joint(tree, joints), joints)
+        claimed_pieces = parse_claims(assign_values_to_joint(tree, joints), joints)
         expected_pieces = [
             piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)
         ]
-        comparison = compare_sets(claimed_pieces, expected_pieces, Space(joints, domain, part.rounding), seed)
-    except ReadError:
+        comparison = compare_sets(
+            claimed_pieces, expected_pieces, ConfigurationSpace(joints, domain, part.rounding), seed
+        )
+    except ParseError:
         return None
     advice = "look for all angles in a turn, and for what vanishes together"
-    if not together:
+    if not has_joint_conditions:
         advice = "set each factor to zero by itself, and look for all angles in a turn"
-    if comparison.rounded:
+    if comparison.is_only_rounded:
         return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
     if comparison.surplus is None:
         return f"What you give is singular, and it is not all: {advice}."
-    if together or any(len(piece) > 1 for piece in claimed_pieces):
+    if has_joint_conditions or any(len(piece) > 1 for piece in claimed_pieces):
         return (
             "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
             f"be zero whatever the remaining joints are. Then {advice}."

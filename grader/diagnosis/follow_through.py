@@ -24,14 +24,14 @@ from functools import cached_property
 import numpy as np
 
 from qdot.exercises.answers import Direction, Number
-from qdot.exercises.arm.arithmetic import Trees, determinant
-from qdot.exercises.arm.derivation_graph import Change, Working, numbers, trees
+from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
+from qdot.exercises.arm.derivation_graph import Change, Working, numeric_working, tree_working
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ZERO, factors
+from qdot.exercises.formula.algebra import ZERO, split_factors
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, ReadError, names, size_of
+from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
@@ -39,26 +39,27 @@ from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
 
-MOST_ROWS = 4
+MAX_ROWS = 4
 """Maximum number of rows of a matrix whose determinant is derived as a formula."""
-LONGEST = 3000
+MAX_NODES = 3000
 """Maximum number of nodes of an earlier answer; the result that follows may have 20 times as many."""
-POINTS = 6
+SAMPLE_COUNT = 6
 
 
 @dataclass(frozen=True)
-class Followed:
-    """The judgement on an answer against the result that follows from a wrong answer to the part `earlier`.
+class FollowThrough:
+    """The judgement on an answer against the result that follows from a wrong answer to the part `list_earlier_parts`.
 
-    If it follows from an answer that is no attempt at this arm, `idle` is that part, and the answer earns nothing.
+    If it follows from an answer that is no attempt at this arm, `non_attempt` is that part, and the answer earns
+    nothing.
     """
 
     judgement: Judgement
-    earlier: str
-    idle: str | None = None
+    earlier_part: str
+    non_attempt: str | None = None
 
 
-RowsOfParts = Mapping[str, Rows]
+RowsByPart = Mapping[str, Rows]
 """The rows of each earlier part: those of the student's answer if it is wrong, otherwise those of the reference."""
 
 
@@ -66,37 +67,37 @@ IsCopied = Callable[[Part, Rows], bool]
 """Returns whether a wrong answer to a part is correct for another student's problem."""
 
 
-def nothing_copied(part: Part, rows: Rows) -> bool:
+def never_copied(part: Part, rows: Rows) -> bool:
     """Return False: the answer is not copied from another student's problem."""
     return False
 
 
-def follow(
+def find_follow_through(
     problem: Problem,
     part: Part,
     answers: Mapping[str, ParsedAnswer],
-    wrong: Sequence[str],
+    wrong_parts: Sequence[str],
     seed: str,
-    is_copied: IsCopied = nothing_copied,
+    is_copied: IsCopied = never_copied,
     attempts: Collection[str] | None = None,
-) -> Followed | None:
+) -> FollowThrough | None:
     """Return the best judgement on an answer against what follows from earlier wrong answers, or None.
 
-    `answers` maps the name of each part to its answer. `wrong` lists the earlier parts with wrong answers. `attempts`
-    lists those of them whose answers are attempts at this arm; None means all of them.
+    `answers` maps the name of each part to its answer. `wrong_parts` lists the earlier parts with wrong answers.
+    `attempts` lists those of them whose answers are attempts at this arm; None means all of them.
     """
     answer = answers[part.name]
     if answer.table is not None or part.kind not in QUESTIONS:
         return None
-    context = _Context(problem, answers, wrong, f"{seed}/follow", is_copied)
-    results: list[Followed] = []
-    for rows_of_parts, wrong_names in context.ways(part):
+    context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
+    results: list[FollowThrough] = []
+    for rows_of_parts, wrong_names in context.find_sources(part):
         derived = context.derive(part, rows_of_parts)
         judgement = None if derived is None else context.judge(part, derived, answer)
         if judgement is not None and judgement.share > 0:
             non_attempt = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
-            results.append(Followed(judgement, wrong_names[0], non_attempt))
-    return max(results, key=lambda each: (each.idle is None, each.judgement.share), default=None)
+            results.append(FollowThrough(judgement, wrong_names[0], non_attempt))
+    return max(results, key=lambda each: (each.non_attempt is None, each.judgement.share), default=None)
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ class _Context:
 
     problem: Problem
     answers: Mapping[str, ParsedAnswer]
-    wrong: Sequence[str]
+    wrong_parts: Sequence[str]
     seed: str
     is_copied: IsCopied
 
@@ -122,32 +123,32 @@ class _Context:
     @cached_property
     def values(self) -> dict[str, np.ndarray]:
         """Random values of all symbols."""
-        return sample_values(self.domain, POINTS, Stream(self.seed))
+        return sample_values(self.domain, SAMPLE_COUNT, Stream(self.seed))
 
-    def ways(self, part: Part) -> Iterator[tuple[RowsOfParts, list[str]]]:
+    def find_sources(self, part: Part) -> Iterator[tuple[RowsByPart, list[str]]]:
         """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
-        for sources in QUESTIONS[part.kind].follows:
-            usable_rows = {name: rows for name in sources if (rows := self.rows(name)) is not None}
+        for sources in QUESTIONS[part.kind].derivation_sources:
+            usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
             wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
             if wrong_names and len(usable_rows) == len({*sources}):
                 yield {name: rows for name, (rows, _) in usable_rows.items()}, wrong_names
 
-    def rows(self, name: str) -> tuple[Rows, list[str]] | None:
+    def find_rows(self, name: str) -> tuple[Rows, list[str]] | None:
         """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
 
         If the student's answer is wrong, they are its rows. If there is no answer, they follow from earlier answers.
         Otherwise they are the rows of the reference.
         """
-        part, parsed_answer = self.part(name), self.answers.get(name)
-        reference = None if part is None else self.reference(part)
+        part, parsed_answer = self.find_part(name), self.answers.get(name)
+        reference = None if part is None else self.reference_rows(part)
         if part is None or reference is None:
             return None
         if parsed_answer is None or parsed_answer.refusal is not None:
-            for rows_of_parts, wrong_names in self.ways(part):
+            for rows_of_parts, wrong_names in self.find_sources(part):
                 derived = self.derive(part, rows_of_parts)
                 if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
                     return derived, wrong_names
-        elif name in self.wrong:
+        elif name in self.wrong_parts:
             return (
                 (parsed_answer.rows, [name])
                 if parsed_answer.rows and self.is_usable(part, parsed_answer, reference)
@@ -155,19 +156,19 @@ class _Context:
             )
         return reference, []
 
-    def part(self, name: str) -> Part | None:
+    def find_part(self, name: str) -> Part | None:
         """Return a part, even if this problem doesn't contain it; None if the question doesn't apply to this arm."""
         if name not in self.parts:
             question = QUESTIONS[name]
-            if question.refusal(self.problem.chain) is not None:
+            if question.find_obstacle(self.problem.chain) is not None:
                 return None
             answer, details = question.ask(self.problem.chain, Stream(f"{self.seed}/{name}"))
             self.parts[name] = Part(name, name, answer, question.points, question.needs, details)
         return self.parts[name]
 
-    def reference(self, part: Part) -> Rows | None:
+    def reference_rows(self, part: Part) -> Rows | None:
         """Return the rows of a part's reference; None if the reference is not made of formulas."""
-        is_in_formulas = part.answer.entries() and not part.answer.is_in_numbers
+        is_in_formulas = part.answer.entries() and not part.answer.is_numeric
         return part.answer.trees(self.domain.roles) if is_in_formulas else None
 
     # --- answers from which nothing follows ---
@@ -180,15 +181,15 @@ class _Context:
         if (
             any(parsed_answer.blanks)
             or not self._is_known(parsed_answer)
-            or sum(map(size_of, parsed_answer.entries)) > LONGEST
+            or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
         ):
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
-        is_square = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MOST_ROWS
+        is_square = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MAX_ROWS
         if is_square and not self.is_as_hard(_determinant(rows), _determinant(reference)):
             return False
-        return self._traits(rows).is_as_full(self._traits(reference))
+        return self._compute_traits(rows).is_as_full(self._compute_traits(reference))
 
     def _is_known(self, parsed_answer: ParsedAnswer) -> bool:
         return not parsed_answer.symbols - set(self.domain.roles)
@@ -201,38 +202,40 @@ class _Context:
                 name == part.name
                 or not parsed_answer.rows
                 or not self._is_known(parsed_answer)
-                or len(parsed_answer.text) > 10 * LONGEST
+                or len(parsed_answer.text) > 10 * MAX_NODES
             ):
                 continue
             try:
                 other_values = self._evaluate(parsed_answer.rows)
-            except ReadError:  # its entries contain statements or blanks
+            except ParseError:  # its entries contain statements or blanks
                 continue
             if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
                 return True
         return False
 
     def _evaluate(self, rows: Rows) -> np.ndarray:
-        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, POINTS)[0]
+        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, SAMPLE_COUNT)[0]
 
     def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
         """Return whether rows depend on as many joints as a reference, and don't have clearly more zeros."""
-        traits, expected = self._traits(rows), self._traits(reference)
-        return traits.is_as_full(expected) and traits.joints >= expected.joints
+        traits, expected = self._compute_traits(rows), self._compute_traits(reference)
+        return traits.is_as_full(expected) and traits.joint_count >= expected.joint_count
 
-    def _traits(self, rows: Rows) -> "Traits":
+    def _compute_traits(self, rows: Rows) -> "Traits":
         """Return the traits of an answer, found at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
-        values_at_samples = evaluate(program, self.values, POINTS)[0]
+        values_at_samples = evaluate(program, self.values, SAMPLE_COUNT)[0]
         largest = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
-        def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
+        def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - values_at_samples) <= room * largest)
+                return not np.all(
+                    np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples) <= tolerance * largest
+                )
 
         joints = {q.name for q in self.problem.chain.q}
-        used_symbols = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
+        used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
         influential_symbols = {
             name for name in used_symbols if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)
         }
@@ -247,34 +250,38 @@ class _Context:
 
     # --- the result that follows ---
 
-    def derive(self, part: Part, rows_of_parts: RowsOfParts) -> "Rows | np.ndarray | None":
+    def derive(self, part: Part, source_rows: RowsByPart) -> "Rows | np.ndarray | None":
         """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
         question = QUESTIONS[part.kind]
-        compute_rows = question.vanishes or question.formula
-        if compute_rows is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
+        compute_rows = question.zero_formula or question.formula
+        if compute_rows is None or (
+            question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
+        ):
             return None
         try:
-            if part.answer.is_in_numbers:
+            if part.answer.is_numeric:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
-                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_of_parts.items()}
-                working = _substitute(numbers(self.problem.chain, values), numeric_rows)
+                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in source_rows.items()}
+                working = _substitute(numeric_working(self.problem.chain, values), numeric_rows)
                 return compute_rows(working, part.details)[..., 0].ravel().astype(float)
-            tree_rows = {name: Trees.matrix(rows) for name, rows in rows_of_parts.items()}
-            rows = Trees.rows(compute_rows(_substitute(trees(self.problem.chain), tree_rows), part.details))
-            return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
-        except ReadError:
+            tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
+            rows = TreeArithmetic.rows(
+                compute_rows(_substitute(tree_working(self.problem.chain), tree_rows), part.details)
+            )
+            return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
+        except ParseError:
             return None
 
     def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
         """Return the judgement on an answer against `derived`; None if it is unusable or easier than the reference."""
         if isinstance(derived, np.ndarray):
             return self._judge_numbers(part, derived, answer)
-        reference = self._expected_determinant() if part.answer.is_a_set else self.reference(part)
+        reference = self._expected_determinant() if part.answer.is_set else self.reference_rows(part)
         if reference is None or not self.is_as_hard(derived, reference):
             return None
-        if part.answer.is_a_set:
+        if part.answer.is_set:
             joints = [q.name for q in self.problem.chain.q]
-            varying_factors = [factor for factor in factors(derived[0][0]) if names(factor) & set(joints)]
+            varying_factors = [factor for factor in split_factors(derived[0][0]) if find_names(factor) & set(joints)]
             conditions = [[Node("eq", (factor, ZERO))] for factor in varying_factors]
             return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
@@ -285,8 +292,8 @@ class _Context:
 
     def _expected_determinant(self) -> Rows | None:
         chain = self.problem.chain
-        jacobian = self.part("jacobian") if len(chain.task) == chain.n <= MOST_ROWS else None
-        rows = None if jacobian is None else self.reference(jacobian)
+        jacobian = self.find_part("jacobian") if len(chain.task) == chain.n <= MAX_ROWS else None
+        rows = None if jacobian is None else self.reference_rows(jacobian)
         return None if rows is None else _determinant(rows)
 
     def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
@@ -295,18 +302,18 @@ class _Context:
             return None
         if part.answer.counts_up_to_a_factor:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
-            tolerance = part.of(Direction).tolerance_with(part.rounding)
+            tolerance = part.answer_as(Direction).tolerance_with(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
-        number = part.of(Number)
+        number = part.answer_as(Number)
         tolerance = part.rounding.relative or number.tolerance if part.rounding else number.tolerance
         return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest)
 
 
-def _substitute(w: Working, rows_of_parts: Mapping[str, np.ndarray]) -> Working:
+def _substitute(w: Working, numeric_rows: Mapping[str, np.ndarray]) -> Working:
     """Return a working that uses the given answers to earlier parts, (rows, columns, …) each."""
     changes: dict[str, Change] = {}
-    for name, rows in rows_of_parts.items():
-        substitutes = QUESTIONS[name].substitutes
+    for name, rows in numeric_rows.items():
+        substitutes = QUESTIONS[name].substitution
         assert substitutes is not None, name
         changes.update(substitutes(rows))
     return w.with_mistakes(changes)
@@ -320,35 +327,40 @@ def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def _determinant(rows: Rows) -> Rows:
     """Return the determinant of a small matrix as a matrix with one entry."""
-    return Trees.rows(determinant(Trees.matrix(rows)))
+    return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(rows)))
 
 
 @dataclass(frozen=True)
 class Traits:
     """The traits of an answer at random configurations.
 
-    `finite` is whether it is defined, and `periodic` whether it stays the same after full turns of the joints. `joints`
-    and `others` are the numbers of joints and other symbols that it depends on. `entries` is the number of nonzero
-    entries.
+    `is_finite` is whether it is defined, and `is_periodic` whether it stays the same after full turns of the joints.
+    `joint_count` and `other_symbol_count` are the numbers of joints and other symbols that it depends on.
+    `nonzero_entry_count` is the number of nonzero entries.
     """
 
-    finite: bool
-    periodic: bool
-    joints: int
-    others: int
-    entries: int
+    is_finite: bool
+    is_periodic: bool
+    joint_count: int
+    other_symbol_count: int
+    nonzero_entry_count: int
 
     def is_as_full(self, reference: "Traits") -> bool:
         """Return whether the answer is defined, periodic, and has more than half as many nonzero entries.
 
         It may depend on one symbol less than the reference.
         """
-        is_full = not reference.entries or 2 * self.entries > reference.entries
-        return self.finite and self.periodic and self.others >= reference.others - 1 and is_full
+        is_full = not reference.nonzero_entry_count or 2 * self.nonzero_entry_count > reference.nonzero_entry_count
+        return (
+            self.is_finite
+            and self.is_periodic
+            and self.other_symbol_count >= reference.other_symbol_count - 1
+            and is_full
+        )
 
 
-def earlier(part: Part) -> Iterator[str]:
+def list_earlier_parts(part: Part) -> Iterator[str]:
     """Yield the names of the parts on which a part may build."""
     if part.kind in QUESTIONS:
-        for sources in QUESTIONS[part.kind].follows:
+        for sources in QUESTIONS[part.kind].derivation_sources:
             yield from sources

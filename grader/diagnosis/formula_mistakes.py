@@ -11,139 +11,157 @@ from itertools import islice, product
 
 import numpy as np
 
-from qdot.exercises.formula.algebra import ONE, ZERO, plus, terms_of
+from qdot.exercises.formula.algebra import ONE, ZERO, add_nodes, expand_terms
 from qdot.exercises.formula.algebra import Matrix as Rows
-from qdot.exercises.formula.program import evaluate_each
-from qdot.exercises.formula.trees import Node, names, node_text, size_of
+from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.trees import Node, count_nodes, find_names, node_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.mistakes.configurations import Values
+from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.exercises.mistakes.finished import (
-    LONGEST,
-    MOST_TERMS,
-    OF_DERIVATIVES,
+    DERIVATIVE_MISTAKES,
+    MAX_ENTRY_NODES,
+    MAX_TERMS,
     Edit,
-    edits,
-    edits_throughout,
+    add_quarter_turn,
+    edit_entry,
+    edit_throughout,
     is_length,
     map_nodes,
-    replace_each_wave,
-    turn_wave,
+    replace_each_trig,
 )
-from qdot.grader.diagnosis.numbers import InNumbers, says_something
+from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
 from qdot.grader.judging.verdict import Diagnosis
 
-MOST_ENTRIES = 8
+MAX_ENTRIES = 8
 """An answer with more wrong entries than this is not searched entry by entry."""
-MOST_NODES = 40_000
+MAX_EVALUATED_NODES = 40_000
 """Maximum number of nodes of all the edited formulas that are evaluated for an answer."""
 
-MOST_EDITS = 600
+MAX_EDITS = 600
 """Maximum number of edits that are tried in an entry."""
-MOST_WAVES = 24
+MAX_TRIGS = 24
 """Maximum number of sines and cosines of an entry that are tried with a constant added to their angle."""
-POINTS_FOR_CONSTANT = 4
+MIN_SAMPLES_FOR_CONSTANT = 4
 
-MOST_WAYS, FEW_POINTS = 300, 3
+MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
 """How many ways of replacing an answer's lengths by those of the arm are tried, and at how many configurations."""
 
-OWN_TABLE = "use the lengths in the table of your own arm. See (6.1)."
-TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
+OWN_TABLE_HINT = "use the lengths in the table of your own arm. See (6.1)."
+SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
 """Maps a missing term or factor to a surplus one: what the reference lacks, compared with the answer, is surplus."""
 
-Place = tuple[int, int]
+EntryIndex = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedFormulas:
     """The formulas of the reference, (rows, columns), and those that the student typed, if any.
 
-    `derivatives` is whether each entry is found by differentiation.
+    `is_differentiated` is whether each entry is found by differentiation.
     """
 
     reference: Rows
-    derivatives: np.ndarray
-    typed: Rows | None = None
+    is_differentiated: np.ndarray
+    typed_rows: Rows | None = None
 
 
 def explain_formulas(
-    formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, any_number: bool = False
+    formulas: ComparedFormulas,
+    values: SymbolValues,
+    answer: NumericAnswer,
+    correct_values: np.ndarray,
+    allows_any_number: bool = False,
 ) -> Diagnosis | None:
-    """Return the mistake in the finished formulas of an answer that has the shape of `right`.
+    """Return the mistake in the finished formulas of an answer that has the shape of `correct_values`.
 
-    Each wrong entry is searched for one mistake. If `any_number`, a number or an angle may also be wrong by any amount.
-    Blanks don't count as wrong.
+    Each wrong entry is searched for one mistake. If `allows_any_number`, a number or an angle may also be wrong by any
+    amount. Blanks don't count as wrong.
     """
-    if answer.values.shape != right.shape:
+    if answer.values.shape != correct_values.shape:
         return None
-    is_wrong = ~answer.like(right) & ~np.isnan(answer.values).any(axis=-1)
+    is_wrong = ~answer.match_entries(correct_values) & ~np.isnan(answer.values).any(axis=-1)
     wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
     if not wrong_entries:
         return None
     if not len(wrong_entries) == 1 < is_wrong.size:
         diagnosis = (
-            _find_exchange(answer, right, wrong_entries)
+            _find_exchange(answer, correct_values, wrong_entries)
             or _find_throughout(formulas.reference, values, answer)
-            or _find_other_lengths(formulas, values, answer, right)
+            or _find_other_lengths(formulas, values, answer, correct_values)
         )
-        if diagnosis is not None or len(wrong_entries) > MOST_ENTRIES:
+        if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
             return diagnosis
-    return _find_in_places(formulas, values, answer, right, wrong_entries, any_number)
+    return _find_in_entries(formulas, values, answer, correct_values, wrong_entries, allows_any_number)
 
 
-def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
+def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
     """Return the positions of entries in words, as the beginning of a sentence.
 
-    >>> in_words([(0, 1), (1, 1)], (2, 2))
+    >>> locate_entries([(0, 1), (1, 1)], (2, 2))
     'In row 1, column 2, and row 2, column 2,'
-    >>> in_words([(1, 0)], (3, 1)), in_words([(0, 0)], (1, 1))
+    >>> locate_entries([(1, 0)], (3, 1)), locate_entries([(0, 0)], (1, 1))
     ('In entry 2', 'In your answer')
     """
     if shape[:2] == (1, 1):
         return "In your answer"
     if 1 in shape[:2]:
-        *others, last_entry = [str(max(index) + 1) for index in places]
+        *others, last_entry = [str(max(index) + 1) for index in entry_indices]
         return f"In entries {', '.join(others)} and {last_entry}" if others else f"In entry {last_entry}"
-    *others, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in places]
+    *others, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in entry_indices]
     return f"In {', '.join(others)}, and {last_entry}," if others else f"In {last_entry},"
 
 
-def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]) -> Diagnosis | None:
-    if len(places) != 2:
+def _find_exchange(
+    answer: NumericAnswer, correct_values: np.ndarray, entry_indices: Sequence[EntryIndex]
+) -> Diagnosis | None:
+    if len(entry_indices) != 2:
         return None
-    exchanged_values = right.copy()
-    exchanged_values[places[0]], exchanged_values[places[1]] = right[places[1]], right[places[0]]
-    return _name("entries-exchanged", places, right.shape) if answer.is_all(exchanged_values) else None
+    exchanged_values = correct_values.copy()
+    exchanged_values[entry_indices[0]], exchanged_values[entry_indices[1]] = (
+        correct_values[entry_indices[1]],
+        correct_values[entry_indices[0]],
+    )
+    return (
+        _make_diagnosis("entries-exchanged", entry_indices, correct_values.shape)
+        if answer.equals(exchanged_values)
+        else None
+    )
 
 
-def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis | None:
+def _find_throughout(rows: Rows, values: SymbolValues, answer: NumericAnswer) -> Diagnosis | None:
     """Return the mistake that was made everywhere in the formulas; None if there is none or they are too long."""
-    size = sum(size_of(entry) for row in rows for entry in row)
-    for name, edited_rows in islice(edits_throughout(rows), MOST_NODES // max(size, 1)):
+    size = sum(count_nodes(entry) for row in rows for entry in row)
+    for name, edited_rows in islice(edit_throughout(rows), MAX_EVALUATED_NODES // max(size, 1)):
         predicted = _evaluate([entry for row in edited_rows for entry in row], values).reshape(answer.values.shape)
-        if answer.is_all(predicted) and says_something(predicted):
+        if answer.equals(predicted) and is_distinctive(predicted):
             return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
 
 
-def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray) -> Diagnosis | None:
+def _find_other_lengths(
+    formulas: ComparedFormulas, values: SymbolValues, answer: NumericAnswer, correct_values: np.ndarray
+) -> Diagnosis | None:
     """Return the diagnosis that an answer would be correct for an arm with other lengths, of which several differ.
 
     This is not a mistake of the catalogue and earns no partial credit, because the arm may be another student's.
     """
-    entries = [entry for row in formulas.typed or [] for entry in row]
-    if sum(map(size_of, entries)) > LONGEST:
+    entries = [entry for row in formulas.typed_rows or [] for entry in row]
+    if sum(map(count_nodes, entries)) > MAX_ENTRY_NODES:
         return None
-    typed_lengths = [leaf for entry in entries for leaf in _lengths_in(entry)]
+    typed_lengths = [leaf for entry in entries for leaf in _find_lengths(entry)]
     arm_lengths = list(
-        dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _lengths_in(entry))
+        dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _find_lengths(entry))
     )
     replaced = list(dict.fromkeys(typed_lengths))
     other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
-    if len(arm_lengths) ** len(replaced) > MOST_WAYS:
+    if len(arm_lengths) ** len(replaced) > MAX_REPLACEMENTS:
         replaced = other_lengths  # if there are few combinations, the arm's own lengths may also be exchanged
-    if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < len(arm_lengths) ** len(replaced) <= MOST_WAYS:
+    if (
+        sum(map(typed_lengths.count, other_lengths)) < 2
+        or not 0 < len(arm_lengths) ** len(replaced) <= MAX_REPLACEMENTS
+    ):
         return None
-    sampled_values = {name: value[:FEW_POINTS] for name, value in values.items()}
+    sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in values.items()}
     replacements = list(product(_evaluate(arm_lengths, sampled_values), repeat=len(replaced)))
     names_of = {leaf: Node("name", value=f"length {k}") for k, leaf in enumerate(replaced)}
     lengths = {
@@ -152,41 +170,50 @@ def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, r
     }
     repeated_values = {name: np.tile(value, len(replacements)) for name, value in sampled_values.items()}
     values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values | lengths)
-    answers = values_of_entries.reshape(*right.shape[:2], len(replacements), -1)
-    expected, size = right[..., :FEW_POINTS], answer.size[..., :FEW_POINTS]
-    if not any(InNumbers(answers[:, :, k], size, answer.room).is_all(expected) for k in range(len(replacements))):
+    answers = values_of_entries.reshape(*correct_values.shape[:2], len(replacements), -1)
+    expected, size = correct_values[..., :REPLACEMENT_SAMPLE_COUNT], answer.term_size[..., :REPLACEMENT_SAMPLE_COUNT]
+    if not any(
+        NumericAnswer(answers[:, :, k], size, answer.tolerances).equals(expected) for k in range(len(replacements))
+    ):
         return None
     length_words = ", ".join(map(node_text, other_lengths))
-    return Diagnosis((), f"This would be right for an arm with other lengths ({length_words}): {OWN_TABLE}")
+    return Diagnosis((), f"This would be right for an arm with other lengths ({length_words}): {OWN_TABLE_HINT}")
 
 
-def _lengths_in(node: Node) -> Iterator[Node]:
+def _find_lengths(node: Node) -> Iterator[Node]:
     if node.kind == "decimal" or (node.kind == "name" and is_length(node.value)):
         yield node
     for arg in node.args:
-        yield from _lengths_in(arg)
+        yield from _find_lengths(arg)
 
 
-def _find_in_places(
-    formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, places: Sequence[Place], any_number: bool
+def _find_in_entries(
+    formulas: ComparedFormulas,
+    values: SymbolValues,
+    answer: NumericAnswer,
+    correct_values: np.ndarray,
+    wrong_entries: Sequence[EntryIndex],
+    allows_any_number: bool,
 ) -> Diagnosis | None:
     """Return the mistake that was made in each wrong entry: the same in all, or one of at most two kinds."""
     count = answer.values[..., 0].size
-    mistakes_by_entry: dict[Place, list[Slip]] = {}
-    for i, j in places:
-        entry = _Entry(
-            formulas.reference[i][j], formulas.typed[i][j] if formulas.typed else None,
-            bool(formulas.derivatives[i, j]), values, answer.entry(i, j), right[i, j],
+    mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
+    for i, j in wrong_entries:
+        entry = _WrongEntry(
+            formulas.reference[i][j], formulas.typed_rows[i][j] if formulas.typed_rows else None,
+            bool(formulas.is_differentiated[i, j]), values, answer.select_entry(i, j), correct_values[i, j],
         )  # fmt: skip
-        mistakes_by_entry[i, j] = entry.slips(beside_others=3 < count != len(places), any_number=any_number)
+        mistakes_by_entry[i, j] = entry.find_mistakes(
+            has_other_entries=3 < count != len(wrong_entries), allows_any_number=allows_any_number
+        )
         if not mistakes_by_entry[i, j]:
             return None
     common = [
         name
-        for name, _ in mistakes_by_entry[places[0]]
+        for name, _ in mistakes_by_entry[wrong_entries[0]]
         if all(name in dict(slips) for slips in mistakes_by_entry.values())
     ]
-    entries_by_mistake: dict[Slip, list[Place]] = {}
+    entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
     for entry_index, slips in mistakes_by_entry.items():
         entries_by_mistake.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(
             entry_index
@@ -195,94 +222,106 @@ def _find_in_places(
     if len(mistakes) > 2:
         return None
     diagnoses = [
-        _name(name, entry_indices, answer.values.shape, missing_words)
+        _make_diagnosis(name, entry_indices, answer.values.shape, missing_words)
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
-    known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.known_by)
-    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), known_by=known_by)
+    known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
+    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=known_by)
 
 
-Slip = tuple[str, str]
+LocatedMistake = tuple[str, str]
 """The name of a mistake, and words that identify the missing term or factor, if any."""
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _WrongEntry:
     """One wrong entry of an answer, with its reference: the formulas and the values of both."""
 
     reference: Node
-    typed: Node | None
+    typed_formula: Node | None
     is_derivative: bool
-    values: Values
-    answer: InNumbers
-    right: np.ndarray
+    values: SymbolValues
+    answer: NumericAnswer
+    correct_values: np.ndarray
 
-    def slips(self, beside_others: bool, any_number: bool) -> list[Slip]:
+    def find_mistakes(self, has_other_entries: bool, allows_any_number: bool) -> list[LocatedMistake]:
         """Return the mistakes that give the entry, the likelier first.
 
-        A constant entry identifies a mistake only if there are enough correct entries (`beside_others`).
+        A constant entry identifies a mistake only if there are enough correct entries (`has_other_entries`).
         """
-        is_informative = says_something(self.answer.values)
-        if not (is_informative or beside_others):
+        is_informative = is_distinctive(self.answer.values)
+        if not (is_informative or has_other_entries):
             return []
         if not self.answer.values.any():
-            is_term = terms_of(self.reference, 1)
+            is_term = expand_terms(self.reference, 1)
             return [
-                ("term-missing", Edit("", self.reference, self.reference).which) if is_term else ("entry-missing", "")
+                ("term-missing", Edit("", self.reference, self.reference).missing_words)
+                if is_term
+                else ("entry-missing", "")
             ]
-        mistakes = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
-        if mistakes or not (is_informative and any_number):
+        mistakes = list(dict.fromkeys((*self._by_edit(), *self._by_surplus(), *self._by_sign())))
+        if mistakes or not (is_informative and allows_any_number):
             return mistakes
         return list(self._by_number()) or list(self._by_angle())
 
-    def _edited(self) -> Iterator[Slip]:
+    def _by_edit(self) -> Iterator[LocatedMistake]:
         """Yield the mistakes that give the entry when they are made in the reference."""
         for edit in self._fitting_edits(self.reference, self.answer):
-            yield edit.mistake, edit.which
+            yield edit.mistake, edit.missing_words
 
-    def _reversed(self) -> Iterator[Slip]:
+    def _by_surplus(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if the entry without one of its terms or factors equals the reference."""
-        if self.typed is None:
+        if self.typed_formula is None:
             return
-        expected = replace(self.answer, values=self.right[None, None])
-        for edit in self._fitting_edits(self.typed, expected, TOO_MANY):
-            yield TOO_MANY[edit.mistake], edit.which
-        if expected.is_all(np.zeros_like(expected.values)):
-            yield "term-surplus", Edit("", self.typed, self.typed).which
+        expected = replace(self.answer, values=self.correct_values[None, None])
+        for edit in self._fitting_edits(self.typed_formula, expected, SURPLUS_BY_MISSING):
+            yield SURPLUS_BY_MISSING[edit.mistake], edit.missing_words
+        if expected.equals(np.zeros_like(expected.values)):
+            yield "term-surplus", Edit("", self.typed_formula, self.typed_formula).missing_words
 
-    def _fitting_edits(self, entry: Node, wanted: InNumbers, mistakes: Collection[str] = CATALOGUE) -> list[Edit]:
+    def _fitting_edits(
+        self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
+    ) -> list[Edit]:
         """Return the edits of a formula that give the expected values, among the edits for the given mistakes."""
         if not self.is_derivative:
-            mistakes = set(mistakes) - OF_DERIVATIVES
-        candidates = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))
+            allowed_mistakes = set(allowed_mistakes) - DERIVATIVE_MISTAKES
+        candidates = list(
+            islice((edit for edit in edit_entry(entry, self.values) if edit.mistake in allowed_mistakes), MAX_EDITS)
+        )
         answers = _evaluate([edit.entry for edit in candidates], self.values)
-        return [candidates[k] for k in np.flatnonzero(wanted.like(answers[:, None, None]))] if candidates else []
+        return (
+            [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
+            if candidates
+            else []
+        )
 
-    def _by_number(self) -> Iterator[Slip]:
+    def _by_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
-        terms = (terms_of(self.reference, MOST_TERMS) if size_of(self.reference) <= LONGEST else None) or []
+        terms = (
+            expand_terms(self.reference, MAX_TERMS) if count_nodes(self.reference) <= MAX_ENTRY_NODES else None
+        ) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
-        difference = self.answer.values[0, 0] - self.right
+        difference = self.answer.values[0, 0] - self.correct_values
         for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
             with np.errstate(all="ignore"):
                 ratio = difference / values
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
-                symbols = ", ".join(sorted(names(part)))
+                symbols = ", ".join(sorted(find_names(part)))
                 if part in terms and symbols:
                     yield "number-typed", f" (with {symbols} in it)"
                 else:
                     yield ("entry-factor" if symbols else "constant-typed"), ""
 
-    def _by_angle(self) -> Iterator[Slip]:
+    def _by_angle(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if one angle is wrong by any constant c.
 
         Let w be a sine or cosine of the angle, and w' the same with pi/2 added. The wrong entry is
         A + B (w cos c + w' sin c), which is solved for c by least squares.
         """
-        if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:
+        if count_nodes(self.reference) > MAX_ENTRY_NODES or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT:
             return
-        without_trig = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
-        turned_trig = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
+        without_trig = replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
+        turned_trig = replace_each_trig(self.reference, add_quarter_turn)[:MAX_TRIGS]
         entry_values, *variants = _evaluate([self.reference, *without_trig, *turned_trig], self.values)
         for k, (constant_part, turned_values) in enumerate(
             zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
@@ -295,27 +334,31 @@ class _Entry:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
             shift = partial(_add_to_angle, constant)
-            if self.answer.is_all(_evaluate([replace_each_wave(self.reference, shift)[k]], self.values)[None]):
+            if self.answer.equals(_evaluate([replace_each_trig(self.reference, shift)[k]], self.values)[None]):
                 yield "angle-typed", ""
                 return
 
-    def _by_sign(self) -> Iterator[Slip]:
+    def _by_sign(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if the absolute value is correct, but the sign is wrong at some configurations only."""
-        values, reference = self.answer.values[0, 0].real, self.right.real
-        is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(reference)[None, None])
+        values, reference = self.answer.values[0, 0].real, self.correct_values.real
+        is_same_size = replace(self.answer, values=np.abs(values)[None, None]).equals(np.abs(reference)[None, None])
         if is_same_size and (values * reference > 0).any() and (values * reference < 0).any():
             yield "sign-lost", ""
 
 
-def _add_to_angle(more: Node, wave: Node) -> Node:
-    return Node("call", (plus(wave.args[0], more),), wave.value)
+def _add_to_angle(term: Node, trig: Node) -> Node:
+    return Node("call", (add_nodes(trig.args[0], term),), trig.value)
 
 
-def _evaluate(entries: Sequence[Node], values: Values) -> np.ndarray:
+def _evaluate(entries: Sequence[Node], values: SymbolValues) -> np.ndarray:
     """Return the values of entries, (entries, N); nan if a value can't be computed."""
-    return evaluate_each(entries, values, len(next(iter(values.values()))))
+    return evaluate_variants(entries, values, len(next(iter(values.values()))))
 
 
-def _name(name: str, places: Sequence[Place], shape: tuple[int, ...], which: str = "") -> Diagnosis:
-    where = in_words(places, shape)
-    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": where, "which": which}), known_by=(f"{name} {where}",))
+def _make_diagnosis(
+    name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
+) -> Diagnosis:
+    where = locate_entries(entry_indices, shape)
+    return Diagnosis(
+        (name,), CATALOGUE[name].sentence({"Where": where, "which": missing_words}), signature=(f"{name} {where}",)
+    )

@@ -17,20 +17,20 @@ from itertools import combinations_with_replacement, permutations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.formula.angles import turns_of
+from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.exact import fingerprint_results
-from qdot.exercises.formula.parser import tree_of_reference
+from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_claims
-from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.diagnosis.similar import written
+from qdot.grader.diagnosis.similar import canonical_form
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
-LETTERS = "bcdfghjkmnpqrstvwxz"
+KEY_LETTERS = "bcdfghjkmnpqrstvwxz"
 """The letters of keys, which form neither words nor anything that a spreadsheet takes for a number."""
-LENGTH = 6
+KEY_LENGTH = 6
 
 
 def group_key(part: str, letters: str) -> str:
@@ -42,7 +42,7 @@ def group_key(part: str, letters: str) -> str:
     return f"{part}/{letters}"
 
 
-def group_of(
+def find_group(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> str | None:
     """Return the letters of the group that a wrong answer belongs to, or None if the group is not known.
@@ -57,9 +57,9 @@ def group_of(
         hashlib.sha256(repr((secret, part.name, identity)).encode("utf-8", "replace")).digest()[:16]
     )
     letters = []
-    for _ in range(LENGTH):
-        number, index = divmod(number, len(LETTERS))
-        letters.append(LETTERS[index])
+    for _ in range(KEY_LENGTH):
+        number, index = divmod(number, len(KEY_LETTERS))
+        letters.append(KEY_LETTERS[index])
     return "".join(letters)
 
 
@@ -67,41 +67,47 @@ def _identify(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
     """Return a tuple that is equal for equivalent answers."""
-    if diagnosis is not None and (identifying_mistakes := diagnosis.known_by or diagnosis.mistakes):
+    if diagnosis is not None and (identifying_mistakes := diagnosis.signature or diagnosis.mistakes):
         return "mistake", *identifying_mistakes
     if parsed_answer.table is not None:
         return None
-    if part.answer.offered and parsed_answer.chosen:
-        return "options", _options(part, parsed_answer.chosen), _options(part, part.answer.right)
+    if part.answer.offered_options and parsed_answer.chosen:
+        return "options", _option_texts(part, parsed_answer.chosen), _option_texts(part, part.answer.correct_indices)
     try:
-        if part.answer.is_in_numbers and parsed_answer.rows is not None:
-            return "numbers", part.answer.code(), _numbers(parsed_answer.entries)
+        if part.answer.is_numeric and parsed_answer.rows is not None:
+            return "numbers", part.answer.code(), _round_numbers(parsed_answer.entries)
         general, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
-        if parsed_answer.tree is not None and part.answer.is_a_set:
+        if parsed_answer.tree is not None and part.answer.is_set:
             joints = [q.name for q in problem.chain.q]
             reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
-            return "set", *(general.conditions(tree, joints, secret) for tree in (parsed_answer.tree, reference))
+            return "set", *(
+                general.fingerprint_conditions(tree, joints, secret) for tree in (parsed_answer.tree, reference)
+            )
         if parsed_answer.rows is not None:
             answer_and_reference = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
             shapes = [(len(rows), len(rows[0])) for rows in answer_and_reference]
             entries = [[entry for row in rows for entry in row] for rows in answer_and_reference]
-            return "formulas", shapes, *(general.formulas(row_entries, secret, is_direction) for row_entries in entries)
-    except (ReadError, ValueError, ArithmeticError, RecursionError):
+            return (
+                "formulas",
+                shapes,
+                *(general.fingerprint_formulas(row_entries, secret, is_direction) for row_entries in entries),
+            )
+    except (ParseError, ValueError, ArithmeticError, RecursionError):
         pass  # not a formula: compare the text
     return "text", "".join(parsed_answer.text.split())
 
 
-def _options(part: Part, chosen: Sequence[int]) -> tuple[object, ...]:
+def _option_texts(part: Part, option_indices: Sequence[int]) -> tuple[object, ...]:
     """Return the texts of the chosen options, and the item that each is matched to.
 
     The letters of the options differ between students.
     """
-    texts = [part.answer.offered[index] for index in chosen]
-    items = part.answer.matched
+    texts = [part.answer.offered_options[index] for index in option_indices]
+    items = part.answer.matched_items
     return tuple(sorted(zip(items, texts, strict=True) if len(items) == len(texts) else texts))
 
 
-def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
+def _round_numbers(entries: Sequence[Node]) -> tuple[str, ...]:
     """Return the numbers rounded to three significant digits, as required of answers."""
     values = evaluate(compile_program(list(entries)), {}, 1)[0]
     return tuple(f"{complex(value):.2e}" for value in values[:, 0])
@@ -110,64 +116,74 @@ def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
 class _GeneralForm:
     """Rewrites formulas into a form common to all students: numbers that are given lengths become names.
 
-    `factors` and `terms` map numbers to expressions of lengths. An ambiguous number is a product of lengths in
-    `factors`, and a sum in `terms`. `zeros` maps joint variables to their offsets, and `names` maps them to the
-    variable minus its offset.
+    `names_in_products` and `names_in_sums` map numbers to expressions of lengths. An ambiguous number is a product of
+    lengths in `names_in_products`, and a sum in `names_in_sums`. `offset_by_joint` maps joint variables to their
+    offsets, and `shifted_joints` maps them to the variable minus its offset.
     """
 
     def __init__(self, chain: Chain) -> None:
         names = _name_lengths(_given_lengths(chain))
-        self.factors = dict(_unambiguous(names, [_products(names, 2), _products(names, 3), _sums_of(names)]))
-        self.terms = dict(_unambiguous(names, [_sums_of(names), _products(names, 2), _products(names, 3)]))
-        self.zeros: dict[str, Node] = {}
-        self.names: dict[str, Node] = {}
-        self.angles = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
-        for q, joint, offset in zip(chain.q, chain.joints, _zeros(chain), strict=True):
+        self.names_in_products = dict(_drop_ambiguous(names, [_products(names, 2), _products(names, 3), _sums(names)]))
+        self.names_in_sums = dict(_drop_ambiguous(names, [_sums(names), _products(names, 2), _products(names, 3)]))
+        self.offset_by_joint: dict[str, Node] = {}
+        self.shifted_joints: dict[str, Node] = {}
+        self.revolute_variables = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
+        for q, joint, offset in zip(chain.q, chain.joints, _list_offsets(chain), strict=True):
             if offset != 0:
-                self.zeros[q.name] = self.generalize(tree_of_reference(str(offset), frozenset()), joint.kind == "P")
-                self.names[q.name] = Node("-", (Node("name", value=q.name), self.zeros[q.name]))
+                self.offset_by_joint[q.name] = self.generalize(
+                    parse_reference(str(offset), frozenset()), joint.kind == "P"
+                )
+                self.shifted_joints[q.name] = Node("-", (Node("name", value=q.name), self.offset_by_joint[q.name]))
 
-    def generalize(self, tree: Node, in_length: bool = True) -> Node:
+    def generalize(self, tree: Node, numbers_are_lengths: bool = True) -> Node:
         """Return the tree with given lengths replaced by their names, and with the offsets of joints undone.
 
         Numbers inside a function or an exponent are not lengths, and a revolute joint's offset is undone only inside
         a function.
         """
         if tree.kind == "name":
-            return tree if in_length and tree.value in self.angles else self.names.get(tree.value, tree)
+            return (
+                tree
+                if numbers_are_lengths and tree.value in self.revolute_variables
+                else self.shifted_joints.get(tree.value, tree)
+            )
         if tree.kind == "blank":
             return Node("name", value="blank")
         if tree.kind in ("number", "decimal"):
-            return _length(self.terms, tree.value) if in_length else tree
+            return _replace_number(self.names_in_sums, tree.value) if numbers_are_lengths else tree
         if tree.kind == "call":
             return Node("call", tuple(self.generalize(arg, False) for arg in tree.args), tree.value)
         if tree.kind == "^":
-            return Node("^", (self.generalize(tree.args[0], in_length), self.generalize(tree.args[1], False)))
-        if in_length and tree.kind in ("*", "/", "neg"):
-            return self._product(tree)
-        return Node(tree.kind, tuple(self.generalize(arg, in_length) for arg in tree.args), tree.value)
+            return Node("^", (self.generalize(tree.args[0], numbers_are_lengths), self.generalize(tree.args[1], False)))
+        if numbers_are_lengths and tree.kind in ("*", "/", "neg"):
+            return self._generalize_product(tree)
+        return Node(tree.kind, tuple(self.generalize(arg, numbers_are_lengths) for arg in tree.args), tree.value)
 
-    def _product(self, tree: Node) -> Node:
+    def _generalize_product(self, tree: Node) -> Node:
         """Return a product with its numeric factors replaced by the names of lengths.
 
         If their product is a known length (7*cos(theta2)/20 = 0.35*cos(theta2)), they are multiplied together.
         Otherwise each is replaced separately.
         """
-        factors, number = list(_factors(tree)), Fraction(1)
+        factors, number = list(_split_product(tree)), Fraction(1)
         others = [factor for factor in factors if not _is_number(factor[0])]
         for factor, in_denominator in factors:
             if _is_number(factor):
                 number *= 1 / factor.value if in_denominator else factor.value
-        lengths = self.factors if others else self.terms
+        lengths = self.names_in_products if others else self.names_in_sums
         product = Node("number", value=Fraction(1))
         if abs(number) in lengths:
-            product, factors = _length(lengths, number), others
+            product, factors = _replace_number(lengths, number), others
         for factor, in_denominator in factors:
-            generalized_factor = _length(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
+            generalized_factor = (
+                _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
+            )
             product = Node("/" if in_denominator else "*", (product, generalized_factor))
         return product
 
-    def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
+    def fingerprint_formulas(
+        self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False
+    ) -> tuple[object, ...]:
         """Return a fingerprint that is equal for equal formulas (and for their multiples, if `up_to_a_factor`)."""
         trees = [self.generalize(entry) for entry in entries]
         digests = fingerprint_results(compile_program(trees), seed)
@@ -175,36 +191,42 @@ class _GeneralForm:
         if up_to_a_factor and pivot is not None:
             trees = [Node("/", (tree, pivot)) for tree in trees]
             digests = fingerprint_results(compile_program(trees), seed)
-        return tuple(_text(tree) if digest is None else digest for tree, digest in zip(trees, digests, strict=True))
+        return tuple(
+            _canonical_text(tree) if digest is None else digest for tree, digest in zip(trees, digests, strict=True)
+        )
 
-    def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
+    def fingerprint_conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
         """Return a fingerprint of a set of conditions that doesn't depend on their order."""
         digests = {
-            tuple(sorted({repr(self._condition(atom.zero, atom.joint, seed)) for atom in piece}))
+            tuple(sorted({repr(self.fingerprint_condition(atom.expression, atom.joint, seed)) for atom in piece}))
             for piece in parse_claims(tree, joints)
         }
         return tuple(sorted(digests))
 
-    def _condition(self, zero: Node, joint: str | None, seed: str) -> tuple[object, ...]:
+    def fingerprint_condition(self, zero: Node, joint: str | None, seed: str) -> tuple[object, ...]:
         if joint is None:
-            return "zero", *self.formulas([zero], seed)
-        value = Node("+", (zero, self.zeros[joint])) if joint in self.zeros else zero
-        multiple_of_pi = turns_of(value)
-        return (joint, str(multiple_of_pi)) if multiple_of_pi is not None else (joint, *self.formulas([value], seed))
+            return "zero", *self.fingerprint_formulas([zero], seed)
+        value = Node("+", (zero, self.offset_by_joint[joint])) if joint in self.offset_by_joint else zero
+        multiple_of_pi = find_multiple_of_pi(value)
+        return (
+            (joint, str(multiple_of_pi))
+            if multiple_of_pi is not None
+            else (joint, *self.fingerprint_formulas([value], seed))
+        )
 
 
-def _length(known: Mapping[Fraction, Node], value: Fraction) -> Node:
+def _replace_number(name_by_value: Mapping[Fraction, Node], value: Fraction) -> Node:
     """Return the name of the length that a number is equal to up to its sign, or else the number."""
-    absolute_value = known.get(abs(value), Node("number", value=abs(value)))
+    absolute_value = name_by_value.get(abs(value), Node("number", value=abs(value)))
     return Node("neg", (absolute_value,)) if value < 0 else absolute_value
 
 
-def _text(tree: Node) -> str:
-    canonical = written(ParsedAnswer("", tree=tree))
+def _canonical_text(tree: Node) -> str:
+    canonical = canonical_form(ParsedAnswer("", tree=tree))
     return repr(tree) if canonical is None else canonical.text
 
 
-def _zeros(chain: Chain) -> Sequence[sp.Expr]:
+def _list_offsets(chain: Chain) -> Sequence[sp.Expr]:
     """Return each joint's offset.
 
     If the base is upright and the first joint revolute, the first offset includes the base's yaw.
@@ -241,14 +263,14 @@ def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node
     return {value: _signed_name(names_and_signs) for value, names_and_signs in names_by_value.items()}
 
 
-def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]) -> NumbersAndNodes:
+def _drop_ambiguous(name_by_value: Mapping[Fraction, Node], sources: Sequence[NumbersAndNodes]) -> NumbersAndNodes:
     """Yield the numbers that equal a length or an expression of several lengths, and this expression.
 
-    `ways` are the sources of expressions, the most likely first. A number that is ambiguous within one source, and
+    `sources` are the sources of expressions, the most likely first. A number that is ambiguous within one source, and
     every integer (2 may be just a factor), is left out.
     """
-    known_numbers = {value for value in names if value.denominator == 1}
-    for pairs in (iter(names.items()), *ways):
+    known_numbers = {value for value in name_by_value if value.denominator == 1}
+    for pairs in (iter(name_by_value.items()), *sources):
         nodes: dict[Fraction, list[Node]] = {}
         for value, node in pairs:
             nodes.setdefault(value, []).append(node)
@@ -260,30 +282,30 @@ def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]
         known_numbers |= set(nodes)
 
 
-def _signed_name(named: Sequence[tuple[str, int]]) -> Node:
-    name = Node("name", value=" = ".join(name for name, _ in named))
-    return name if named[0][1] > 0 else Node("neg", (name,))
+def _signed_name(names_and_signs: Sequence[tuple[str, int]]) -> Node:
+    name = Node("name", value=" = ".join(name for name, _ in names_and_signs))
+    return name if names_and_signs[0][1] > 0 else Node("neg", (name,))
 
 
-def _products(names: Mapping[Fraction, Node], count: int) -> NumbersAndNodes:
-    for values in combinations_with_replacement(names, count):
-        product, node = values[0], names[values[0]]
+def _products(name_by_value: Mapping[Fraction, Node], count: int) -> NumbersAndNodes:
+    for values in combinations_with_replacement(name_by_value, count):
+        product, node = values[0], name_by_value[values[0]]
         for value in values[1:]:
-            product, node = product * value, Node("*", (node, names[value]))
+            product, node = product * value, Node("*", (node, name_by_value[value]))
         yield product, node
 
 
-def _sums_of(names: Mapping[Fraction, Node]) -> NumbersAndNodes:
+def _sums(name_by_value: Mapping[Fraction, Node]) -> NumbersAndNodes:
     """Yield a + b, a - b > 0, 2 a and 2 a b for lengths a and b."""
-    yield from _twice((value, node) for value, node in names.items())
-    yield from _twice(_products(names, 2))
-    for larger, smaller in permutations(names, 2):
+    yield from _double((value, node) for value, node in name_by_value.items())
+    yield from _double(_products(name_by_value, 2))
+    for larger, smaller in permutations(name_by_value, 2):
         if larger > smaller:
-            yield larger + smaller, Node("+", (names[larger], names[smaller]))
-            yield larger - smaller, Node("-", (names[larger], names[smaller]))
+            yield larger + smaller, Node("+", (name_by_value[larger], name_by_value[smaller]))
+            yield larger - smaller, Node("-", (name_by_value[larger], name_by_value[smaller]))
 
 
-def _twice(pairs: NumbersAndNodes) -> NumbersAndNodes:
+def _double(pairs: NumbersAndNodes) -> NumbersAndNodes:
     for value, node in pairs:
         yield 2 * value, Node("+", (node, node))
 
@@ -292,7 +314,7 @@ def _is_number(node: Node) -> bool:
     return node.kind in ("number", "decimal") and bool(node.value)
 
 
-def _factors(tree: Node) -> Iterator[tuple[Node, bool]]:
+def _split_product(tree: Node) -> Iterator[tuple[Node, bool]]:
     """Yield each factor of a nested product or quotient, and whether it is in the denominator.
 
     A minus sign is the factor -1.

@@ -5,78 +5,80 @@ from functools import cached_property
 
 import numpy as np
 
-PRECISE = 1e-4
+PRECISE_TOLERANCE = 1e-4
 """Maximum relative tolerance of numbers that are precise enough to tell all mistakes apart."""
-ENDLESS = 1e6
+LARGE_TERM_RATIO = 1e6
 """If the terms are larger than the values by this ratio, the size of the terms gives no useful tolerance."""
-SAME = 1e-9
+RELATIVE_TOLERANCE = 1e-9
 """Fraction of the size of its terms by which a value may differ from an equal one."""
 
 
 @dataclass(frozen=True)
-class InNumbers:
+class NumericAnswer:
     """The values of an answer, (rows, columns, N), and the size of its terms; nan for blanks.
 
-    `room` is the tolerance: relative to the size, and absolute. Directions are compared up to a factor.
+    `tolerances` is the tolerance: relative to the size, and absolute. Directions are compared up to a factor.
     """
 
     values: np.ndarray
-    size: np.ndarray
-    room: tuple[float, float]
+    term_size: np.ndarray
+    tolerances: tuple[float, float]
     is_direction: bool = False
 
-    def like(self, wanted: np.ndarray) -> np.ndarray:
+    def match_entries(self, expected: np.ndarray) -> np.ndarray:
         """Return for each entry whether its values equal the expected ones, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                direction, wanted_direction = unit(self.values), unit(wanted)
+                direction, wanted_direction = normalize(self.values), normalize(expected)
                 sign = np.where((direction * wanted_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
-                is_near = np.abs(direction - sign * wanted_direction) <= self.room[0]
+                is_near = np.abs(direction - sign * wanted_direction) <= self.tolerances[0]
             else:
-                large_size = ENDLESS * np.maximum(np.abs(wanted).max(), 1.0)
-                cap = np.where(self.size < large_size, np.inf, SAME * large_size)
-                is_near = np.abs(self.values - wanted) <= np.minimum(self._allowed, cap)  # nan and inf are not
+                large_size = LARGE_TERM_RATIO * np.maximum(np.abs(expected).max(), 1.0)
+                cap = np.where(self.term_size < large_size, np.inf, RELATIVE_TOLERANCE * large_size)
+                is_near = np.abs(self.values - expected) <= np.minimum(self._allowed_error, cap)  # nan and inf are not
         return np.asarray(is_near.all(axis=-1))
 
-    def is_all(self, wanted: np.ndarray) -> bool:
+    def equals(self, expected: np.ndarray) -> bool:
         """Return whether all values equal the expected ones, which may have another shape."""
-        if self.values.shape != wanted.shape:
+        if self.values.shape != expected.shape:
             return False
         if not self.is_direction:  # most answers differ at the first configuration already
             with np.errstate(all="ignore"):
-                if not (np.abs(self.values[..., 0] - wanted[..., 0]) <= self._allowed[..., 0]).all():
+                if not (np.abs(self.values[..., 0] - expected[..., 0]) <= self._allowed_error[..., 0]).all():
                     return False
-        return bool(self.like(wanted).all())
+        return bool(self.match_entries(expected).all())
 
-    def entry(self, row: int, column: int) -> "InNumbers":
+    def select_entry(self, row: int, column: int) -> "NumericAnswer":
         """Return one entry alone, with the same tolerance as in the whole answer."""
         index = (slice(row, row + 1), slice(column, column + 1))
-        return InNumbers(self.values[index], np.broadcast_to(self._largest, self.values[index].shape), self.room)
+        return NumericAnswer(
+            self.values[index], np.broadcast_to(self._largest_size, self.values[index].shape), self.tolerances
+        )
 
     @property
     def is_precise(self) -> bool:
         """Whether numbers have so many digits that other mistakes hardly ever give the same numbers by chance."""
-        return self.room[0] <= PRECISE and self.room[1] == 0.0
+        return self.tolerances[0] <= PRECISE_TOLERANCE and self.tolerances[1] == 0.0
 
     @cached_property
-    def _largest(self) -> np.ndarray:
-        return np.asarray(np.fmax.reduce(self.size, axis=(0, 1)))
+    def _largest_size(self) -> np.ndarray:
+        return np.asarray(np.fmax.reduce(self.term_size, axis=(0, 1)))
 
     @cached_property
-    def _allowed(self) -> np.ndarray:
+    def _allowed_error(self) -> np.ndarray:
         with np.errstate(all="ignore"):
             # Rounding turns an entry that is zero into 1e-17 times the others.
-            return np.asarray(self.room[0] * np.maximum(self.size, self._largest) + self.room[1])
+            return np.asarray(self.tolerances[0] * np.maximum(self.term_size, self._largest_size) + self.tolerances[1])
 
 
-def unit(vector: np.ndarray) -> np.ndarray:
+def normalize(vector: np.ndarray) -> np.ndarray:
     """Return unit vectors, nan for zero vectors."""
     length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
-    return np.asarray(vector / np.where(length > SAME, length, np.nan))
+    return np.asarray(vector / np.where(length > RELATIVE_TOLERANCE, length, np.nan))
 
 
-def says_something(answer: np.ndarray) -> bool:
+def is_distinctive(answer: np.ndarray) -> bool:
     """Return whether an answer is too specific to match by chance: it is neither zero nor only a few constants."""
     largest = np.abs(answer).max(axis=-1)
-    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
-    return bool((largest > SAME).any() and (varies or largest.size > 3))
+    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > RELATIVE_TOLERANCE * largest).any()
+    return bool((largest > RELATIVE_TOLERANCE).any() and (varies or largest.size > 3))

@@ -13,67 +13,79 @@ from fractions import Fraction
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ONE, addends, call, minus, negative, over, plus, terms_of, times
+from qdot.exercises.formula.algebra import (
+    ONE,
+    add_nodes,
+    apply_function,
+    divide_nodes,
+    expand_terms,
+    multiply_nodes,
+    negate,
+    split_terms,
+    subtract_nodes,
+)
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, names, size_of
-from qdot.exercises.mistakes.configurations import Values, sample_values
+from qdot.exercises.formula.trees import Node, count_nodes, find_names
+from qdot.exercises.mistakes.configurations import SymbolValues, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import ParsedAnswer
 
-LEAST = Fraction(1, 2)
+MIN_SHARE = Fraction(1, 2)
 """Minimum share of the solution's terms that an answer must contain to be an attempt."""
-LONGEST = 3000
+MAX_NODES = 3000
 """Maximum number of nodes of an answer that is expanded."""
-MOST = 300
+MAX_TERMS = 300
 """Maximum number of terms of an entry."""
-POINTS = 6
-SAME = 1e-9
+SAMPLE_COUNT = 6
+RELATIVE_TOLERANCE = 1e-9
 
 
-def has_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
+def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Return whether an answer contains enough of the solution's terms to be an attempt at this arm."""
-    return share_of_terms(problem, part, parsed_answer, seed) >= LEAST
+    return compute_term_share(problem, part, parsed_answer, seed) >= MIN_SHARE
 
 
-def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Fraction:
+def compute_term_share(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Fraction:
     """Return the share of the solution's terms that an answer contains, each in the correct entry.
 
     If the answer has more terms than the solution, return the share of the answer's terms that are in the solution.
     """
     domain, rows = problem.domain(), parsed_answer.rows
-    if not part.answer.is_formulas or parsed_answer.refusal is not None or rows is None:
+    if not part.answer.is_symbolic or parsed_answer.refusal is not None or rows is None:
         return Fraction(0)
     reference = part.answer.trees(domain.roles)
-    if list(map(len, rows)) != list(map(len, reference)) or sum(map(size_of, parsed_answer.entries)) > LONGEST:
+    if list(map(len, rows)) != list(map(len, reference)) or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES:
         return Fraction(0)
     if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
         return Fraction(0)
     pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
-    expanded_pairs = [(_take_apart(entry), _take_apart(expected)) for entry, expected in pairs]
-    values = sample_values(domain, POINTS, Stream(f"{seed}/terms"))
-    return max(_share(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded_pairs))
+    expanded_pairs = [(_expand(entry), _expand(expected)) for entry, expected in pairs]
+    values = sample_values(domain, SAMPLE_COUNT, Stream(f"{seed}/terms"))
+    return max(_share_of_pairs(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded_pairs))
 
 
-def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
+def _share_of_pairs(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: SymbolValues) -> Fraction:
     """Return the share of terms that entries have in common with their references; `pairs` contains both."""
     common_count = expected_count = typed_count = 0
     for entry, reference in pairs:
-        expected_terms = [term for term in terms_of(reference, MOST) or [reference] if names(term) & varying]
-        terms = terms_of(entry, MOST) or [entry]
+        expected_terms = [
+            term for term in expand_terms(reference, MAX_TERMS) or [reference] if find_names(term) & varying
+        ]
+        terms = expand_terms(entry, MAX_TERMS) or [entry]
         expected_count += len(expected_terms)
-        typed_count += sum(bool(names(term) & varying) for term in terms)
-        common_count += _count_common(terms, expected_terms, values)
+        typed_count += sum(bool(find_names(term) & varying) for term in terms)
+        common_count += _count_common_terms(terms, expected_terms, values)
     return Fraction(common_count, max(expected_count, typed_count)) if expected_count else Fraction(0)
 
 
-def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
+def _count_common_terms(terms: Sequence[Node], expected_terms: Sequence[Node], values: SymbolValues) -> int:
     """Return how many of the expected terms are found among the terms, with either sign; each is used only once."""
-    if not wanted:
+    if not expected_terms:
         return 0
-    values_of_terms = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
+    values_of_terms = evaluate(compile_program([*terms, *expected_terms]), values, SAMPLE_COUNT)[0]
     remaining_values, count = list(values_of_terms[: len(terms)]), 0
     for term in values_of_terms[len(terms) :]:
-        tolerance = SAME * float(np.abs(term).max())
+        tolerance = RELATIVE_TOLERANCE * float(np.abs(term).max())
         matches = (
             k
             for k, candidate in enumerate(remaining_values)
@@ -86,25 +98,28 @@ def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values)
     return count
 
 
-def _take_apart(node: Node) -> Node:
+def _expand(node: Node) -> Node:
     """Apply angle-sum identities to a tree, and write its quotients as products."""
     if node.kind == "call" and node.value in ("sin", "cos"):
-        return _expand_wave(str(node.value), addends(node.args[0]))
-    args = tuple(map(_take_apart, node.args))
+        return _expand_trig(str(node.value), split_terms(node.args[0]))
+    args = tuple(map(_expand, node.args))
     if node.kind == "/":
-        return times(args[0], over(ONE, args[1]))
+        return multiply_nodes(args[0], divide_nodes(ONE, args[1]))
     return Node(node.kind, args, node.value)
 
 
-def _expand_wave(function: str, angles: Sequence[Node]) -> Node:
+def _expand_trig(function: str, angles: Sequence[Node]) -> Node:
     """Return the sine or cosine of a sum, expanded by the angle-sum identities."""
     first_angle, *other_angles = angles
     is_negative = first_angle.kind == "neg"
     angle = first_angle.args[0] if is_negative else first_angle
-    sine, cosine = (negative(call("sin", angle)) if is_negative else call("sin", angle)), call("cos", angle)
+    sine, cosine = (
+        (negate(apply_function("sin", angle)) if is_negative else apply_function("sin", angle)),
+        apply_function("cos", angle),
+    )
     if not other_angles:
         return sine if function == "sin" else cosine
-    inner_sine, inner_cosine = _expand_wave("sin", other_angles), _expand_wave("cos", other_angles)
+    inner_sine, inner_cosine = _expand_trig("sin", other_angles), _expand_trig("cos", other_angles)
     if function == "sin":
-        return plus(times(sine, inner_cosine), times(cosine, inner_sine))
-    return minus(times(cosine, inner_cosine), times(sine, inner_sine))
+        return add_nodes(multiply_nodes(sine, inner_cosine), multiply_nodes(cosine, inner_sine))
+    return subtract_nodes(multiply_nodes(cosine, inner_cosine), multiply_nodes(sine, inner_sine))

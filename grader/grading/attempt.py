@@ -12,21 +12,21 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.common.errors import QdotError, of_machine
+from qdot.exercises.common.errors import QdotError, open_files_error
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.marking import MarkingRules, mark
-from qdot.grader.grading.result import MadeFrom, Marked, PartResult, ProblemResult
-from qdot.grader.judging.functions import calls_of
+from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
+from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.verdict import Outcome, Verdict
-from qdot.grader.sandbox.clock import Allowance
+from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable, printable_name, without_self_checks
+from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, printable_name
 from qdot.grader.submissions.submission import (
-    Note,
+    MetadataNote,
     StudentFiles,
     Submission,
     explain_wrong_assignment,
@@ -37,7 +37,7 @@ from qdot.grader.submissions.submission import (
     select_likely_notebooks,
 )
 
-GRADER = 14
+GRADER_VERSION = 14
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
@@ -45,58 +45,63 @@ GRADER = 14
 class Attempt:
     """A notebook that a student submitted, and the time when it was received.
 
-    If it can't be read, `submission` is None and `unreadable` says why; `over_limit` is whether reading it exceeds a
-    limit. `notes` name other submitted files that can't be read.
+    If it can't be read, `submission` is None and `unreadable_reason` says why; `over_limit` is whether reading it
+    exceeds a limit. `notes` name other submitted files that can't be read.
     """
 
     file: Path
     received: datetime.datetime
     submission: Submission | None = None
-    unreadable: str = ""
+    unreadable_reason: str = ""
     notes: tuple[str, ...] = ()
     over_limit: bool = False
 
-    def is_of(self, assignment: Assignment) -> bool:
+    def is_for(self, assignment: Assignment) -> bool:
         """Return whether the name or the metadata of the file name the assignment."""
-        claims = {} if self.submission is None else self.submission.claims
+        claims = {} if self.submission is None else self.submission.qdot_metadata
         return self.file.name == f"{assignment.key}.ipynb" or claims.get("assignment") == assignment.key
 
     @property
     def fingerprint(self) -> str:
         """A short text that changes whenever the submission changes."""
         if self.submission is None:
-            return self.unreadable
+            return self.unreadable_reason
         submission = self.submission
         return repr(
             (submission.sha256, submission.notes, submission.late, self.notes, *sorted(submission.modules.items()))
         )
 
 
-class NotFoundOut(Exception):
+class SearchFailed(Exception):
     """Raised if the search for a student's submission failed; the message tells the student why."""
 
 
-def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
+def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Attempt]:
     """Return a student's attempts, the most likely first. If any file can be read, the unreadable ones are omitted.
 
     Raises NotFoundOut if the search for the files failed.
     """
     if student_files.failure:
-        raise NotFoundOut(student_files.failure)
-    if student_files.obstacle:
+        raise SearchFailed(student_files.failure)
+    if student_files.ungraded_reason:
         return [
-            replace(_unreadable(student_files.files[0], student_files.obstacle), over_limit=student_files.over_limit)
+            replace(
+                _unreadable_attempt(student_files.files[0], student_files.ungraded_reason),
+                over_limit=student_files.over_limit,
+            )
         ]
     likely_paths, note = select_likely_notebooks(student_files.files)
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
-    attempts = [_read(student_files, path, key) for path in likely_paths]
+    attempts = [_read_attempt(student_files, path, assignment_key) for path in likely_paths]
     if not any(attempt.submission for attempt in attempts):
         other_attempts = (
-            _read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely_paths
+            _read_attempt(student_files, path, assignment_key)
+            for path in student_files.files[:MAX_FILES_TRIED]
+            if path not in likely_paths
         )
         attempts += [attempt for attempt in other_attempts if attempt.submission][:1]
     readable_attempts = [attempt for attempt in attempts if attempt.submission]
-    failure_reasons = [attempt.unreadable for attempt in attempts if not attempt.submission]
+    failure_reasons = [attempt.unreadable_reason for attempt in attempts if not attempt.submission]
     if not readable_attempts:
         return attempts[:1]
     return [
@@ -108,35 +113,35 @@ def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
     ]
 
 
-MOST_TRIED = 10
+MAX_FILES_TRIED = 10
 """Maximum number of files that are tried if no likely notebook can be read."""
 
 
-def _read(student_files: StudentFiles, path: Path, key: str) -> Attempt:
+def _read_attempt(student_files: StudentFiles, path: Path, assignment_key: str) -> Attempt:
     try:
-        submission_content = read_submission(path, key, student_files.files)
+        submission_content = read_submission(path, assignment_key, student_files.files)
     except Unreadable as error:
-        return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
+        return replace(_unreadable_attempt(path, str(error)), over_limit=isinstance(error, OverLimit))
     submission = replace(
         submission_content, notes=(*student_files.notes, *submission_content.notes), late=student_files.late
     )
     if student_files.received is not None:
-        submission = replace(submission, received=student_files.received, received_from=student_files.platform)
+        submission = replace(submission, received=student_files.received, time_source=student_files.platform)
     return Attempt(path, submission.received, submission)
 
 
-def _unreadable(path: Path, why: str) -> Attempt:
+def _unreadable_attempt(path: Path, reason: str) -> Attempt:
     try:
         received = modification_time(path.lstat())
     except OSError:
         received = datetime.datetime.fromtimestamp(0, datetime.UTC)
-    return Attempt(path, received, None, why)
+    return Attempt(path, received, None, reason)
 
 
-def marking_versions(assignment: Assignment, student: str) -> MadeFrom:
+def marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
     """Return everything besides the submission that decides the points: the assignment, and versions of qdot."""
-    content = f"{assignment.edition_of(student)}/{assignment.marking}"
-    return MadeFrom(ENGINE, GRADER, hashlib.sha256(content.encode()).hexdigest()[:16])
+    content = f"{assignment.edition_of(student)}/{assignment.marking_digest}"
+    return MarkingVersions(ENGINE, GRADER_VERSION, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
 @dataclass(frozen=True)
@@ -145,10 +150,10 @@ class Grader:
 
     assignment: Assignment
     sandbox: Sandbox
-    copies: ClassAnswers
+    class_answers: ClassAnswers
 
 
-def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
+def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> NotebookMarks:
     """Grade one notebook like `grade_attempt`; if qdot fails, only this notebook is UNGRADED.
 
     Raises QdotError if the machine can't run any notebook at all: this is reported once and not for each student.
@@ -156,7 +161,7 @@ def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marke
     started = time.process_time()
     try:
         marked = grade_attempt(grader, student, attempt)
-        seconds, memory = grader.sandbox.cost()
+        seconds, memory = grader.sandbox.collect_cost()
         seconds += time.process_time() - started
         return replace(marked, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
     except OverLimit as error:
@@ -164,54 +169,56 @@ def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marke
     except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class
         if isinstance(error, QdotError):
             grader.sandbox.run((), ())
-        if (cause := of_machine(error)) is not None:
+        if (cause := open_files_error(error)) is not None:
             raise cause from None
         return mark_ungraded(grader.assignment, student, attempt, describe_error(error))
 
 
 def describe_error(error: Exception) -> str:
     """Return an exception's message on one line of at most 300 characters."""
-    message = str(error) if isinstance(error, (QdotError, NotFoundOut)) else f"{type(error).__name__}: {error}"
+    message = str(error) if isinstance(error, (QdotError, SearchFailed)) else f"{type(error).__name__}: {error}"
     return " ".join(message.split())[:300]
 
 
-def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
+def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> NotebookMarks:
     """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
     submission = None if attempt is None else attempt.submission
     ungraded_reason: str | None = "nothing was handed in"
-    notes, answers = list[Note](), Answers(Run())
+    notes, answers = list[MetadataNote](), Answers(Run())
     seed = f"{assignment.secret}/{'' if submission is None else submission.sha256}"
     if attempt is not None:
         if attempt.over_limit:
-            raise OverLimit(attempt.unreadable)
-        notes += [Note(note, note) for note in attempt.notes]
-        ungraded_reason = attempt.unreadable
+            raise OverLimit(attempt.unreadable_reason)
+        notes += [MetadataNote(note, note) for note in attempt.notes]
+        ungraded_reason = attempt.unreadable_reason
     if submission is not None:
-        notes += [Note(note, note) for note in submission.notes if note]
+        notes += [MetadataNote(note, note) for note in submission.notes if note]
         ungraded_reason = explain_wrong_assignment(submission, assignment)
         if ungraded_reason is None:
             answers = run_notebook(grader.sandbox, submission, problems, seed)
             notes += find_oddities(submission, assignment, student)
-            notes += [Note(note, note) for note in answers.notes if note]
-            notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
-    is_other_students = submission is not None and submission.claims.get("student") not in (None, student)
-    credit, allowance = Fraction(0) if is_other_students else assignment.follow_through, Allowance()
+            notes += [MetadataNote(note, note) for note in answers.notes if note]
+            notes += [MetadataNote(f"refused: {stop}") for stop in answers.forbidden_stops if stop not in answers.notes]
+    is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
+    credit, allowance = Fraction(0) if is_other_students else assignment.follow_through, TimeBudgets()
     results = list[ProblemResult]()
     for slot, problem in problems:
-        reasons = {part.name: ungraded_reason or answers.reason(slot, part.name) for part in problem.parts}
-        is_copied = partial(grader.copies.is_right_for_another, problem, slot)
+        reasons = {part.name: ungraded_reason or answers.reason_missing(slot, part.name) for part in problem.parts}
+        is_copied = partial(grader.class_answers.is_correct_for_another, problem, slot)
         rules = MarkingRules(credit, is_copied)
         verdicts = mark(
-            problem, answers.of(slot, problem), reasons, secret=assignment.secret, points_seed=seed, rules=rules,
-            allowance=allowance,
+            problem, answers.texts_by_part(slot, problem), reasons, secret=assignment.secret, points_seed=seed,
+            rules=rules, allowance=allowance,
         )  # fmt: skip
-        results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, verdict) for verdict in verdicts)))
-    return Marked(
+        results.append(
+            ProblemResult(str(problem.id), slot, tuple(make_part_result(slot, verdict) for verdict in verdicts))
+        )
+    return NotebookMarks(
         sha256=None if submission is None else submission.sha256,
         obstacle=ungraded_reason,
-        notes=tuple(note.student for note in notes if note.student),
-        staff_notes=tuple(note.staff for note in notes),
+        notes=tuple(note.student_message for note in notes if note.student_message),
+        staff_notes=tuple(note.staff_message for note in notes),
         made_from=marking_versions(assignment, student),
         problems=tuple(results),
     )
@@ -225,19 +232,19 @@ def run_notebook(
     `seed` selects the configurations at which functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
+    calls = {slot: make_calls(problem, problem.domain(), seed) for slot, problem in problems}
     setup = setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
-        return _run_or_try_again(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))
+        return _run_with_retries(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))
 
-    return find_answers(without_self_checks(submission.cells, problems), parts, run)
+    return find_answers(empty_self_checks(submission.cells, problems), parts, run)
 
 
-def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
+def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
     """Run a notebook, and run it again if its process dies; the notebook is blamed only if it dies twice."""
     result, crash_count = Run(end="unbegun"), 0
-    for _ in range(TRIES):
+    for _ in range(MAX_STARTS):
         result = run()
         if result.end not in ("lost", "unbegun"):
             return result
@@ -245,16 +252,20 @@ def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
         if crash_count == 2:
             break
     if crash_count < 2 or sandbox.run((), ()).end != "done":  # not the notebook's fault: out of memory or disk space
-        detail = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
+        detail = (
+            f" ({sandbox.not_started_reason})"
+            if sandbox.not_started_reason
+            else "; is there memory, and room on the disk?"
+        )
         raise RuntimeError(f"the process that runs notebooks ends by itself{detail}")
     return result
 
 
-TRIES = 5
+MAX_STARTS = 5
 """Maximum number of times that a notebook is started if the system ends its process before the notebook runs."""
 
 
-def part_result(slot: str, verdict: Verdict) -> PartResult:
+def make_part_result(slot: str, verdict: Verdict) -> PartResult:
     """Return the result of a part with this verdict; the key of its group begins with `slot`."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
@@ -277,19 +288,19 @@ def part_result(slot: str, verdict: Verdict) -> PartResult:
 
 
 def mark_ungraded(
-    assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
-) -> Marked:  # fmt: skip
+    assignment: Assignment, student: str, attempt: Attempt | None, cause: str, over_limit: bool = False
+) -> NotebookMarks:  # fmt: skip
     """Return marks without points for a notebook that exceeded a limit or that qdot failed to grade."""
-    staff_reason = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
+    staff_reason = (cause if over_limit else f"qdot could not grade this ({cause})") + "; it has no mark yet"
     reason = f"{staff_reason}, tell your instructor"
 
-    def part(name: str, max_points: float) -> PartResult:
+    def make_ungraded_part(name: str, max_points: float) -> PartResult:
         outcome = Outcome.UNGRADED
         return PartResult(
             name=name, outcome=outcome, over_limit=over_limit, points=None, max_points=max_points, reason=reason
         )
 
-    return Marked(
+    return NotebookMarks(
         sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
         obstacle=reason,
         staff_notes=(staff_reason,),
@@ -298,7 +309,7 @@ def mark_ungraded(
             ProblemResult(
                 str(assignment.identity(slot, student)),
                 slot.name,
-                tuple(map(part, slot.questions, slot.max_points)),
+                tuple(map(make_ungraded_part, slot.questions, slot.max_points)),
             )
             for slot in assignment.slots
         ),
@@ -344,8 +355,8 @@ def grade_notebook(
             raise QdotError(f"{path}: {error}") from None
     return {
         slot: mark(
-            problem, answers.of(slot, problem),
-            {part.name: answers.reason(slot, part.name) for part in problem.parts},
+            problem, answers.texts_by_part(slot, problem),
+            {part.name: answers.reason_missing(slot, part.name) for part in problem.parts},
             secret=secret, points_seed=seed,
         )
         for slot, problem in problems.items()

@@ -19,14 +19,14 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.exercises.common.errors import QdotError, of_machine, unknown
+from qdot.exercises.common.errors import QdotError, open_files_error, unknown_name
 from qdot.exercises.common.files import (
-    cannot_write,
     clean_up_after,
     flush_disks_after,
     lock,
     make_folder,
     write_atomically,
+    write_error,
 )
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import ordered_map
@@ -41,18 +41,18 @@ from qdot.grader.grading.attempt import (
 )
 from qdot.grader.grading.cluster import Cluster, connect
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.final_result import Graded, settle
+from qdot.grader.grading.final_result import GradedNotebook, final_result
 from qdot.grader.grading.overrides import Overrides, read_overrides
-from qdot.grader.grading.result import Marked, Result
+from qdot.grader.grading.result import NotebookMarks, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.cells import printable_name
 from qdot.grader.submissions.submission import StudentFiles, find_files_of_student
 
-DIED = "its process was ended twice by the system, probably for want of memory"
+CRASH_REASON = "its process was ended twice by the system, probably for want of memory"
 
 
 @dataclass(frozen=True)
-class Task:
+class GradingTask:
     """A student to grade, and the files that the student submitted; None if there are none."""
 
     student: str
@@ -64,40 +64,38 @@ def grade_class(
     submissions: Mapping[str, StudentFiles],
     jobs: int,
     limits: Limits,
-    each: Callable[[Result], None] = lambda _: None,
+    on_result: Callable[[Result], None] = lambda _: None,
     students: Sequence[Student] | None = None,
     executor: str = "",
 ) -> list[Result]:
     """Grade the roster, or only these `students` of it, and return the results in that order.
 
-    `each` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills it
-    ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next run.
-    If `executor` is the address of a Dask scheduler, the scheduler's workers grade. Raises QdotError, also for a
+    `on_result` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills
+    it ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next
+    run. If `executor` is the address of a Dask scheduler, the scheduler's workers grade. Raises QdotError, also for a
     mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen_students = assignment.roster if students is None else students
-    tasks = [Task(student.id, submissions.get(student.id)) for student in chosen_students]
+    tasks = [GradingTask(student.id, submissions.get(student.id)) for student in chosen_students]
     cache = cache_folder(assignment.folder)
     make_folder(cache)
     results, costs = [], [("student", "seconds", "megabytes")]
     cache_paths = [
-        stored_path(cache, task.student, file)
-        for task in tasks
-        for file in (task.files.files if task.files else [None])
+        marks_path(cache, task.student, file) for task in tasks for file in (task.files.files if task.files else [None])
     ]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
     with clean_up_after(cache_paths), flush_disks_after():
         notebooks_by_student = (
             _grade_on_cluster(executor, tasks, assignment, limits, cache)
             if executor
-            else ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), mark_lost)
+            else ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, (assignment, limits, cache), mark_lost)
         )
         with contextlib.closing(notebooks_by_student) as submitted_notebooks:
             for student, handed_in in zip(chosen_students, submitted_notebooks, strict=True):
-                results.append(_settle(assignment, student, handed_in, overrides))
-                costs.append((student.id, *_cost(handed_in)))
-                each(results[-1])
+                results.append(_final_result_or_ungraded(assignment, student, handed_in, overrides))
+                costs.append((student.id, *_format_cost(handed_in)))
+                on_result(results[-1])
     if students is None:
         table = io.StringIO()
         csv.writer(table, lineterminator="\n").writerows(costs)
@@ -105,9 +103,9 @@ def grade_class(
     return results
 
 
-def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
+def _format_cost(notebooks: Sequence[GradedNotebook]) -> tuple[str, str]:
     """Return as text the processor time for grading a student (seconds), and the peak memory (megabytes)."""
-    marks = [graded.marked for graded in handed_in if graded.marked is not None]
+    marks = [graded.marked for graded in notebooks if graded.marked is not None]
     seconds, megabytes = (
         sum(marked.seconds for marked in marks),
         max((marked.megabytes for marked in marks), default=0.0),
@@ -116,11 +114,11 @@ def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
 
 
 def _grade_on_cluster(
-    address: str, tasks: Sequence[Task], assignment: Assignment, limits: Limits, cache: Path
-) -> Generator[list[Graded], None, None]:
+    address: str, tasks: Sequence[GradingTask], assignment: Assignment, limits: Limits, cache_path: Path
+) -> Generator[list[GradedNotebook], None, None]:
     """Yield the graded notebooks of each student, using a pool of threads that wait for the cluster's workers."""
     with connect(address, assignment, limits) as cluster:
-        worker = _Worker(assignment, limits, cache, cluster)
+        worker = _GradingWorker(assignment, limits, cache_path, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
         try:
             yield from pool.map(partial(_grade_or_mark_failed, worker), tasks)
@@ -144,7 +142,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     try:
         file = path.open("a+")  # NFS gives no shared lock on a file that isn't opened for reading
     except OSError as error:
-        raise cannot_write(path, error) from None
+        raise write_error(path, error) from None
     with file:
         _locked_files.add(file.fileno())
         try:
@@ -178,18 +176,20 @@ if hasattr(os, "register_at_fork"):  # other systems don't fork
 
 
 @dataclass(frozen=True)
-class _Stored:
+class _StoredMarks:
     """The content of a file in graded/.cache: a notebook's marks, and a key of everything that they depend on."""
 
     key: str
-    marked: Marked
+    marked: NotebookMarks
 
 
-class _Worker:
+class _GradingWorker:
     """Grades students' notebooks in a local sandbox or on a cluster, and stores the marks in the cache folder."""
 
-    def __init__(self, assignment: Assignment, limits: Limits, cache: Path, cluster: Cluster | None = None) -> None:
-        self.assignment, self._limits, self._cache, self._cluster = assignment, limits, cache, cluster
+    def __init__(
+        self, assignment: Assignment, limits: Limits, cache_path: Path, cluster: Cluster | None = None
+    ) -> None:
+        self.assignment, self._limits, self._cache_path, self._cluster = assignment, limits, cache_path, cluster
         if cluster is None:
             sandbox = Sandbox(limits, strict=assignment.sandbox == "strict")
             self._grader = Grader(assignment, sandbox, ClassAnswers(assignment))
@@ -197,47 +197,51 @@ class _Worker:
     def close(self) -> None:
         self._grader.sandbox.close()
 
-    def grade(self, task: Task) -> list[Graded]:
+    def grade(self, task: GradingTask) -> list[GradedNotebook]:
         """Return a student's notebooks in the order received; only the attempts that may count are marked."""
         if task.files is None:
-            return [Graded(marked=self._mark(task.student, None))]
+            return [GradedNotebook(marked=self._mark(task.student, None))]
         attempts = read_attempts(task.files, self.assignment.key)
         counting_attempts = _counting_attempts(self.assignment, attempts)
         graded_notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             submission = attempt.submission
             marked = self._mark(task.student, attempt) if attempt in counting_attempts else None
-            lateness = ("file", None) if submission is None else (submission.received_from, submission.late)
-            graded_notebooks.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *lateness))
+            lateness = ("file", None) if submission is None else (submission.time_source, submission.late)
+            graded_notebooks.append(
+                GradedNotebook(printable_name(attempt.file.name), attempt.received, marked, *lateness)
+            )
         return graded_notebooks
 
-    def _mark(self, student: str, attempt: Attempt | None) -> Marked:
+    def _mark(self, student: str, attempt: Attempt | None) -> NotebookMarks:
         """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
-        if (stored := self.take(student, attempt)) is not None:
+        if (stored := self.load_marks(student, attempt)) is not None:
             return stored
         if self._cluster is None:
             marked = grade_safely(self._grader, student, attempt)
         else:
-            marked = self._cluster.mark(student, attempt) or mark_ungraded(self.assignment, student, attempt, DIED)
-        self.put(student, attempt, marked)
+            marked = self._cluster.mark(student, attempt) or mark_ungraded(
+                self.assignment, student, attempt, CRASH_REASON
+            )
+        self.store_marks(student, attempt, marked)
         return marked
 
-    def take(self, student: str, attempt: Attempt | None) -> Marked | None:
+    def load_marks(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
-            stored = from_json(_Stored, self._path(student, attempt).read_bytes())
+            stored = from_json(_StoredMarks, self._path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
         return stored.marked if stored.key == self._key(student, attempt) else None
 
-    def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
+    def store_marks(self, student: str, attempt: Attempt | None, marked: NotebookMarks) -> None:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marked.is_graded:
-            stored = _Stored(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
-            write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), lasting=False)
+            stored = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
+            write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), durable=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:
-        return stored_path(self._cache, student, None if attempt is None else attempt.file)
+        return marks_path(self._cache_path, student, None if attempt is None else attempt.file)
 
     def _key(self, student: str, attempt: Attempt | None) -> str:
         """Return a digest that changes whenever the notebook's points may change, or the limits do."""
@@ -246,7 +250,7 @@ class _Worker:
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
-def _grade_or_mark_failed(worker: _Worker, task: Task) -> list[Graded]:
+def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
     """Grade a student's notebooks like `_Worker.grade`; an error leaves only this student UNGRADED.
 
     Raises QdotError for a problem that concerns the whole class, such as a full disk.
@@ -256,17 +260,19 @@ def _grade_or_mark_failed(worker: _Worker, task: Task) -> list[Graded]:
     except QdotError:
         raise
     except Exception as error:
-        if (cause := of_machine(error)) is not None:
+        if (cause := open_files_error(error)) is not None:
             raise cause from None
         return _mark_failed(worker.assignment, task, describe_error(error))
 
 
-def _settle(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
+def _final_result_or_ungraded(
+    assignment: Assignment, student: Student, notebooks: Sequence[GradedNotebook], overrides: Overrides
+) -> Result:
     try:
-        return settle(assignment, student, handed_in, overrides)
+        return final_result(assignment, student, notebooks, overrides)
     except Exception as error:  # an error for one student must not stop the class
         marked = mark_ungraded(assignment, student.id, None, describe_error(error))
-        return settle(assignment, student, [Graded(handed_in[0].file, marked=marked)])
+        return final_result(assignment, student, [GradedNotebook(notebooks[0].file, marked=marked)])
 
 
 def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -274,21 +280,21 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
 
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
-    matching_attempts = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
+    matching_attempts = [attempt for attempt in attempts if attempt.is_for(assignment)] or attempts
     counting_indices = assignment.attempts.select_counting([attempt.received for attempt in matching_attempts])
     return [matching_attempts[i] for i in counting_indices]
 
 
-def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
+def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
     """Return an UNGRADED notebook for a student whom qdot failed to grade, or whose processes all crashed."""
     file = printable_name(task.files.files[0].name) if task.files and task.files.files else ""
-    return [Graded(file, marked=mark_ungraded(assignment, task.student, None, why))]
+    return [GradedNotebook(file, marked=mark_ungraded(assignment, task.student, None, reason))]
 
 
-def stored_path(cache: Path, student: str, file: Path | None) -> Path:
+def marks_path(cache_path: Path, student: str, file: Path | None) -> Path:
     """Return the path of the file that stores the marks of a student's notebook."""
     name = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
-    return cache / f"{hashlib.sha256(name.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
+    return cache_path / f"{hashlib.sha256(name.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 
 
 # --- one student ---
@@ -304,10 +310,10 @@ def find_student(assignment: Assignment, identifier: str) -> Student:
     for student in assignment.roster:
         if student.id == identifier:
             return student
-    raise unknown("student", identifier, [student.id for student in assignment.roster][:50])
+    raise unknown_name("student", identifier, [student.id for student in assignment.roster][:50])
 
 
-def read_time(text: str) -> datetime.datetime:
+def parse_time(text: str) -> datetime.datetime:
     """Return the time that a text gives in ISO 8601; the default zone is the machine's. Raises QdotError."""
     try:
         return with_zone(datetime.datetime.fromisoformat(text))

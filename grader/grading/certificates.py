@@ -22,7 +22,7 @@ import pydantic
 from qdot.exercises.common.errors import QdotError
 
 
-class Kind(StrEnum):
+class FailureKind(StrEnum):
     """The reason why a problem fails, as the summary words it: "3 failed: 1 changed, 2 without …"."""
 
     CHANGED = "changed"
@@ -38,12 +38,12 @@ class Kind(StrEnum):
 class Failure:
     """The failure of a problem. `message` names the student; `slot` is empty if all the student's problems fail."""
 
-    kind: Kind
+    kind: FailureKind
     message: str
     slot: str = ""
 
 
-class Record(pydantic.BaseModel):
+class ProblemRecord(pydantic.BaseModel):
     """The record of one problem; fields added by a later version are ignored."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
@@ -59,7 +59,7 @@ class Record(pydantic.BaseModel):
     checks: tuple[str, ...]
 
 
-class Certificate(pydantic.BaseModel):
+class StudentCertificate(pydantic.BaseModel):
     """The certificate file of one student: a record for each slot, and a digest for each cell of the notebook."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
@@ -67,7 +67,7 @@ class Certificate(pydantic.BaseModel):
     student: str
     edition: str
     notebook: dict[str, str]
-    problems: dict[str, Record]
+    problems: dict[str, ProblemRecord]
 
     @property
     def text(self) -> str:
@@ -75,13 +75,13 @@ class Certificate(pydantic.BaseModel):
         return self.model_dump_json(indent=1) + "\n"
 
 
-def read_certificate(path: Path, assignment: str, student: str) -> Certificate | None:
+def read_certificate(path: Path, assignment: str, student: str) -> StudentCertificate | None:
     """Return a student's certificate; None if there is no file. Raises QdotError if the file is not valid.
 
     The message never recommends only 'qdot generate', which would certify problems that may have changed.
     """
     try:
-        certificate = Certificate.model_validate_json(path.read_text(encoding="utf-8-sig"))
+        certificate = StudentCertificate.model_validate_json(path.read_text(encoding="utf-8-sig"))
     except (FileNotFoundError, NotADirectoryError):
         return None
     except pydantic.ValidationError as error:
@@ -97,9 +97,9 @@ def read_certificate(path: Path, assignment: str, student: str) -> Certificate |
     return certificate
 
 
-def _unreadable_certificate(path: Path, why: str) -> QdotError:
+def _unreadable_certificate(path: Path, reason: str) -> QdotError:
     return QdotError(
-        f"{path} can't be read as this student's certificate ({why}): nothing says what was handed out. Restore it "
+        f"{path} can't be read as this student's certificate ({reason}): nothing says what was handed out. Restore it "
         "from a backup; failing that, delete it, run 'qdot generate' and hand its notebook out anew"
     )
 
@@ -127,19 +127,19 @@ def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
     covered, so a program that runs cells or drops their ids changes no digest. Certificates of earlier versions are
     compared with these digests, so this function must not change.
     """
-    metadata = _dict(notebook.get("metadata")).get("qdot")
+    metadata = _as_mapping(notebook.get("metadata")).get("qdot")
     digests = [("metadata", _digest(metadata))]
-    for number, cell in enumerate(map(_dict, notebook["cells"]), 1):
+    for number, cell in enumerate(map(_as_mapping, notebook["cells"]), 1):
         source = cell.get("source", "")
         text = "".join(map(str, source)) if isinstance(source, list) else str(source)
-        part = _dict(_dict(cell.get("metadata")).get("qdot")).get("part")
+        part = _as_mapping(_as_mapping(cell.get("metadata")).get("qdot")).get("part")
         if part is not None or text.strip():
             name = str(cell.get("id") or f"cell {number}")
             digests.append((name, _digest([cell.get("cell_type"), part, text if part is None else None])))
     return digests
 
 
-def _dict(value: Any) -> Mapping[str, Any]:
+def _as_mapping(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
 
 
@@ -147,43 +147,47 @@ def _digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
+def find_notebook_failures(path: Path, certificate: StudentCertificate) -> list[Failure]:
     """Return one failure for each problem whose cells in a notebook of released/ differ from the certificate."""
     student = certificate.student
     try:
         notebook = json.loads(path.read_text(encoding="utf-8-sig"))
-        if not isinstance(_dict(notebook).get("cells"), list):
+        if not isinstance(_as_mapping(notebook).get("cells"), list):
             raise ValueError("it has no cells")
     except (FileNotFoundError, NotADirectoryError):
         message = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
-        return [Failure(Kind.NO_NOTEBOOK, f"{student}: {message}")]
+        return [Failure(FailureKind.NO_NOTEBOOK, f"{student}: {message}")]
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or error
         message = f"{path} can't be read as a notebook ({reason}); restore it from a backup"
-        return [Failure(Kind.ALTERED, f"{student}: {message}")]
+        return [Failure(FailureKind.ALTERED, f"{student}: {message}")]
     alterations_by_slot: dict[str, list[str]] = {}
     for cell, difference in find_alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
         alterations_by_slot.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
     message = f"{student}: {path} is not as it was handed out, restore it from a backup: "
     return [
-        Failure(Kind.ALTERED, message + ", ".join(alterations), slot)
+        Failure(FailureKind.ALTERED, message + ", ".join(alterations), slot)
         for slot, alterations in alterations_by_slot.items()
     ]
 
 
-def find_alterations(recorded: Mapping[str, str], present: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+def find_alterations(
+    recorded_digests: Mapping[str, str], present_digests: Sequence[tuple[str, str]]
+) -> list[tuple[str, str]]:
     """Return the names of the cells that differ from the recorded digests, each with a word for the difference."""
-    present_cells = dict(present)
-    digests = Counter(digest for _, digest in present)
+    present_cells = dict(present_digests)
+    digests = Counter(digest for _, digest in present_digests)
     differences = {
-        name: "changed" if name in present_cells else "gone" for name, digest in recorded.items() if not digests[digest]
+        name: "changed" if name in present_cells else "gone"
+        for name, digest in recorded_digests.items()
+        if not digests[digest]
     }
-    unmatched_counts = Counter(recorded.values())
-    for name, digest in present:
+    unmatched_counts = Counter(recorded_digests.values())
+    for name, digest in present_digests:
         unmatched_counts[digest] -= 1
         if unmatched_counts[digest] < 0:
             differences.setdefault(name, "added")
-    if not differences and [digest for _, digest in present] != list(recorded.values()):
+    if not differences and [digest for _, digest in present_digests] != list(recorded_digests.values()):
         return [("cells", "in another order")]
     return list(differences.items())

@@ -12,7 +12,7 @@ from typing import Any
 
 from qdot.exercises.arm.difficulty import difficulty
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import check
+from qdot.exercises.assignment.draws import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
@@ -24,10 +24,10 @@ from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading.certificates import (
-    Certificate,
     Failure,
-    Kind,
-    Record,
+    FailureKind,
+    ProblemRecord,
+    StudentCertificate,
     cell_digests,
     describe_missing,
     find_notebook_failures,
@@ -38,27 +38,27 @@ from qdot.grader.judging.verdict import Outcome
 
 
 @dataclass(frozen=True)
-class Task:
+class VerificationTask:
     """A problem to verify: its identity, its family if that is an instructor's robot, and its record.
 
-    `against` lists the failures found in its student's files. `made` is False if the problem is no longer in the
-    assignment, so that it can't be generated.
+    `file_failures` lists the failures found in its student's files. `is_in_assignment` is False if the problem is no
+    longer in the assignment, so that it can't be generated.
     """
 
     identity: ProblemId
     family: Family | None = None
-    record: Record | None = None
-    owner: str = ""
-    against: tuple[Failure, ...] = ()
-    made: bool = True
+    record: ProblemRecord | None = None
+    student: str = ""
+    file_failures: tuple[Failure, ...] = ()
+    is_in_assignment: bool = True
 
     @property
     def name(self) -> str:
         """A description of the problem, with its student."""
         questions = ", ".join(self.identity.questions) or "all questions"
-        return f"{self.owner + ': ' if self.owner else ''}{self.identity} ({questions})"
+        return f"{self.student + ': ' if self.student else ''}{self.identity} ({questions})"
 
-    def failure(self, kind: Kind, message: str) -> Failure:
+    def make_failure(self, kind: FailureKind, message: str) -> Failure:
         """Return a failure whose message begins with the description of this problem."""
         return Failure(kind, f"{self.name}: {message}")
 
@@ -74,11 +74,11 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
     return failures
 
 
-def make_record(problem: Problem) -> Record:
+def make_record(problem: Problem) -> ProblemRecord:
     """Return the record of a problem. Raises Uncertified if the problem fails a check."""
     certificate = certify(problem)
-    check(problem, find_failures(problem, certificate))
-    return Record(
+    raise_failures(problem, find_failures(problem, certificate))
+    return ProblemRecord(
         problem=str(problem.id),
         questions=tuple(part.name for part in problem.parts),
         band=problem.id.band,
@@ -91,10 +91,10 @@ def make_record(problem: Problem) -> Record:
 
 
 def certificate_text(
-    assignment: Assignment, student: str, records: Mapping[str, Record], notebook: Mapping[str, Any]
+    assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the text of a student's certificate file."""
-    return Certificate(
+    return StudentCertificate(
         assignment=assignment.key,
         student=student,
         edition=assignment.edition_of(student),
@@ -110,7 +110,7 @@ CERTIFIER = Certifier(make_record, certificate_text)
 # --- verify a class's problems, perhaps years later ---
 
 
-def list_tasks(assignment: Assignment) -> list[Task]:
+def list_tasks(assignment: Assignment) -> list[VerificationTask]:
     """Return every problem of a class, with its record and the failures found in its student's files.
 
     Students who are no longer on the roster are included, because their problems were also released.
@@ -129,7 +129,7 @@ def find_former_students(assignment: Assignment) -> list[str]:
     return sorted(name for name in names - on_roster if not name.startswith("."))
 
 
-def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
+def list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:
     """Return a student's problems: first those in the assignment's slots, then those in slots since removed."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
@@ -140,76 +140,86 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
     tasks = []
     for slot in assignment.slots:
         record = records.pop(slot.name, None)
-        task = Task(assignment.identity(slot, student), slot.family, record, student, failures_by_slot[slot.name])
+        task = VerificationTask(
+            assignment.identity(slot, student), slot.family, record, student, failures_by_slot[slot.name]
+        )
         if certificate and record is None:
             path = certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
-            task = replace(task, against=(Failure(Kind.UNCERTIFIED, message), *task.against))
+            task = replace(task, file_failures=(Failure(FailureKind.UNCERTIFIED, message), *task.file_failures))
         tasks.append(task)
     for name, record in records.items():
-        task = Task(replace(ProblemId.parse(record.problem), questions=record.questions), owner=student, made=False)
-        failure = task.failure(Kind.CHANGED, f"it was handed out as {name}, and is not in assignment.toml any more")
-        tasks.append(replace(task, against=(failure, *failures_by_slot[name])))
+        task = VerificationTask(
+            replace(ProblemId.parse(record.problem), questions=record.questions),
+            student=student,
+            is_in_assignment=False,
+        )
+        failure = task.make_failure(
+            FailureKind.CHANGED, f"it was handed out as {name}, and is not in assignment.toml any more"
+        )
+        tasks.append(replace(task, file_failures=(failure, *failures_by_slot[name])))
     return tasks
 
 
-def _read_certificate(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
+def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCertificate | None, list[Failure]]:
     """Return a student's certificate (None if it can't be read), and the failures of certificate and notebook."""
     path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
         certificate = read_certificate(path, assignment.key, student)
     except QdotError as error:
-        return None, [Failure(Kind.DAMAGED, f"{student}: {error}")]
+        return None, [Failure(FailureKind.DAMAGED, f"{student}: {error}")]
     if certificate is None:
-        return None, [Failure(Kind.UNCERTIFIED, f"{student}: {describe_missing(path, notebook)}")]
+        return None, [Failure(FailureKind.UNCERTIFIED, f"{student}: {describe_missing(path, notebook)}")]
     return certificate, find_notebook_failures(notebook, certificate)
 
 
-def _changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
+def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return a failure for each difference between a problem and its record."""
     current = digests(problem)
     if record.problem != str(problem.id):
         message = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
-        return [task.failure(Kind.CHANGED, message)]
+        return [task.make_failure(FailureKind.CHANGED, message)]
     if record.sha256 != current.sha256:
         changed_parts = [name for name, digest in current.parts.items() if record.parts.get(name) != digest]
         changed_parts += [name for name in record.parts if name not in current.parts]
         difference = "the arm" if record.arm != current.arm else ", ".join(changed_parts) or "its digest"
         message = f"no longer the problem that was handed out: {difference} changed since qdot {record.qdot}"
-        return [task.failure(Kind.CHANGED, message)]
+        return [task.make_failure(FailureKind.CHANGED, message)]
     if (record.arm, record.parts, set(record.questions)) != (current.arm, current.parts, set(current.parts)):
         message = "its certificate contradicts itself: it was altered; restore it from a backup"
-        return [task.failure(Kind.DAMAGED, message)]
+        return [task.make_failure(FailureKind.DAMAGED, message)]
     return []
 
 
-def _failures(_: None, task: Task) -> list[Failure]:
+def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
     record = task.record
-    if not task.made:
-        return list(task.against)
+    if not task.is_in_assignment:
+        return list(task.file_failures)
     if record is not None and record.engine != ENGINE:
         message = (
             f"made by engine {record.engine} of qdot {record.qdot}; this version has engine {ENGINE} and can't say "
             "whether it is the same problem; verify with that version"
         )
-        return [task.failure(Kind.OTHER_ENGINE, message), *task.against]
+        return [task.make_failure(FailureKind.OTHER_ENGINE, message), *task.file_failures]
     try:
         problem = generate(task.identity, family=task.family)
-        failures = _changes_of(task, problem, record) if record is not None else []
-        failures += [task.failure(Kind.UNSOUND, message) for message in find_failures(problem)]
+        failures = _find_changes(task, problem, record) if record is not None else []
+        failures += [task.make_failure(FailureKind.UNSOUND, message) for message in find_failures(problem)]
     except (RuntimeError, QdotError) as error:
-        failures = [task.failure(Kind.UNSOUND, str(error))]
+        failures = [task.make_failure(FailureKind.UNSOUND, str(error))]
     except Exception as error:  # an error in one problem must not stop the verification of the others
         message = f"qdot itself failed: {type(error).__name__}: {error}; please report it"
-        failures = [task.failure(Kind.UNSOUND, message)]
-    return [*failures, *task.against]
+        failures = [task.make_failure(FailureKind.UNSOUND, message)]
+    return [*failures, *task.file_failures]
 
 
-def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[Failure]], None, None]:
+def verify_all(
+    tasks: Sequence[VerificationTask], jobs: int
+) -> Generator[tuple[VerificationTask, list[Failure]], None, None]:
     """Verify problems on several processes; yield each in order with its failures, the most serious first."""
-    with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as failures:
+    with closing(ordered_map(_verify_task, tasks, jobs, _prepare_nothing, ())) as failures:
         yield from zip(tasks, failures, strict=True)
 
 
-def _nothing() -> None:
+def _prepare_nothing() -> None:
     """Do nothing, because the processes that verify problems need no preparation."""

@@ -13,20 +13,20 @@ from qdot.exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.trees import has_blank
-from qdot.exercises.notebook.setup_cell import setup_of
-from qdot.exercises.problem.problem import variable
+from qdot.exercises.notebook.setup_cell import setup_cell_for_names
+from qdot.exercises.problem.problem import answer_variable
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.judging.answer import OR, ParsedAnswer, combine_with_and, read_any
-from qdot.grader.judging.answer_parser import ExpectedForm, read_as
-from qdot.grader.judging.formulas import unknown_symbols
-from qdot.grader.judging.functions import is_table
+from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, combine_with_and, read_any
+from qdot.grader.judging.answer_parser import ExpectedForm, read_in_form
+from qdot.grader.judging.formulas import describe_unknown_symbols
+from qdot.grader.judging.functions import is_function_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import OverLimit, Unreadable
 from qdot.grader.submissions.submission import Submission, find_python_files, read_submission
 
-STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
+STATEMENT_KINDS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of tree nodes that are conditions, and so can't be entries of a matrix."""
 
 
@@ -35,7 +35,7 @@ class CheckedAnswer:
     """One answer cell: the part, whether its answer can be parsed, and a message for the student."""
 
     part: str
-    readable: bool
+    is_readable: bool
     message: str
 
 
@@ -64,8 +64,8 @@ def check_notebook(path: Path) -> CheckedNotebook:
     parts = guess_parts(submission.cells, tuple(ASKED))
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
-    with Sandbox(warm=False) as sandbox:
-        setup = setup_of(_claimed_symbols(submission))
+    with Sandbox(warm_up=False) as sandbox:
+        setup = setup_cell_for_names(_claimed_symbols(submission))
         try:
             answers = find_answers(
                 submission.cells,
@@ -77,23 +77,23 @@ def check_notebook(path: Path) -> CheckedNotebook:
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
-        answer = answers.run.answers.get(variable(slot, kind))
+        answer = answers.run.answers.get(answer_variable(slot, kind))
         if answer is None:
-            rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
+            rows.append(CheckedAnswer(part, False, answers.reasons[answer_variable(slot, kind)]))
         else:
-            rows.append(_check_answer(part, answer, claimed_form(submission.claims, slot, kind)))
+            rows.append(_check_answer(part, answer, claimed_form(submission.qdot_metadata, slot, kind)))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
-def _claim(claims: Mapping[str, object], key: str, slot: str) -> object:
+def _claim_for_slot(claims: Mapping[str, object], claim_name: str, slot: str) -> object:
     """Return a value that a notebook's metadata claim for a slot, which is untrusted because students can edit it."""
-    claim = claims.get(key)
+    claim = claims.get(claim_name)
     return claim.get(slot) if isinstance(claim, dict) else None
 
 
 def _claimed_symbols(submission: Submission) -> list[str]:
     """Return the symbols that a notebook's metadata claim for its problems, without invalid names."""
-    claim = submission.claims.get("symbols")
+    claim = submission.qdot_metadata.get("symbols")
     name_lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
     valid_names = {
         name
@@ -101,10 +101,10 @@ def _claimed_symbols(submission: Submission) -> list[str]:
         for name in names
         if isinstance(name, str) and re.fullmatch(r"[a-z]{1,20}\d{0,3}", name)
     }
-    return sorted(name for name in valid_names if not keyword.iskeyword(name))[:MOST_SYMBOLS]
+    return sorted(name for name in valid_names if not keyword.iskeyword(name))[:MAX_SYMBOLS]
 
 
-MOST_SYMBOLS = 100
+MAX_SYMBOLS = 100
 """Maximum number of symbols that are taken from a notebook's claims."""
 
 
@@ -113,20 +113,20 @@ def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Expected
 
     Older notebooks don't, and no notebook gives the options of a choice question.
     """
-    forms, symbols, joints = (_claim(claims, key, slot) for key in ("answers", "symbols", "joints"))
+    forms, symbols, joints = (_claim_for_slot(claims, key, slot) for key in ("answers", "symbols", "joints"))
     form = forms.get(part) if isinstance(forms, dict) else None
-    if not isinstance(form, dict) or not _are_names(symbols) or not symbols or not _are_names(joints):
+    if not isinstance(form, dict) or not _is_name_list(symbols) or not symbols or not _is_name_list(joints):
         return None
     labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
     answer = _example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
-    if answer is None or not _are_names(labels) or not _are_names(columns) or metres not in (None, *range(7)):
+    if answer is None or not _is_name_list(labels) or not _is_name_list(columns) or metres not in (None, *range(7)):
         return None
     return ExpectedForm(
         answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres
     )
 
 
-LARGEST_SHAPE = 100
+SIZE_BOUND = 100
 """Numbers of rows and columns claimed for an answer must be below this; arms have fewer joints."""
 
 
@@ -136,31 +136,31 @@ def _example_answer(kind: object, shape: object, units: object) -> Answer | None
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
         return ConditionSet(())
-    if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, LARGEST_SHAPE) for n in shape):
+    if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, SIZE_BOUND) for n in shape):
         return None
     zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
-    if kind == Number.type and _are_names(units) and len(units) == len(zeros):
+    if kind == Number.type and _is_name_list(units) and len(units) == len(zeros):
         return Number(zeros, tuple(units), 0, 0)
     return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
 
 
-def _are_names(claim: object) -> TypeGuard[list[str]]:
+def _is_name_list(claim: object) -> TypeGuard[list[str]]:
     return isinstance(claim, list) and all(isinstance(name, str) for name in claim)
 
 
 def is_readable(text: str, expected: ExpectedForm) -> bool:
     """Return whether a text can be parsed as the expected answer."""
-    return _check_answer("", text, expected).readable
+    return _check_answer("", text, expected).is_readable
 
 
 def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
-    if is_table(text):
+    if is_function_table(text):
         return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
     if expected is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
-    parsed = read_any(text) if expected is None else read_as(expected, text)
+    parsed = read_any(text) if expected is None else read_in_form(expected, text)
     if parsed.refusal is not None:
         is_blank = parsed.refusal.outcome is Outcome.MISSING
         return CheckedAnswer(part, False, "left blank" if is_blank else parsed.refusal.reason)
@@ -169,8 +169,8 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     excerpt = text if len(text) <= 300 else text[:300] + " …"
     if parsed.tree is not None and has_blank(parsed.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
-    if expected is not None and expected.answer.is_a_set:
-        return CheckedAnswer(part, True, excerpt + (f" ({OR})" if _may_mean_and(parsed, expected) else ""))
+    if expected is not None and expected.answer.is_set:
+        return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if _may_mean_and(parsed, expected) else ""))
     return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed)) + excerpt)
 
 
@@ -185,15 +185,15 @@ def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
 
 def _describe_unknown_symbols(parsed: ParsedAnswer, expected: ExpectedForm | None) -> str:
     """Return a message on symbols that the problem doesn't define, or "". Conditions may introduce symbols."""
-    if expected is None or not expected.answer.takes_symbols or expected.answer.is_a_set:
+    if expected is None or not expected.answer.takes_symbols or expected.answer.is_set:
         return ""
-    return unknown_symbols(parsed, expected.domain)
+    return describe_unknown_symbols(parsed, expected.domain)
 
 
 def _describe_shape(parsed: ParsedAnswer) -> str:
     """Return the shape of a matrix of expressions as text; "" for anything else, such as a list of conditions."""
     if parsed.tree is None or parsed.tree.kind != "list" or parsed.rows is None or len(parsed.entries) < 2:
         return ""
-    if any(entry.kind in STATEMENTS for entry in parsed.entries):
+    if any(entry.kind in STATEMENT_KINDS for entry in parsed.entries):
         return ""
     return f"{len(parsed.rows)} x {len(parsed.rows[0])} matrix "

@@ -9,16 +9,16 @@ from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, A
 from qdot.exercises.assignment.release import notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.certify import find_former_students
-from qdot.grader.submissions.layouts import only_folder
-from qdot.grader.submissions.submission import DEEPEST, StudentFiles, Submission, SubmissionFolder, read_submission
+from qdot.grader.submissions.layouts import find_only_folder
+from qdot.grader.submissions.submission import MAX_DEPTH, StudentFiles, Submission, SubmissionFolder, read_submission
 
-LOOKED_AT = 25
+SAMPLE_SIZE = 25
 """Maximum number of students whose notebooks are inspected; they are spread over the roster."""
-LARGEST = 1_000_000
+MAX_FILE_SIZE = 1_000_000
 """Maximum size in bytes of an inspected notebook; larger ones may be malicious, and are read only by graders."""
-ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
+ARCHIVE_ENDINGS = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
 """File endings of archives."""
-SHOWN = 5
+MAX_NAMES_LISTED = 5
 """Maximum number of names listed in a message."""
 
 
@@ -27,7 +27,7 @@ def load_class(folder: Path) -> Assignment:
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
     released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
-    respelled = _same_but_for_spelling(
+    respelled = _match_respelled_identifiers(
         find_former_students(assignment), [name for name in paths if name not in released_files]
     )
     if respelled:
@@ -42,39 +42,42 @@ def load_class(folder: Path) -> Assignment:
     return assignment
 
 
-def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Path, named: Path) -> None:
+def check_class(
+    assignment: Assignment, submissions: SubmissionFolder, submissions_folder: Path, named_path: Path
+) -> None:
     """Raise QdotError if files belong to no student, or if most notebooks name another assignment, student or secret.
 
-    `root` is the folder that contains the submissions; `named` is the folder or zip file that the user named.
+    `submissions_folder` is the folder that contains the submissions; `named_path` is the folder or zip file that the
+    user named.
     """
     ids = [student.id for student in assignment.roster]
-    unknown_names = submissions.strangers
+    unknown_names = submissions.not_on_roster
     if unknown_names and not submissions.by_student:
         raise QdotError(
-            f"{named}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
-            + _likely_cause([*unknown_names, *_names_inside(root)], ids, assignment.key)
+            f"{named_path}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
+            + _describe_likely_cause([*unknown_names, *_names_inside(submissions_folder)], ids, assignment.key)
         )
     absent_students = [student for student in ids if student not in submissions.by_student]
-    if respelled := _same_but_for_spelling(unknown_names, absent_students):
+    if respelled := _match_respelled_identifiers(unknown_names, absent_students):
         problem = f"work of {len(respelled)} would be of nobody, so nothing was graded"
-        raise QdotError(f"{named}: {problem}. {_advise_restoring(respelled)}")
+        raise QdotError(f"{named_path}: {problem}. {_advise_restoring(respelled)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
-    keys = [key for key in _claims(sample, "assignment").values() if key != assignment.key]
+    keys = [key for key in _claims_by_student(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
         raise QdotError(
-            f"{named}: {len(keys)} of {len(sample)} notebooks belong to another assignment "
+            f"{named_path}: {len(keys)} of {len(sample)} notebooks belong to another assignment "
             f"({_list_names(sorted(set(keys)))}) than {assignment.key!r}, so nothing was graded. Is this the right "
             "folder?"
         )
-    owners = {student: owner for student, owner in _claims(sample, "student").items() if owner != student}
+    owners = {student: owner for student, owner in _claims_by_student(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):
-        raise QdotError(f"{named}: {len(owners)} of {len(sample)} notebooks {_describe_mixed_up(owners, ids)}")
-    check_secret(assignment, list(sample.values()), named)
+        raise QdotError(f"{named_path}: {len(owners)} of {len(sample)} notebooks {_describe_mixed_up(owners, ids)}")
+    check_secret(assignment, list(sample.values()), named_path)
 
 
-def _claims(sample: Mapping[str, Submission], key: str) -> dict[str, str]:
+def _claims_by_student(sample: Mapping[str, Submission], claim_name: str) -> dict[str, str]:
     """Return the texts that the notebooks' metadata contain under a key, by the student who submitted the notebook."""
-    claims = {student: submission.claims.get(key) for student, submission in sample.items()}
+    claims = {student: submission.qdot_metadata.get(claim_name) for student, submission in sample.items()}
     return {student: claim for student, claim in claims.items() if isinstance(claim, str)}
 
 
@@ -83,8 +86,8 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 
     The message ends with `remedy`, an additional suggestion.
     """
-    marks = [claim for submission in submissions if isinstance(claim := submission.claims.get("secret"), str)]
-    wrong = sum(mark != assignment.secret_mark for mark in marks)
+    marks = [claim for submission in submissions if isinstance(claim := submission.qdot_metadata.get("secret"), str)]
+    wrong = sum(mark != assignment.secret_digest for mark in marks)
     if 2 * wrong > len(marks):
         source = assignment.folder / SECRET_FILE
         source_name = str(source) if source.exists() else f"${SECRET_VARIABLE}"
@@ -100,14 +103,14 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     """Return the message on notebooks that other students than their owners submitted, with advice."""
     respelled = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
     if len(respelled) < len(owners) and set(owners.values()) <= set(ids):
-        pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:SHOWN]]
-        more = f", and {len(owners) - SHOWN} more" if len(owners) > SHOWN else ""
+        pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:MAX_NAMES_LISTED]]
+        more = f", and {len(owners) - MAX_NAMES_LISTED} more" if len(owners) > MAX_NAMES_LISTED else ""
         return (
             f"are in the folders, or under the names, of other students in roster.csv ({', '.join(pairs)}{more}), so "
             "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
         )
     cause = (
-        f"{SPREADSHEET} Write these into roster.csv as they were: {_list_pairs(respelled)}."
+        f"{SPREADSHEET_HINT} Write these into roster.csv as they were: {_list_pairs(respelled)}."
         if len(respelled) == len(owners)
         else "Is this the class, and the folder, that the notebooks were handed out to?"
     )
@@ -117,22 +120,27 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     )
 
 
-SPREADSHEET = "They differ by leading zeros, case or the way in which letters are encoded; a spreadsheet removes zeros."
+SPREADSHEET_HINT = (
+    "They differ by leading zeros, case or the way in which letters are encoded; a spreadsheet removes zeros."
+)
 
 
-def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
+def _describe_likely_cause(strangers: Sequence[str], ids: Sequence[str], assignment_key: str) -> str:
     """Return the likely cause of files that belong to no student, with advice."""
-    if respelled := _same_but_for_spelling(strangers, ids):
+    if respelled := _match_respelled_identifiers(strangers, ids):
         return _advise_restoring(respelled)
-    if f"{key}.ipynb" in strangers:
-        return f"Whose notebook is {key}.ipynb? Put it into a folder named after the student: STUDENT/{key}.ipynb"
-    archives = [name for name in strangers if name.lower().endswith(ARCHIVES)]
+    if f"{assignment_key}.ipynb" in strangers:
+        return (
+            f"Whose notebook is {assignment_key}.ipynb? Put it into a folder named after the student: "
+            f"STUDENT/{assignment_key}.ipynb"
+        )
+    archives = [name for name in strangers if name.lower().endswith(ARCHIVE_ENDINGS)]
     if archives and 2 * len(archives) >= len(strangers):
         return (
             f"It has {_list_names(archives)}, and an archive in it is opened only if it is named after a student. "
             "Unpack it, and grade the folder that was in it"
         )
-    matches = {name: student for name in strangers if (student := _student_in_name(name, ids))}
+    matches = {name: student for name in strangers if (student := _find_student_in_name(name, ids))}
     if 2 * len(matches) >= len(strangers) > 0 and len(set(matches.values())) == len(matches):
         name, student = next(iter(matches.items()))
         ending = PurePath(name).suffix
@@ -146,24 +154,24 @@ def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str
     )
 
 
-def _student_in_name(name: str, ids: Sequence[str]) -> str:
+def _find_student_in_name(name: str, ids: Sequence[str]) -> str:
     """Return the student whose identifier is a separate word in a file's name; "" if there are none or several."""
     pattern = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
     students = set(pattern.findall(PurePath(name).stem))
     return students.pop() if len(students) == 1 else ""
 
 
-def _names_inside(root: Path) -> list[str]:
+def _names_inside(folder: Path) -> list[str]:
     """Return the names inside a folder's only subfolder, level by level; archives often contain such a subfolder."""
-    names, subfolder = list[str](), only_folder(root)
-    for _ in range(DEEPEST):
+    names, subfolder = list[str](), find_only_folder(folder)
+    for _ in range(MAX_DEPTH):
         if subfolder is not None:
             names += [path.name for path in subfolder.iterdir()]
-            subfolder = only_folder(subfolder)
+            subfolder = find_only_folder(subfolder)
     return names
 
 
-def _same_but_for_spelling(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
+def _match_respelled_identifiers(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
     """Return a mapping from each student with a respelled identifier to the matching file name.
 
     A spreadsheet may have changed the spelling.
@@ -174,7 +182,7 @@ def _same_but_for_spelling(strangers: Sequence[str], ids: Sequence[str]) -> dict
 
 def _advise_restoring(renamed: Mapping[str, str]) -> str:
     return (
-        f"{SPREADSHEET} Write the identifiers into roster.csv as they were when the notebooks were generated: "
+        f"{SPREADSHEET_HINT} Write the identifiers into roster.csv as they were when the notebooks were generated: "
         f"{_list_pairs(renamed)}."
     )
 
@@ -184,10 +192,10 @@ def read_sample(
 ) -> Iterator[tuple[str, Submission]]:
     """Yield the notebooks of a sample of students; unusually large files are skipped without opening them."""
     students = [student for student in ids if student in files and files[student].files]
-    for student in students[:: -(-len(students) // LOOKED_AT) or 1]:
+    for student in students[:: -(-len(students) // SAMPLE_SIZE) or 1]:
         file = files[student].files[0]
         try:
-            if file.suffix == ".ipynb" and file.stat().st_size <= LARGEST:
+            if file.suffix == ".ipynb" and file.stat().st_size <= MAX_FILE_SIZE:
                 yield student, read_submission(file, assignment.key)
         except Exception:  # noqa: S112 - the error is reported when this student is graded
             continue
@@ -199,9 +207,13 @@ def _normalize(identifier: str) -> str:
 
 
 def _list_pairs(renamed: Mapping[str, str]) -> str:
-    pairs = [f"{now} → {before}" for now, before in list(renamed.items())[:SHOWN]]
-    return ", ".join(pairs) + (f" and {len(renamed) - SHOWN} more" if len(renamed) > SHOWN else "")
+    pairs = [f"{now} → {before}" for now, before in list(renamed.items())[:MAX_NAMES_LISTED]]
+    return ", ".join(pairs) + (
+        f" and {len(renamed) - MAX_NAMES_LISTED} more" if len(renamed) > MAX_NAMES_LISTED else ""
+    )
 
 
 def _list_names(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:SHOWN])) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    return ", ".join(map(repr, names[:MAX_NAMES_LISTED])) + (
+        f" and {len(names) - MAX_NAMES_LISTED} more" if len(names) > MAX_NAMES_LISTED else ""
+    )

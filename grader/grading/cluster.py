@@ -25,36 +25,36 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import need, qdot_version
+from qdot.exercises.common.extras import qdot_version, require_extra
 from qdot.grader.grading.attempt import Attempt, Grader, grade_safely
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.result import Marked
+from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-ADDRESS = r"(tcp|tls)://(\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):[0-9]{1,5}"
-CONNECTING, STARTING, RETURNING = 10.0, 10.0, 60.0
+ADDRESS_PATTERN = r"(tcp|tls)://(\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):[0-9]{1,5}"
+SCHEDULER_TIMEOUT, FIRST_WORKER_TIMEOUT, WORKER_RETURN_TIMEOUT = 10.0, 10.0, 60.0
 """Seconds to wait for the scheduler, for its first worker, and for a worker to return after all have left."""
-IDLE = 300.0
+IDLE_TIMEOUT = 300.0
 """Seconds after which an idle worker drops the assignment."""
-LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
+DASK_LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
 """Dask's loggers, which are silenced because they print a traceback for errors that qdot reports in one line."""
-GO_ON = "what has been graded is stored: run the same command again to go on"
-SAME = "install the same qdot, Python, SymPy and NumPy everywhere"
+RESUME_HINT = "what has been graded is stored: run the same command again to go on"
+SAME_VERSIONS_HINT = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 
 @dataclass(frozen=True)
-class Brief:
+class WorkerBrief:
     """The data that a worker needs to grade an assignment, without folder and students' names.
 
-    `name` is a digest of the content, and `code` is a digest of qdot's code.
+    `content_digest` is a digest of the content, and `compute_code_digest` is a digest of qdot's code.
     """
 
-    name: str
-    code: str
+    content_digest: str
+    code_digest: str
     assignment: Assignment
     limits: Limits
 
@@ -62,65 +62,67 @@ class Brief:
 @contextmanager
 def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["Cluster"]:
     """Yield the cluster of a Dask scheduler, ready to grade notebooks. Raises QdotError if it can't be used."""
-    if not re.fullmatch(ADDRESS, address):
+    if not re.fullmatch(ADDRESS_PATTERN, address):
         raise QdotError(f"--executor {address!r} is no address of a Dask scheduler; one is tcp://10.0.0.5:8786")
     try:
         from distributed import Client
         from distributed.versions import VersionMismatchWarning
     except ImportError:
-        need("cluster", "--executor")
+        require_extra("cluster", "--executor")
         raise  # distributed is installed, but broken
-    with _quiet(), warnings.catch_warnings():
+    with _silence_loggers(), warnings.catch_warnings():
         warnings.simplefilter("ignore", VersionMismatchWarning)  # the workers compare the versions that matter
         try:
-            client = Client(address, timeout=CONNECTING, set_as_default=False)
+            client = Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise QdotError(f"no Dask scheduler answers at {address} as it should: {_first_line(error)}") from None
         with client:
-            yield Cluster(client, address, brief_of(assignment, limits))
+            yield Cluster(client, address, make_brief(assignment, limits))
 
 
-def brief_of(assignment: Assignment, limits: Limits) -> Brief:
+def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment."""
     roster = tuple(Student(student.id) for student in assignment.roster)
-    redrawn = sorted((*place, redraw.draw) for place, redraw in assignment.redrawn.items())
+    redrawn = sorted((*place, redraw.draw) for place, redraw in assignment.redraws.items())
     content = (
-        assignment.edition, assignment.marking, assignment.secret, assignment.sandbox, limits, roster, redrawn
+        assignment.edition, assignment.marking_digest, assignment.secret, assignment.sandbox, limits, roster, redrawn
     )  # fmt: skip
     anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=())
-    return Brief(hashlib.sha256(repr(content).encode()).hexdigest(), code(), anonymous_assignment, limits)
+    return WorkerBrief(
+        hashlib.sha256(repr(content).encode()).hexdigest(), compute_code_digest(), anonymous_assignment, limits
+    )
 
 
 class Cluster:
     """A Dask cluster that grades an assignment's notebooks; several threads may use it."""
 
-    def __init__(self, client: "Client", address: str, brief: Brief) -> None:
+    def __init__(self, client: "Client", address: str, brief: WorkerBrief) -> None:
         """Wait for the first worker, and send it the brief. Raises QdotError if there is no worker."""
         self._client, self._address = client, address
-        self._seen, self._asked, self._had_workers = time.monotonic(), -1.0, False
-        self._lock, self._alone, self._reported = threading.Lock(), threading.Lock(), set[str]()
+        self._last_seen, self._last_asked, self._had_workers = time.monotonic(), -1.0, False
+        self._lock, self._retry_lock, self._reported_warnings = threading.Lock(), threading.Lock(), set[str]()
         while not self._had_workers:
             self._look_for_workers()
             time.sleep(0.1)
         self.threads = max(32, 2 * sum(client.nthreads().values()))
-        self._brief = client.submit(_pass_on, brief, pure=False)  # the scheduler recreates it if its worker dies
+        self._brief = client.submit(_return_brief, brief, pure=False)  # the scheduler recreates it if its worker dies
 
-    def mark(self, student: str, attempt: Attempt | None) -> Marked | None:
+    def mark(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
         """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
         if attempt is not None and attempt.submission is not None:
             # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
             claims = {
                 name: claim if isinstance(claim, str | None) else True
-                for name, claim in attempt.submission.claims.items()
+                for name, claim in attempt.submission.qdot_metadata.items()
             }
-            attempt = replace(attempt, submission=replace(attempt.submission, claims=claims))
+            attempt = replace(attempt, submission=replace(attempt.submission, qdot_metadata=claims))
         marked = self._try_to_mark(student, attempt)
         if marked is None:
-            with self._alone:
+            with self._retry_lock:
                 marked = self._try_to_mark(student, attempt)
         return marked
 
-    def _try_to_mark(self, student: str, attempt: Attempt | None) -> Marked | None:
+    def _try_to_mark(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
         try:
             future = self._client.submit(mark_on_worker, self._brief, student, attempt, pure=False)
             marked, worker, warning = self._wait_for(future)
@@ -130,18 +132,18 @@ class Cluster:
             if type(error).__name__ == "KilledWorker":
                 return None
             if type(error).__name__ in ("CancelledError", "FutureCancelledError"):
-                raise QdotError(f"the connection to the workers is gone; {GO_ON}") from None
+                raise QdotError(f"the connection to the workers is gone; {RESUME_HINT}") from None
             reason = f"{type(error).__name__}: {_first_line(error)}"
-            raise QdotError(f"the workers can't do what they are asked ({reason}); {SAME}") from None
-        if warning and warning not in self._reported:
-            self._reported.add(warning)
+            raise QdotError(f"the workers can't do what they are asked ({reason}); {SAME_VERSIONS_HINT}") from None
+        if warning and warning not in self._reported_warnings:
+            self._reported_warnings.add(warning)
             note(f"worker {worker}: {warning}")
         return marked
 
-    def _wait_for(self, future: "Future") -> tuple[Marked, str, str]:
+    def _wait_for(self, future: "Future") -> tuple[NotebookMarks, str, str]:
         while True:
             try:
-                reply: tuple[Marked, str, str] = future.result(timeout=1)
+                reply: tuple[NotebookMarks, str, str] = future.result(timeout=1)
                 return reply
             except TimeoutError:
                 self._look_for_workers()
@@ -150,18 +152,18 @@ class Cluster:
         """Raise QdotError if there has been no worker for a while; ask the scheduler at most once a second."""
         with self._lock:
             now = time.monotonic()
-            if now < self._asked + 1:
+            if now < self._last_asked + 1:
                 return
             try:
-                workers, self._asked = self._client.nthreads(), now
+                workers, self._last_asked = self._client.nthreads(), now
             except (OSError, RuntimeError) as error:
-                message = f"the Dask scheduler at {self._address} is gone ({_first_line(error)}); {GO_ON}"
+                message = f"the Dask scheduler at {self._address} is gone ({_first_line(error)}); {RESUME_HINT}"
                 raise QdotError(message) from None
             if workers:
-                self._seen, self._had_workers = now, True
-            elif now > self._seen + (RETURNING if self._had_workers else STARTING):
+                self._last_seen, self._had_workers = now, True
+            elif now > self._last_seen + (WORKER_RETURN_TIMEOUT if self._had_workers else FIRST_WORKER_TIMEOUT):
                 raise QdotError(
-                    f"all workers of {self._address} are gone; {GO_ON}"
+                    f"all workers of {self._address} are gone; {RESUME_HINT}"
                     if self._had_workers
                     else f"the Dask scheduler at {self._address} has no workers; start some: "
                     f"dask worker {self._address} --nthreads 1 --nworkers auto"
@@ -169,10 +171,10 @@ class Cluster:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    levels = {name: logging.getLogger(name).level for name in LOGGERS}
+def _silence_loggers() -> Iterator[None]:
+    levels = {name: logging.getLogger(name).level for name in DASK_LOGGERS}
     try:
-        for name in LOGGERS:
+        for name in DASK_LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         yield
     finally:
@@ -187,85 +189,88 @@ def _first_line(error: BaseException) -> str:
 # --- on a worker ---
 
 
-def _pass_on(brief: Brief) -> Brief:
+def _return_brief(brief: WorkerBrief) -> WorkerBrief:
     return brief
 
 
-_state: dict[str, Any] = {}
+_worker_state: dict[str, Any] = {}
 """The digest of the assignment that this process grades, its Grader, a warning, and the timer that drops it."""
-_one_at_a_time = threading.Lock()
+_grading_lock = threading.Lock()
 """Lock that lets only one thread grade at a time, because all threads of a process share mpmath's precision."""
 
 
-def mark_on_worker(brief: Brief, student: str, attempt: Attempt | None) -> tuple[Marked, str, str]:
+def mark_on_worker(brief: WorkerBrief, student: str, attempt: Attempt | None) -> tuple[NotebookMarks, str, str]:
     """Grade a notebook in this process; return its marks, the machine's name, and a warning about the sandbox.
 
     Raises QdotError, which names the machine, if the machine can't grade or its code differs.
     """
     machine = platform.node()
-    if brief.code != code():
+    if brief.code_digest != compute_code_digest():
         versions = f"it has qdot {qdot_version()} on Python {platform.python_version()}"
         raise QdotError(
-            f"worker {machine}: its code or its libraries are not those of the grading machine ({versions}); {SAME}"
+            f"worker {machine}: its code or its libraries are not those of the grading machine ({versions}); "
+            f"{SAME_VERSIONS_HINT}"
         )
-    with _one_at_a_time:
+    with _grading_lock:
         try:
-            if _state.get("name") != brief.name:
-                forget()
+            if _worker_state.get("name") != brief.content_digest:
+                drop_assignment()
                 _prepare(brief)
-            _state["timer"].cancel()
+            _worker_state["timer"].cancel()
             _start_timer()
-            return grade_safely(_state["grader"], student, attempt), machine, _state["warning"]
+            return grade_safely(_worker_state["grader"], student, attempt), machine, _worker_state["warning"]
         except QdotError as error:
             raise QdotError(f"worker {machine}: {error}") from None
 
 
-def _prepare(brief: Brief) -> None:
+def _prepare(brief: WorkerBrief) -> None:
     """Prepare this process to grade an assignment.
 
     Raises QdotError if the assignment requires a stricter sandbox than this machine can enforce.
     """
-    _forget_at_exit()
+    _drop_at_exit()
     strict = brief.assignment.sandbox == "strict"
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
         raise QdotError(guarantees.explain_refusal(findings))
     grader = Grader(brief.assignment, Sandbox(brief.limits, strict=strict), ClassAnswers(brief.assignment))
-    _state.update(name=brief.name, grader=grader, warning=guarantees.describe_weakness(findings))
+    _worker_state.update(name=brief.content_digest, grader=grader, warning=guarantees.describe_weakness(findings))
     _start_timer()
 
 
 def _start_timer() -> None:
-    timer = threading.Timer(IDLE, _forget_unless_busy)
+    timer = threading.Timer(IDLE_TIMEOUT, _drop_unless_busy)
     timer.daemon = True
     timer.start()
-    _state["timer"] = timer
+    _worker_state["timer"] = timer
 
 
-def _forget_unless_busy() -> None:
-    if _one_at_a_time.acquire(blocking=False):  # otherwise a notebook is being graded, which started another timer
+def _drop_unless_busy() -> None:
+    if _grading_lock.acquire(blocking=False):  # otherwise a notebook is being graded, which started another timer
         try:
-            forget()
+            drop_assignment()
         finally:
-            _one_at_a_time.release()
+            _grading_lock.release()
 
 
 @cache
-def _forget_at_exit() -> None:
-    Finalize(None, forget, exitpriority=10)  # unlike atexit, Finalize also works in multiprocessing's processes
+def _drop_at_exit() -> None:
+    Finalize(
+        None, drop_assignment, exitpriority=10
+    )  # unlike atexit, Finalize also works in multiprocessing's processes
 
 
-def forget() -> None:
+def drop_assignment() -> None:
     """Close the sandbox of this process, and drop the assignment with its secret."""
-    if "timer" in _state:
-        _state["timer"].cancel()
-    if "grader" in _state:
-        _state["grader"].sandbox.close()
-    _state.clear()
+    if "timer" in _worker_state:
+        _worker_state["timer"].cancel()
+    if "grader" in _worker_state:
+        _worker_state["grader"].sandbox.close()
+    _worker_state.clear()
 
 
 @cache
-def code() -> str:
+def compute_code_digest() -> str:
     """Return a digest of everything on a machine that decides the points: all code, and the libraries' versions."""
     digest = hashlib.sha256(f"{code_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):

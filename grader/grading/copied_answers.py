@@ -7,19 +7,19 @@ from contextlib import suppress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, names
+from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import is_derived, result
+from qdot.exercises.questions.results import compute_answer, is_derived
 
-POINTS = 2
-DIGITS = 1e6
+SAMPLE_COUNT = 2
+ROUNDING_FACTOR = 1e6
 
 
 class ClassAnswers:
@@ -33,7 +33,7 @@ class ClassAnswers:
         self._fingerprints: dict[tuple[str, str], set[bytes]] = {}
         self._sampled_values: dict[str, np.ndarray] = {}
 
-    def is_right_for_another(
+    def is_correct_for_another(
         self, problem: Problem, slot_name: str, part: Part, rows: Sequence[Sequence[Node]]
     ) -> bool:
         """Return whether a wrong answer to a part is correct for another student's problem in the same slot."""
@@ -44,7 +44,7 @@ class ClassAnswers:
         if key not in self._fingerprints:
             self._fingerprints[key] = {self._fingerprint_of(chain, part) for chain in self._chains(slot)}
         entries = [entry for row in rows for entry in row]
-        symbol_names = set().union(*map(names, entries)) | {q.name for q in problem.chain.q}
+        symbol_names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
         symbols = problem.symbols().items()
         given_values = {
             name: float(info.value) for name, info in symbols if name in symbol_names and info.value is not None
@@ -52,9 +52,10 @@ class ClassAnswers:
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
         candidates = (
-            evaluate(program, self._shared_values(symbol_names, known), POINTS)[0].real for known in (given_values, {})
+            evaluate(program, self._shared_values(symbol_names, known), SAMPLE_COUNT)[0].real
+            for known in (given_values, {})
         )
-        return any(_fingerprint(values) in self._fingerprints[key] for values in candidates)
+        return any(_digest_values(values) in self._fingerprints[key] for values in candidates)
 
     def _chains(self, slot: Slot) -> list[Chain]:
         chains = []
@@ -65,20 +66,20 @@ class ClassAnswers:
 
     def _chain(self, slot: Slot, student: str) -> Chain:
         assignment = self._assignment
-        if slot.family.varied:
+        if slot.family.has_varied_structure:
             return slot.problem(assignment.secret, student, assignment.draw_of(slot, student)).chain
         return sample_chain(assignment.identity(slot, student), slot.family)
 
     def _fingerprint_of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]
-        values = result(numbers(chain, self._shared_values(map(str, symbols), {})), part)
-        return _fingerprint(values.reshape(-1, POINTS))
+        values = compute_answer(numeric_working(chain, self._shared_values(map(str, symbols), {})), part)
+        return _digest_values(values.reshape(-1, SAMPLE_COUNT))
 
-    def _shared_values(self, used: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
+    def _shared_values(self, symbol_names: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values for symbols: the given ones, and otherwise random ones that the whole class shares."""
         return {
-            name: np.full(POINTS, given_values[name]) if name in given_values else self._shared_value(name)
-            for name in used
+            name: np.full(SAMPLE_COUNT, given_values[name]) if name in given_values else self._shared_value(name)
+            for name in symbol_names
         }
 
     def _shared_value(self, name: str) -> np.ndarray:
@@ -86,12 +87,12 @@ class ClassAnswers:
             samples = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[
                 name
             ]
-            self._sampled_values[name] = samples[-POINTS:]
+            self._sampled_values[name] = samples[-SAMPLE_COUNT:]
         return self._sampled_values[name]
 
 
-def _fingerprint(values: np.ndarray) -> bytes:
+def _digest_values(values: np.ndarray) -> bytes:
     """Return a digest of values; they are rounded first, so that rounding errors don't change it."""
     with np.errstate(all="ignore"):
-        rounded = np.nan_to_num(np.round(values * DIGITS), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
+        rounded = np.nan_to_num(np.round(values * ROUNDING_FACTOR), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
     return hashlib.sha256(rounded.astype(np.int64).tobytes()).digest()

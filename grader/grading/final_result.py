@@ -13,30 +13,37 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
 from qdot.grader.grading.attempt import mark_ungraded
 from qdot.grader.grading.marking import sum_points
-from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL, Overrides
-from qdot.grader.grading.result import CountingSubmission, Lateness, Marked, PartResult, ReadNotebook, Result
+from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
+from qdot.grader.grading.result import (
+    CountingSubmission,
+    Lateness,
+    NotebookMarks,
+    PartResult,
+    Result,
+    SubmittedNotebook,
+)
 
-MOST_NAMED = 5
+MAX_FILES_LISTED = 5
 """Maximum number of file names listed in a note."""
 
 
 @dataclass(frozen=True)
-class Graded:
+class GradedNotebook:
     """A student's notebook and its marks; `marked` is None if the notebook was not graded.
 
-    `file` is empty if nothing was submitted. `received_from` is the source of the time: a platform's name, or "file".
-    `late` is whether the platform itself flagged the work as late; None if it doesn't say.
+    `file` is empty if nothing was submitted. `time_source` is the source of the time: a platform's name, or "file".
+    `flagged_late` is whether the platform itself flagged the work as late; None if it doesn't say.
     """
 
     file: str = ""
     received: datetime.datetime | None = None
-    marked: Marked | None = None
-    received_from: str = "file"
-    late: bool | None = None
+    marked: NotebookMarks | None = None
+    time_source: str = "file"
+    flagged_late: bool | None = None
 
 
-def settle(
-    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides = NO_OVERRIDES
+def final_result(
+    assignment: Assignment, student: Student, notebooks: Sequence[GradedNotebook], overrides: Overrides = NO_OVERRIDES
 ) -> Result:
     """Return a student's result from all submitted notebooks, in the order in which they were received.
 
@@ -45,51 +52,53 @@ def settle(
     """
     results = {
         i: _result_if_counting(assignment, student, graded, graded.marked, overrides)
-        for i, graded in enumerate(handed_in)
+        for i, graded in enumerate(notebooks)
         if graded.marked
     }
-    chosen = max(results, key=lambda i: _greatest_worth(results[i]))
+    chosen = max(results, key=lambda i: _max_possible_points(results[i]))
     result = results[chosen]
-    if len(handed_in) == 1:
+    if len(notebooks) == 1:
         return result
-    other_files = [graded.file for i, graded in enumerate(handed_in) if i != chosen]
-    more_words = f" and {len(other_files) - MOST_NAMED} more" if len(other_files) > MOST_NAMED else ""
+    other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen]
+    more_words = f" and {len(other_files) - MAX_FILES_LISTED} more" if len(other_files) > MAX_FILES_LISTED else ""
     reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        tied = sum(graded.received == handed_in[chosen].received for graded in handed_in)
+        tied = sum(graded.received == notebooks[chosen].received for graded in notebooks)
         reason = (
             ", the last" if tied == 1 else f", of the last {tied}, received at the same time, the likeliest by name"
         )
     note = (
-        f"{len(handed_in)} notebooks were read; {handed_in[chosen].file} counts{reason}, "
-        f"not {', '.join(other_files[:MOST_NAMED])}{more_words}"
+        f"{len(notebooks)} notebooks were read; {notebooks[chosen].file} counts{reason}, "
+        f"not {', '.join(other_files[:MAX_FILES_LISTED])}{more_words}"
     )
-    if assignment.attempts.best_of is not None and len(results) < len(handed_in):
+    if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
     attempts = tuple(
-        ReadNotebook(graded.file, _iso_time(graded.received), results[i].score if i in results else None)
-        for i, graded in enumerate(handed_in)
+        SubmittedNotebook(graded.file, _iso_time(graded.received), results[i].score if i in results else None)
+        for i, graded in enumerate(notebooks)
     )
     notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
     return replace(result, attempts=attempts, notes=notes, staff_notes=staff_notes)
 
 
-def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
+def ungraded_result(assignment: Assignment, result: Result, reason: str) -> Result:
     """Return a result without marks, to replace one that qdot itself failed to report."""
     student = next(student for student in assignment.roster if student.id == result.student)
     file = "" if result.submission is None else result.submission.file
-    return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))])
+    return final_result(
+        assignment, student, [GradedNotebook(file, marked=mark_ungraded(assignment, student.id, None, reason))]
+    )
 
 
 def _result_if_counting(
-    assignment: Assignment, student: Student, graded: Graded, marked: Marked, overrides: Overrides
+    assignment: Assignment, student: Student, graded: GradedNotebook, marked: NotebookMarks, overrides: Overrides
 ) -> Result:
     """Return the result that the student gets if this notebook counts."""
-    student_overrides = overrides.of_students.get(student.id, {})
+    student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
         """Return a part with its override, which also records the grader's points; outcome and reason don't change."""
-        override = student_overrides.get(f"{slot}.{part.name}") or overrides.of_groups.get(part.group or "")
+        override = student_overrides.get(f"{slot}.{part.name}") or overrides.by_group.get(part.group or "")
         if override is None:
             return part
         points = part.points if override.points is None else override.points
@@ -101,12 +110,14 @@ def _result_if_counting(
     )
     parts = [part for problem in problems for part in problem.parts]
     points_before_penalty = sum_points(part.points for part in parts)
-    late = None if graded.late is False else _lateness(assignment, student, graded.received, points_before_penalty)
+    late = (
+        None if graded.flagged_late is False else _lateness(assignment, student, graded.received, points_before_penalty)
+    )
     score = (
         points_before_penalty if late is None else _subtract_share(points_before_penalty, Fraction(str(late.penalty)))
     )
-    total_override = student_overrides.get(TOTAL)
-    submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.received_from)
+    total_override = student_overrides.get(TOTAL_PART)
+    submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.time_source)
     return Result(
         student=student.id,
         assignment=assignment.key,
@@ -127,7 +138,7 @@ def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
     """Return how late the work is and which share of its points is deducted; None if it is on time."""
-    deadline = assignment.due_of(student)
+    deadline = assignment.due_date_of(student)
     if deadline is None or received is None:
         return None
     rule = assignment.late
@@ -149,7 +160,7 @@ def _subtract_share(points: float, share: Fraction) -> float:
     return float(exact - round(exact * share, 4))
 
 
-def _greatest_worth(result: Result) -> Fraction:
+def _max_possible_points(result: Result) -> Fraction:
     """Return a result's points, counting the parts that qdot failed to grade as full marks."""
     ungraded_max_points = [part.max_points for part in result.parts.values() if part.points is None]
     return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in ungraded_max_points)

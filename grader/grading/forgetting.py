@@ -12,28 +12,28 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from qdot.exercises.assignment.assignment import Student, read_roster, roster_table
-from qdot.exercises.assignment.gradebook import identifier_of
-from qdot.exercises.assignment.redrawn import REDRAWN
-from qdot.exercises.assignment.store import FOLDER as STORE
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
+from qdot.exercises.assignment.gradebook import normalize_identifier
+from qdot.exercises.assignment.redrawn import REDRAWN_FILE
+from qdot.exercises.assignment.store import STORE_FOLDER as STORE
+from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import csv_rows, read_table
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import lock_folder
-from qdot.grader.grading.overrides import OVERRIDES
+from qdot.grader.grading.overrides import OVERRIDES_FILE
 from qdot.grader.sandbox.contained import folders
-from qdot.grader.submissions.submission import NOT_FETCHED, find_paths_of_student
+from qdot.grader.submissions.submission import NOT_FETCHED_FILE, find_paths_of_student
 
-ROSTER = "roster.csv"
-PACKED = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
+ROSTER_FILE = "roster.csv"
+UNSEARCHABLE_ENDINGS = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
 """Endings of files that are not searched for a student's name."""
-LARGEST = 200_000_000
+MAX_SEARCHED_SIZE = 200_000_000
 """Maximum size in bytes of a file that is searched."""
 
 
 @dataclass(frozen=True)
-class Plan:
+class ForgettingPlan:
     """The planned changes to an assignment's folder: the paths to remove, and the new contents of tables.
 
     `mentions` lists other files that name the student or can't be searched, each with advice.
@@ -41,40 +41,40 @@ class Plan:
 
     folder: Path
     student: Student
-    removed: tuple[Path, ...]
-    shortened: Mapping[Path, bytes]
+    removed_paths: tuple[Path, ...]
+    new_table_contents: Mapping[Path, bytes]
     mentions: tuple[tuple[str, str], ...]
 
     def describe(self) -> Iterator[str]:
         """Yield a description of the plan, line by line."""
         name = f" ({self.student.name})" if self.student.name else ""
         yield f"{self.folder}: {self.student.id}{name}"
-        for path in self.removed:
-            yield f"  remove   {self._shown(path)}"
-        for path, content in self.shortened.items():
+        for path in self.removed_paths:
+            yield f"  remove   {self._relative_path(path)}"
+        for path, content in self.new_table_contents.items():
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
-            yield f"  shorten  {self._shown(path)} by {lines} {'line' if lines == 1 else 'lines'}"
+            yield f"  shorten  {self._relative_path(path)} by {lines} {'line' if lines == 1 else 'lines'}"
         for path_text, advice in self.mentions:
             yield f"  stays    {path_text}: {advice}"
 
     def carry_out(self) -> None:
         """Remove the files and shorten the tables. Raises QdotError; after an error, the command can be run again."""
         with lock_folder(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
-            for path in self.removed:
+            for path in self.removed_paths:
                 try:
-                    remove(path)
+                    remove_path(path)
                 except OSError as error:
                     raise QdotError(
                         f"{error.filename or path} can't be removed: {error.strerror}; run the same command again"
                     ) from None
-            for path, content in self.shortened.items():
+            for path, content in self.new_table_contents.items():
                 write_atomically(path, content, path.stat().st_mode & 0o777)
 
-    def _shown(self, path: Path) -> str:
+    def _relative_path(self, path: Path) -> str:
         return path.relative_to(self.folder).as_posix()
 
 
-def plan_forgetting(folder: Path, name: str) -> list[Plan]:
+def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
     """Return the plan for an assignment's folder, or one plan for each assignment of a course. Raises QdotError.
 
     `name` is an identifier in the roster, or a name or e-mail address that only one student has.
@@ -84,17 +84,21 @@ def plan_forgetting(folder: Path, name: str) -> list[Plan]:
     )  # fmt: skip
     if not folders:
         raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
-    rosters = {assignment: _roster(assignment) for assignment in folders}
+    rosters = {assignment: _read_roster_if_present(assignment) for assignment in folders}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
-    plans = [plan for assignment in folders if (plan := _plan(assignment, rosters[assignment], student))]
+    plans = [plan for assignment in folders if (plan := _plan_for_assignment(assignment, rosters[assignment], student))]
     if not plans:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
-        raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, identifiers[:50])}")
+        raise QdotError(f"{folder} has nothing of this student: {unknown_name('student', name, identifiers[:50])}")
     return plans
 
 
-def _roster(folder: Path) -> Sequence[Student]:
-    return read_roster(folder / ROSTER) if (folder / ROSTER).exists() and roster_table(folder / ROSTER) else ()
+def _read_roster_if_present(folder: Path) -> Sequence[Student]:
+    return (
+        read_roster(folder / ROSTER_FILE)
+        if (folder / ROSTER_FILE).exists() and read_roster_table(folder / ROSTER_FILE)
+        else ()
+    )
 
 
 def _find_student(roster: Sequence[Student], name: str) -> Student:
@@ -102,7 +106,7 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 
     Students who are no longer on the roster can be found only by their identifiers.
     """
-    identifier = identifier_of(name)
+    identifier = normalize_identifier(name)
     matching_students = {student.id: student for student in roster if student.id == identifier}
     if not matching_students:
         names = ((student, {student.name.casefold(), student.email.casefold()}) for student in roster)
@@ -112,15 +116,18 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
     if matching_students:
         return next(iter(matching_students.values()))
     if not identifier or {"/", "\\"} & set(identifier) or identifier.startswith("."):
-        raise unknown("student", name, sorted(student.id for student in roster)[:50])
+        raise unknown_name("student", name, sorted(student.id for student in roster)[:50])
     return Student(identifier)
 
 
-def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | None:
+def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
     certain, doubtful = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
-    removed, shortened = [*certain, *_files_named_after(folder, student.id)], dict(_shortened(folder, student.id))
+    removed, shortened = (
+        [*certain, *_find_files_named_after(folder, student.id)],
+        dict(_shorten_tables(folder, student.id)),
+    )
     if not removed and not shortened:
         return None
     # Files in the cache don't name their student; qdot can recreate both the cache and the report.
@@ -129,11 +136,11 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | N
         shortened
     )
     mentions = [(path.relative_to(folder).as_posix(), "it may belong to this student or another") for path in doubtful]
-    mentions += _mentions(folder, student, handled_paths)
-    return Plan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
+    mentions += _find_mentions(folder, student, handled_paths)
+    return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
 
 
-def _files_named_after(folder: Path, student: str) -> list[Path]:
+def _find_files_named_after(folder: Path, student: str) -> list[Path]:
     """Return the files and folders that are named after a student."""
     paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
@@ -143,45 +150,47 @@ def _files_named_after(folder: Path, student: str) -> list[Path]:
     return [path for path in paths if path.exists() or path.is_symlink()]
 
 
-def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
+def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
     """Yield every table that contains lines of a student, with its content without these; the roster comes last."""
     results = folder / "graded" / "results.jsonl"
     if results.is_file():
         lines = results.read_bytes().splitlines(keepends=True)
-        other_lines = [line for line in lines if _student_of(line) != student]
+        other_lines = [line for line in lines if _read_student(line) != student]
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
     tables: list[tuple[Path, Callable[[Path], list[tuple[int, dict[str, str]]]]]] = [
         *((folder / name, lambda path: read_table(path, "student", "student")) for name in (
-            "graded/grades.csv", "graded/costs.csv", OVERRIDES, REDRAWN, f"submitted/{NOT_FETCHED}",
+            "graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REDRAWN_FILE, f"submitted/{NOT_FETCHED_FILE}",
         )),
-        (folder / ROSTER, roster_table),
+        (folder / ROSTER_FILE, read_roster_table),
     ]  # fmt: skip
     for path, read in tables:
         if path.is_file():
-            rows = {number for number, cells in read(path) if identifier_of(cells.get("student", "")) == student}
+            rows = {number for number, cells in read(path) if normalize_identifier(cells.get("student", "")) == student}
             if rows:
-                yield path, remove_rows(path.read_bytes(), rows)
+                yield path, remove_table_rows(path.read_bytes(), rows)
 
 
 @dataclass(frozen=True)
-class _Line:
+class _StudentLine:
     """The part of a line of results.jsonl that names its student."""
 
     student: str
 
 
-def _student_of(line: bytes) -> str:
+def _read_student(line: bytes) -> str:
     try:
-        return from_json(_Line, line).student
+        return from_json(_StudentLine, line).student
     except ValueError:
         return ""
 
 
-def remove_rows(content: bytes, rows: set[int]) -> bytes:
-    r"""Return a table without the rows that begin on the lines `rows`; other bytes don't change. Raises csv.Error.
+def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
+    r"""Return a table without the rows that begin on the lines `line_numbers`.
 
-    >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
+    The other bytes don't change. Raises csv.Error.
+
+    >>> remove_table_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
     b'student;name\r\n8;Bo\r\n'
     """
     encodings = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
@@ -193,36 +202,36 @@ def remove_rows(content: bytes, rows: set[int]) -> bytes:
     other_lines = (
         line
         for number, line in enumerate(lines, 1)
-        if max((begin for begin in row_starts if begin <= number), default=0) not in rows
+        if max((begin for begin in row_starts if begin <= number), default=0) not in line_numbers
     )
     return "".join(other_lines).encode(encoding)
 
 
-def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tuple[str, str]]:
+def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> Iterator[tuple[str, str]]:
     """Yield other files that name a student or can't be searched, each with advice on what to do."""
     names = [student.email, student.name, *([student.id] if not re.fullmatch(r"\d{0,4}|..?", student.id) else [])]
     words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
     for path in sorted(folder.rglob("*")):
-        if path in handled or not path.is_file() or ".git" in path.relative_to(folder).parts:
+        if path in handled_paths or not path.is_file() or ".git" in path.relative_to(folder).parts:
             continue
         path_text = path.relative_to(folder).as_posix()
-        if path.name.lower().endswith(PACKED):
+        if path.name.lower().endswith(UNSEARCHABLE_ENDINGS):
             yield path_text, "it can't be searched; remove it or make it again"
-        elif pattern is not None and _contains(path, pattern):
+        elif pattern is not None and _file_contains(path, pattern):
             remedy = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
             yield path_text, f"it names this student{remedy}"
     if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
         yield ".git", "git keeps everything that was committed"
 
 
-def _contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
+def _file_contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
     with contextlib.suppress(OSError):
-        return path.stat().st_size <= LARGEST and pattern.search(path.read_bytes()) is not None
+        return path.stat().st_size <= MAX_SEARCHED_SIZE and pattern.search(path.read_bytes()) is not None
     return False
 
 
-def remove(path: Path) -> None:
+def remove_path(path: Path) -> None:
     """Remove a file or folder, even if a student has restricted the folder's permissions. Raises OSError."""
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)

@@ -14,29 +14,29 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import remove_left_behind, write_atomically
+from qdot.exercises.common.files import remove_leftovers, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
-from qdot.grader.grading.marking import format_points, list_max_points, sum_points
-from qdot.grader.grading.result import MadeFrom, Result
+from qdot.grader.grading.marking import format_points, map_max_points, sum_points
+from qdot.grader.grading.result import MarkingVersions, Result
 
 
 @dataclass(frozen=True)
-class Move:
+class MarkChange:
     """A changed mark for a part, or a changed total if `part` is empty. The fields are texts to be displayed."""
 
     student: str
     part: str
-    was: str
-    now: str
-    why: str
+    before: str
+    after: str
+    reason: str
 
 
-def read_earlier_results(assignment: Assignment) -> dict[str, Result]:
+def read_previous_results(assignment: Assignment) -> dict[str, Result]:
     """Return the results of the previous run by student, without lines that can't be parsed."""
-    return {result.student: result for _, result in _earlier_lines(assignment)}
+    return {result.student: result for _, result in _read_previous_lines(assignment)}
 
 
-def _earlier_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result]]:
+def _read_previous_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result]]:
     """Yield each line of the previous results and the result in it, one at a time to save memory.
 
     A line that another version of qdot wrote may have additional fields, or lack optional ones.
@@ -64,11 +64,11 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
     advice = f"run: qdot grade {assignment.folder}"
     if not path.exists():
         raise QdotError(f"{path}: there is no such file; nothing has been graded, {advice}")
-    previous = {result.student: (line, result) for line, result in _earlier_lines(assignment)}
+    previous = {result.student: (line, result) for line, result in _read_previous_lines(assignment)}
     roster = tuple(student for student in assignment.roster if student.id in previous)
     if not roster:
         raise QdotError(f"{path}: no student of the roster is in it; {advice}")
-    max_points = list(list_max_points(assignment).items())
+    max_points = list(map_max_points(assignment).items())
     results = []
     for line, result in (previous[student.id] for student in roster):
         if as_json(result) != json.loads(line):
@@ -79,33 +79,33 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
     return replace(assignment, roster=roster), results
 
 
-def keep_earlier_results(assignment: Assignment, results: Sequence[Result]) -> None:
+def store_previous_results(assignment: Assignment, results: Sequence[Result]) -> None:
     """Add previous results to the history if `results` replace them, or if their student is no longer on the roster.
 
     Unchanged results are not added, nor are results that an interrupted run has already added.
     """
     by_student = {result.student: result for result in results}
     folder = assignment.folder / "graded" / "history"
-    remove_left_behind(folder / f"{result.student}.jsonl" for _, result in _earlier_lines(assignment))
-    for line, was in _earlier_lines(assignment):
+    remove_leftovers(folder / f"{result.student}.jsonl" for _, result in _read_previous_lines(assignment))
+    for line, was in _read_previous_lines(assignment):
         now = by_student.get(was.student)
         if now is None or _noticeable_content(was) != _noticeable_content(_round_trip(now)):
             _append_to_history(folder / f"{was.student}.jsonl", json.loads(line), describe_reasons(was, now))
 
 
-def _append_to_history(path: Path, was: object, why: str) -> None:
+def _append_to_history(path: Path, previous_result: object, reason: str) -> None:
     try:
         lines = [line for line in path.read_text(encoding="utf-8").split("\n") if line]
     except (OSError, ValueError):
         lines = []
-    if lines and _result_of_line(lines[-1]) == was:
+    if lines and _parse_history_line(lines[-1]) == previous_result:
         lines.pop()  # an interrupted run added this result, perhaps with another reason
     replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-    lines.append(json.dumps({"replaced": replaced, "why": why, "result": was}, ensure_ascii=False))
+    lines.append(json.dumps({"replaced": replaced, "why": reason, "result": previous_result}, ensure_ascii=False))
     write_atomically(path, "".join(f"{line}\n" for line in lines), 0o600)
 
 
-def _result_of_line(line: str) -> object:
+def _parse_history_line(line: str) -> object:
     try:
         return json.loads(line)["result"]
     except (ValueError, KeyError, TypeError):
@@ -124,39 +124,39 @@ def _noticeable_content(result: Result) -> Result:
     """
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
-    return replace(result, made_from=MadeFrom(), attempts=attempts, submission=submission)
+    return replace(result, made_from=MarkingVersions(), attempts=attempts, submission=submission)
 
 
 # --- reasons for changed results ---
 
 
-def describe_reasons(was: Result, now: Result | None) -> str:
+def describe_reasons(previous: Result, current: Result | None) -> str:
     """Return the reasons for a changed result, as text."""
-    if now is None:
+    if current is None:
         return "no longer on the roster"
-    reasons = _reasons_of_grading(was, now)
-    if was.overrides != now.overrides:
+    reasons = _find_grading_reasons(previous, current)
+    if previous.overrides != current.overrides:
         reasons.append("override")
-    if _received_time(was) == _received_time(now):
-        if _late_rule(was) != _late_rule(now):
+    if _received_time(previous) == _received_time(current):
+        if _late_rule(previous) != _late_rule(current):
             reasons.append("late rule")
-    elif was.late != now.late and not reasons:
+    elif previous.late != current.late and not reasons:
         reasons.append("received at another time")
     return ", ".join(reasons) or "graded again"
 
 
-def _reasons_of_grading(was: Result, now: Result) -> list[str]:
+def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
-    if _counting_file(was) != _counting_file(now):
-        if now.submission is None:
+    if _counting_file(previous) != _counting_file(current):
+        if current.submission is None:
             reasons.append("submission gone")
         else:
-            earlier_attempts = [(attempt.file, attempt.received) for attempt in was.attempts]
-            is_known = (now.submission.file, now.submission.received) in earlier_attempts
+            earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
+            is_known = (current.submission.file, current.submission.received) in earlier_attempts
             reasons.append("another attempt counts" if is_known else "new submission")
-    before, after = was.made_from, now.made_from
-    if before != MadeFrom() and before.assignment != after.assignment:  # results of an older qdot lack it
+    before, after = previous.made_from, current.made_from
+    if before != MarkingVersions() and before.assignment != after.assignment:  # results of an older qdot lack it
         reasons.append("assignment changed")
     if (before.engine, before.grader) != (after.engine, after.grader):
         reasons.append("grader changed")
@@ -179,81 +179,81 @@ def _late_rule(result: Result) -> tuple[str, float] | None:
 # --- changed marks ---
 
 
-def find_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move]:
+def find_mark_changes(previous_results: Mapping[str, Result], results: Sequence[Result]) -> list[MarkChange]:
     """Return the marks that changed since the previous run, with the reasons.
 
     Students on the roster come first, in its order.
     """
-    changes: list[Move] = []
+    changes: list[MarkChange] = []
     current_results = {result.student: result for result in results}
     for student, result in current_results.items():
-        if student in earlier:
-            changes += _moves_of_student(student, earlier[student], result)
+        if student in previous_results:
+            changes += _find_changes_of_student(student, previous_results[student], result)
         else:
-            changes.append(Move(student, "", "–", _points_in_words(result.score), "new on the roster"))
-    for student, was in earlier.items():
+            changes.append(MarkChange(student, "", "–", _points_text(result.score), "new on the roster"))
+    for student, was in previous_results.items():
         if student not in current_results:
-            changes.append(Move(student, "", _points_in_words(was.score), "–", describe_reasons(was, None)))
+            changes.append(MarkChange(student, "", _points_text(was.score), "–", describe_reasons(was, None)))
     return changes
 
 
-def _moves_of_student(student: str, was: Result, now: Result) -> list[Move]:
-    old_overrides, new_overrides = was.overrides, now.overrides
-    grading_reasons = ", ".join(_reasons_of_grading(was, now)) or "graded again"
+def _find_changes_of_student(student: str, previous: Result, current: Result) -> list[MarkChange]:
+    old_overrides, new_overrides = previous.overrides, current.overrides
+    grading_reasons = ", ".join(_find_grading_reasons(previous, current)) or "graded again"
     changes = []
-    for part in dict.fromkeys((*now.parts, *was.parts)):
+    for part in dict.fromkeys((*current.parts, *previous.parts)):
         old_points, new_points = (
-            _points_in_words(parts[part].points) if part in parts else "–" for parts in (was.parts, now.parts)
+            _points_text(parts[part].points) if part in parts else "–" for parts in (previous.parts, current.parts)
         )
         if old_points != new_points:
             is_overridden = old_overrides.get(part) != new_overrides.get(part)
             changes.append(
-                Move(
+                MarkChange(
                     student,
                     part,
                     old_points,
                     new_points,
-                    _describe_override(part, was, now) if is_overridden else grading_reasons,
+                    _describe_override(part, previous, current) if is_overridden else grading_reasons,
                 )
             )
-    if changes or was.score != now.score:
-        before, after = _points_in_words(was.score), _points_in_words(now.score)
-        changes.append(Move(student, "", before, after, describe_reasons(was, now)))
+    if changes or previous.score != current.score:
+        before, after = _points_text(previous.score), _points_text(current.score)
+        changes.append(MarkChange(student, "", before, after, describe_reasons(previous, current)))
     return changes
 
 
-def _describe_override(part: str, was: Result, now: Result) -> str:
+def _describe_override(part: str, previous: Result, current: Result) -> str:
     """Return a description of the override that was added or removed.
 
     If a student's answer changes, the override of its previous group no longer applies.
     """
-    old_override, new_override = was.overrides.get(part), now.overrides.get(part)
+    old_override, new_override = previous.overrides.get(part), current.overrides.get(part)
     override = new_override or old_override
     if override is None or override.group is None:
         return "override"
-    if new_override is None and now.parts[part].group != override.group:
-        return ", ".join([*_reasons_of_grading(was, now), f"no longer in {override.group}"])
+    if new_override is None and current.parts[part].group != override.group:
+        return ", ".join([*_find_grading_reasons(previous, current), f"no longer in {override.group}"])
     return f"override of {override.group}"
 
 
-def _points_in_words(points: float | None) -> str:
+def _points_text(points: float | None) -> str:
     return "ungraded" if points is None else format_points(points)
 
 
-def describe_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
+def describe_mark_changes(previous_results: Mapping[str, Result], results: Sequence[Result]) -> str:
     """Return the comparison of a run with the previous one, as `qdot grade --diff` prints it."""
-    if not earlier:
+    if not previous_results:
         return "nothing to compare with: this is the first run"
-    changes = find_moves(earlier, results)
+    changes = find_mark_changes(previous_results, results)
     if not changes:
         return "no mark moved since the last run"
-    rows = [(move.student, move.part or "total", move.was, move.now) for move in changes]
+    rows = [(move.student, move.part or "total", move.before, move.after) for move in changes]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
-        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {was:>{widths[2]}} → {now:<{widths[3]}}  {move.why}"
+        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {was:>{widths[2]}} → {now:<{widths[3]}}  {move.reason}"
         for move, (student, part, was, now) in zip(changes, rows, strict=True)
     ]
-    old_sum, new_sum = (sum_points(result.score for result in run) for run in (earlier.values(), results))
+    old_sum, new_sum = (sum_points(result.score for result in run) for run in (previous_results.values(), results))
     students = len({move.student for move in changes})
     change = sum_points((new_sum, -old_sum))
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"

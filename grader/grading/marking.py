@@ -9,25 +9,25 @@ from typing import TypeVar
 import numpy as np
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.problem.credit import HALF
+from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
-from qdot.grader.diagnosis.follow_through import Followed, IsCopied, follow, nothing_copied
-from qdot.grader.diagnosis.groups import group_of
-from qdot.grader.diagnosis.term_overlap import has_terms
+from qdot.grader.diagnosis.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
+from qdot.grader.diagnosis.groups import find_group
+from qdot.grader.diagnosis.term_overlap import has_enough_terms
 from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.functions import SHOWN, is_table
-from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
-from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
+from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
+from qdot.grader.judging.judge import judge_parsed
+from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
+from qdot.grader.sandbox.clock import Budget, OutOfTime, TimeBudgets
 
-CREDIT = Fraction(4, 5)
+DEFAULT_CREDIT = Fraction(4, 5)
 """The default share of its points that a part earns if it follows from a wrong earlier answer."""
-NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
+WRONG_OR_PARTIAL = (Outcome.WRONG, Outcome.PARTIAL)
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class MarkingRules:
     whether an answer is correct for another student's problem.
     """
 
-    credit: Fraction = CREDIT
-    is_copied: IsCopied = nothing_copied
+    credit: Fraction = DEFAULT_CREDIT
+    is_copied: IsCopied = never_copied
 
 
 @np.errstate(all="ignore")  # an overflow in an answer is judged; a warning about it would only confuse the staff
@@ -51,7 +51,7 @@ def mark(
     secret: str | None = None,
     points_seed: str = "",
     rules: MarkingRules = MarkingRules(),
-    allowance: Allowance | None = None,
+    allowance: TimeBudgets | None = None,
 ) -> list[Verdict]:
     """Return a verdict for each part. The keys of `answers` and `reasons` (why there is no answer) are part names.
 
@@ -74,14 +74,14 @@ def mark(
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     seed = secrets.token_hex(16) if secret is None else secret
     seeds = {name: f"{seed}/{problem.id}/{name}/{text}" for name, text in texts.items()}
-    marking = _ProblemMarking(problem, seeds, secret, rules, allowance or Allowance())
+    marking = _ProblemMarking(problem, seeds, secret, rules, allowance or TimeBudgets())
     for part in problem.parts:
         if part.name in texts:
             marking.judgements[part.name] = marking.judge(part, texts[part.name], points_seed)
         else:
             reason = (reasons or {}).get(part.name, "no answer was found for this part")
-            marking.judgements[part.name] = missing(reason)
-    return [marking.verdict(part, texts.get(part.name)) for part in problem.parts]
+            marking.judgements[part.name] = missing_judgement(reason)
+    return [marking.make_verdict(part, texts.get(part.name)) for part in problem.parts]
 
 
 def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
@@ -92,7 +92,7 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
     judgement = give_partial_credit(
-        AnswerToCredit(problem, part, parsed, seed), judge_given(problem, part, parsed, seed)
+        AnswerToCredit(problem, part, parsed, seed), judge_parsed(problem, part, parsed, seed)
     )
     return Fraction(judgement.share).limit_denominator(1000)
 
@@ -101,96 +101,105 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
 class _ProblemMarking:
     """The state of marking one problem part by part: the parsed answers, judgements and mistakes so far.
 
-    `attempts` lists the parts whose answers are attempts at this arm. `undecided` lists the parts for which there was
-    no time to decide this.
+    `attempt_parts` lists the parts whose answers are attempts at this arm. `undecided_parts` lists the parts for which
+    there was no time to decide this.
     """
 
     problem: Problem
     seeds: Mapping[str, str]
     secret: str | None
     rules: MarkingRules
-    time: Allowance
-    parsed: dict[str, ParsedAnswer] = field(default_factory=dict)
+    allowance: TimeBudgets
+    parsed_answers: dict[str, ParsedAnswer] = field(default_factory=dict)
     judgements: dict[str, Judgement] = field(default_factory=dict)
     causes: list[Cause] = field(default_factory=list)
-    attempts: list[str] = field(default_factory=list)
-    undecided: list[str] = field(default_factory=list)
+    attempt_parts: list[str] = field(default_factory=list)
+    undecided_parts: list[str] = field(default_factory=list)
 
     def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
         """Return the judgement on an answer, compared with the reference."""
         seed = self.seeds[part.name]
         try:
-            with self.time.judging.spend():
-                parsed = self.parsed[part.name] = read_answer(self.problem, part, text, points_seed)
-                judgement = judge_given(self.problem, part, parsed, seed)
+            with self.allowance.judging.spend():
+                parsed = self.parsed_answers[part.name] = read_answer(self.problem, part, text, points_seed)
+                judgement = judge_parsed(self.problem, part, parsed, seed)
                 answer = AnswerToCredit(self.problem, part, parsed, seed)
                 return give_partial_credit(answer, judgement, self.rules.is_copied)
-        except Overlong:
-            return _out_of_time(self.time.judging)
+        except OutOfTime:
+            return _out_of_time_judgement(self.allowance.judging)
         except Exception as error:  # no error in qdot may become a mark
-            return _failed(error)
+            return _failure_judgement(error)
 
-    def verdict(self, part: Part, text: str | None) -> Verdict:
+    def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
-        followed = self._follow(part)
+        followed = self._judge_follow_through(part)
         judgement = self.judgements[part.name]
-        answer = SHOWN if text is not None and is_table(text) else text
-        if judgement.outcome in NOT_RIGHT:
+        answer = FUNCTION_TEXT if text is not None and is_function_table(text) else text
+        if judgement.outcome in WRONG_OR_PARTIAL:
             diagnosis, group, attempt = self._explain(part, followed)
             verdict = _verdict_by_points(part, judgement, answer, diagnosis, followed, self.rules.credit)
             return replace(verdict, group=group, attempt=attempt)
         points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
-        is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered
+        is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
         return Verdict(part.name, judgement, points, part.points, answer, attempt=True if is_attempt else None)
 
-    def _follow(self, part: Part) -> Followed | None:
+    def _judge_follow_through(self, part: Part) -> FollowThrough | None:
         """Compare a wrong answer with the results that follow from earlier wrong answers, and return the judgement.
 
         If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
         """
         part_names = [other.name for other in self.problem.parts]
-        wrong_parts = [name for name in part_names if self.judgements[name].outcome in NOT_RIGHT]
+        wrong_parts = [name for name in part_names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
         earlier_parts = [name for name in wrong_parts if part_names.index(name) < part_names.index(part.name)]
         if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
         followed, seed = None, self.seeds[part.name]
         try:
-            with self.time.judging.spend():
-                followed = follow(
-                    self.problem, part, self.parsed, earlier_parts, seed, self.rules.is_copied, self.attempts
+            with self.allowance.judging.spend():
+                followed = find_follow_through(
+                    self.problem,
+                    part,
+                    self.parsed_answers,
+                    earlier_parts,
+                    seed,
+                    self.rules.is_copied,
+                    self.attempt_parts,
                 )
-        except Overlong:
-            self.judgements[part.name] = _out_of_time(self.time.judging)
+        except OutOfTime:
+            self.judgements[part.name] = _out_of_time_judgement(self.allowance.judging)
         except RecursionError:  # formulas nested deeper than in any real answer
             return None
         except Exception as error:
-            self.judgements[part.name] = _failed(error)
-        if followed is not None and followed.idle in self.undecided:
-            self.judgements[part.name] = _out_of_time(self.time.looking)
+            self.judgements[part.name] = _failure_judgement(error)
+        if followed is not None and followed.non_attempt in self.undecided_parts:
+            self.judgements[part.name] = _out_of_time_judgement(self.allowance.diagnosing)
         return followed
 
-    def _explain(self, part: Part, followed: Followed | None) -> tuple[Diagnosis | None, str | None, bool | None]:
+    def _explain(self, part: Part, followed: FollowThrough | None) -> tuple[Diagnosis | None, str | None, bool | None]:
         """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""
-        answer, budget = (self.problem, part, self.parsed[part.name], self.seeds[part.name]), self.time.looking
+        answer, budget = (
+            (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name]),
+            self.allowance.diagnosing,
+        )
         follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
-        follows_from_attempt = follows and followed is not None and followed.idle is None
+        follows_from_attempt = follows and followed is not None and followed.non_attempt is None
         causes = () if follows_from_attempt else tuple(self.causes)
         mistake = _search(budget, diagnose, *answer, causes)
         diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *answer)
         if diagnosis is not None and diagnosis.cause is not None:
             self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
         attempt = None
-        if part.answer.is_formulas:
+        if part.answer.is_symbolic:
             attempt = (
                 follows_from_attempt
                 or _is_half_right(self.judgements[part.name])
-                or (mistake is not None and mistake.is_one)
-                or bool(_search(budget, has_terms, *answer))
+                or (mistake is not None and mistake.is_single_mistake)
+                or bool(_search(budget, has_enough_terms, *answer))
             )
             attempt = attempt and (follows_from_attempt or not follows)
-            self.attempts += [part.name] if attempt else []
-            self.undecided += [part.name] if not attempt and budget.left <= 0 else []
-        group = None if self.secret is None else _search(budget, group_of, *answer[:3], mistake, self.secret)
+            self.attempt_parts += [part.name] if attempt else []
+            self.undecided_parts += [part.name] if not attempt and budget.remaining_seconds <= 0 else []
+        group = None if self.secret is None else _search(budget, find_group, *answer[:3], mistake, self.secret)
         return diagnosis, group, attempt
 
 
@@ -199,43 +208,50 @@ def _is_half_right(judgement: Judgement) -> bool:
 
     A single formula must be more than half correct, because one of its factors may match by chance.
     """
-    return judgement.share >= HALF if judgement.entries is not None else judgement.share > HALF
+    return judgement.share >= MISTAKE_FACTOR if judgement.entries is not None else judgement.share > MISTAKE_FACTOR
 
 
 def _verdict_by_points(
-    part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: Followed | None,
+    part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: FollowThrough | None,
     credit: Fraction,
 ) -> Verdict:  # fmt: skip
     """Return the verdict on a wrong answer, with its own points or those for follow-through, whichever are more."""
     points = share_of_points(part.points, judgement.share)
     followed_points = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
-    if followed is not None and followed.idle is not None:
+    if followed is not None and followed.non_attempt is not None:
         if followed.judgement.outcome is Outcome.CORRECT:
-            judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt(followed.idle)}")
+            judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt_reason(followed.non_attempt)}")
     elif followed is not None and followed_points > points:
         follows_words = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
         reason = (
-            f"this {follows_words} from your own answer to {followed.earlier!r}, which is not right, and earns "
+            f"this {follows_words} from your own answer to {followed.earlier_part!r}, which is not right, and earns "
             f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
         )
         judgement, follows = (
             replace(judgement, outcome=Outcome.PARTIAL, reason=reason),
-            _entries(part, followed.judgement),
+            _entry_flags(part, followed.judgement),
         )
         return Verdict(
-            part.name, judgement, followed_points, part.points, answer, diagnosis, followed.earlier, follows=follows
+            part.name,
+            judgement,
+            followed_points,
+            part.points,
+            answer,
+            diagnosis,
+            followed.earlier_part,
+            follows=follows,
         )
     return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
 
 
-def _no_attempt(earlier: str) -> str:
+def _no_attempt_reason(earlier_part: str) -> str:
     return (
-        f"it follows from your own answer to {earlier!r}, and earns nothing by that: less than half of that answer is "
-        "of this arm, and no single known mistake gives it"
+        f"it follows from your own answer to {earlier_part!r}, and earns nothing by that: less than half of that "
+        "answer is of this arm, and no single known mistake gives it"
     )
 
 
-def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:
+def _entry_flags(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:
     """Return for each entry of an answer whether it is correct; None if the answer has no separate entries."""
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
         return judgement.entries
@@ -243,20 +259,20 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
     return ((True,) * columns,) * rows or None
 
 
-def list_max_points(assignment: Assignment) -> dict[str, float]:
+def map_max_points(assignment: Assignment) -> dict[str, float]:
     """Return the maximum points of every part by its name in the assignment, for example "p1.jacobian"."""
     slots = assignment.slots
     names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]
     return dict(zip(names, (points for slot in slots for points in slot.max_points), strict=True))
 
 
-def share_of_points(points: float, share: float, credit: Fraction = Fraction(1)) -> float:
+def share_of_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
     """Return a share of the points, computed exactly and rounded to four decimals.
 
     >>> share_of_points(0.3, 1 / 3), share_of_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
     """
-    return float(round(Fraction(str(points)) * Fraction(share).limit_denominator(1000) * credit, 4))
+    return float(round(Fraction(str(points)) * Fraction(share).limit_denominator(1000) * factor, 4))
 
 
 def sum_points(points: Iterable[float | None]) -> float:
@@ -273,22 +289,22 @@ def format_points(value: float) -> str:
     return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
-Result = TypeVar("Result")
+SearchResult = TypeVar("SearchResult")
 
 
-def _search(budget: Budget, search: Callable[..., Result], *about: object) -> Result | None:
+def _search(budget: Budget, search: Callable[..., SearchResult], *arguments: object) -> SearchResult | None:
     """Return the result of a search that concerns a wrong answer; None if the search fails or takes too long.
 
     The points don't depend on errors in the search.
     """
     try:
         with budget.spend():
-            return search(*about)
-    except (Overlong, Exception):
+            return search(*arguments)
+    except (OutOfTime, Exception):
         return None
 
 
-def _out_of_time(budget: Budget) -> Judgement:
+def _out_of_time_judgement(budget: Budget) -> Judgement:
     reason = (
         f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
         "no mark yet, tell your instructor"
@@ -296,6 +312,6 @@ def _out_of_time(budget: Budget) -> Judgement:
     return Judgement(Outcome.UNGRADED, 0.0, reason, over_limit=True)
 
 
-def _failed(error: Exception) -> Judgement:
+def _failure_judgement(error: Exception) -> Judgement:
     reason = f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
     return Judgement(Outcome.UNGRADED, 0.0, reason[:500])

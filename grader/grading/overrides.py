@@ -12,18 +12,18 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.input_file import read_table
-from qdot.grader.diagnosis.groups import LENGTH, LETTERS, group_key
-from qdot.grader.grading.marking import list_max_points, share_of_points, sum_points
+from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
+from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
 from qdot.grader.grading.result import AppliedOverride
 
-OVERRIDES = "overrides.csv"
-COLUMNS = ("student", "part", "points", "comment")
-HEADER = ",".join(COLUMNS)
-GROUP = "group"
+OVERRIDES_FILE = "overrides.csv"
+COLUMN_NAMES = ("student", "part", "points", "comment")
+HEADER = ",".join(COLUMN_NAMES)
+GROUP_COLUMN = "group"
 """The optional column."""
-TOTAL = ""
+TOTAL_PART = ""
 """The value of the column part that means a student's total."""
 
 
@@ -51,12 +51,12 @@ class Override:
 class Overrides:
     """The contents of overrides.csv: overrides by student and part, and by the key of a group.
 
-    `lines` has the line number of each group's override.
+    `line_numbers` has the line number of each group's override.
     """
 
-    of_students: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
-    of_groups: Mapping[str, Override] = field(default_factory=dict)
-    lines: Mapping[str, int] = field(default_factory=dict)
+    by_student: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
+    by_group: Mapping[str, Override] = field(default_factory=dict)
+    line_numbers: Mapping[str, int] = field(default_factory=dict)
 
 
 NO_OVERRIDES = Overrides()
@@ -66,23 +66,23 @@ def read_overrides(assignment: Assignment) -> Overrides:
     """Return the overrides of an assignment from its overrides.csv; none if the file is missing. Raises QdotError.
 
     Every line is checked against the roster and the assignment, so that no line is silently ignored. A group's members
-    are known only after the whole class is graded; `note_unused_groups` reports groups without members.
+    are known only after the whole class is graded; `describe_unused_groups` reports groups without members.
     """
-    path = assignment.folder / OVERRIDES
+    path = assignment.folder / OVERRIDES_FILE
     if not path.exists():
         return NO_OVERRIDES
-    max_points = list_max_points(assignment)
-    max_points[TOTAL] = sum_points(max_points.values())
+    max_points = map_max_points(assignment)
+    max_points[TOTAL_PART] = sum_points(max_points.values())
     students = [student.id for student in assignment.roster]
     by_student: dict[str, dict[str, Override]] = {}
     by_group: dict[str, Override] = {}
     first_lines: dict[tuple[str, str], int] = {}
-    for number, cells in read_table(path, COLUMNS[0], HEADER):
+    for number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
         line = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
             raise QdotError(f"{line}: it has no cell for part or points; the columns are {HEADER}")
         student, part, points, comment, group = (
-            unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMNS, GROUP)
+            unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)
         )
         if group and student:
             raise QdotError(
@@ -90,7 +90,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
                 "so leave one of the two cells empty"
             )
         if group:
-            part, group = _part_and_key(line, part, group, list(max_points))
+            part, group = _parse_group(line, part, group, list(max_points))
         elif student not in students:
             raise QdotError(f"{line}: no student {student!r} is in roster.csv")
         if part not in max_points:
@@ -111,65 +111,68 @@ def read_overrides(assignment: Assignment) -> Overrides:
     )
 
 
-def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Sequence[str]) -> list[str]:
-    """Return a note on each line whose group contains no answer; `groups` are the keys of all groups of the class."""
+def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_groups: Sequence[str]) -> list[str]:
+    """Return a note on each line whose group contains no answer.
+
+    `class_groups` are the keys of all groups of the class.
+    """
     notes = []
-    for group in overrides.of_groups:
-        if group in groups:
+    for group in overrides.by_group:
+        if group in class_groups:
             continue
         part, letters = group.split("/")
-        part_groups = [key for key in groups if key.split("/")[0] == part]
+        part_groups = [key for key in class_groups if key.split("/")[0] == part]
         close_matches = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
         hint = f" (did you mean {group_key(part, close_matches[0])!r}?)" if close_matches else ""
-        hidden_count = len(part_groups) - MOST_LISTED
-        key_words = ", ".join(part_groups[:MOST_LISTED]) + (
+        hidden_count = len(part_groups) - MAX_GROUPS_LISTED
+        key_words = ", ".join(part_groups[:MAX_GROUPS_LISTED]) + (
             f" and {hidden_count} more, which `qdot report` shows" if hidden_count > 0 else ""
         )
         known_groups = f"groups of {part}: {key_words}" if part_groups else f"no answer to {part} is in a group"
         notes.append(
-            f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "
-            f"group {group!r}{hint}, so the line does nothing yet; {known_groups}"
+            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: no answer of this class is "
+            f"in the group {group!r}{hint}, so the line does nothing yet; {known_groups}"
         )
     return notes
 
 
-MOST_LISTED = 8
+MAX_GROUPS_LISTED = 8
 
 
-def _part_and_key(where: str, part: str, group: str, known: Sequence[str]) -> tuple[str, str]:
+def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]) -> tuple[str, str]:
     """Return the part and the key of a group. If the line names the part, `group` may be only the key's letters."""
     part_of_group, _, letters = group.rpartition("/")
-    if not re.fullmatch(f"[{LETTERS}]{{{LENGTH}}}", letters.lower()) or not (part_of_group or part):
+    if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
         raise QdotError(
-            f"{where}: group = {group!r}: it is a key as `qdot report` shows it, a part and {LENGTH} letters, as in "
-            f"{group_key(known[0], 'kqvxwz')}"
+            f"{location}: group = {group!r}: it is a key as `qdot report` shows it, a part and {KEY_LENGTH} letters, "
+            f"as in {group_key(part_names[0], 'kqvxwz')}"
         )
-    if part_of_group and part_of_group not in known:
-        raise _unknown_part(where, part_of_group, known)
+    if part_of_group and part_of_group not in part_names:
+        raise _unknown_part(location, part_of_group, part_names)
     if part_of_group and part and part_of_group != part:
         raise QdotError(
-            f"{where}: the group {group!r} is of the part {part_of_group}, and the line names {part}; leave it empty"
+            f"{location}: the group {group!r} is of the part {part_of_group}, and the line names {part}; leave it empty"
         )
     part = part_of_group or part
     return part, group_key(part, letters.lower())
 
 
-def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
-    part_names = tuple(name for name in known if name != TOTAL)
-    return QdotError(f"{where}: {unknown('part', part, part_names)}; or empty, for the student's total")
+def _unknown_part(location: str, part: str, all_names: Sequence[str]) -> QdotError:
+    part_names = tuple(name for name in all_names if name != TOTAL_PART)
+    return QdotError(f"{location}: {unknown_name('part', part, part_names)}; or empty, for the student's total")
 
 
-def _parse_points(where: str, part: str, text: str, most: float) -> float:
-    """Parse the points of a line: a number, or a percentage of the maximum `most`. Raises QdotError."""
+def _parse_points(location: str, part: str, text: str, max_points: float) -> float:
+    """Parse the points of a line: a number, or a percentage of the maximum `max_points`. Raises QdotError."""
     number_text = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
     percentage = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number_text)
     if percentage and Fraction(percentage[1]) <= 100:
-        return share_of_points(most, 1.0, Fraction(percentage[1]) / 100)
+        return share_of_points(max_points, 1.0, Fraction(percentage[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
         raise QdotError(
-            f"{where}: points = {text!r}: it is a number from 0 to {most:g}, with at most four decimals, as in 1.5, or "
-            "a share of them, as in 50 %"
+            f"{location}: points = {text!r}: it is a number from 0 to {max_points:g}, with at most four decimals, as "
+            "in 1.5, or a share of them, as in 50 %"
         )
-    if float(number_text) > most:
-        raise QdotError(f"{where}: points = {text}: {part or 'the total'} has {most:g} points at most")
+    if float(number_text) > max_points:
+        raise QdotError(f"{location}: points = {text}: {part or 'the total'} has {max_points:g} points at most")
     return float(number_text)

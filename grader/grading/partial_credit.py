@@ -16,33 +16,33 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ONE, ZERO, factors, times
-from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
-from qdot.exercises.formula.parser import tree_of_reference
+from qdot.exercises.formula.algebra import ONE, ZERO, multiply_nodes, split_factors
+from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
+from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.scale import Factor, constant_factor
-from qdot.exercises.formula.sympy_text import text_of
-from qdot.exercises.formula.trees import Node, names
+from qdot.exercises.formula.scale import ConstantFactor, find_constant_factor
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.problem.credit import (
-    HALF,
-    MOST_WRONG,
-    OWN,
+    DEFAULT_CREDIT,
+    MAX_WRONG_FACTORS,
+    MISTAKE_FACTOR,
     Credit,
-    share_but_for_a_factor,
     share_of_columns,
     share_of_product,
+    share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import divisor, is_product
+from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
-from qdot.grader.diagnosis.follow_through import IsCopied, nothing_copied
-from qdot.grader.judging.answer import ParsedAnswer, Table
+from qdot.grader.diagnosis.follow_through import IsCopied, never_copied
+from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 
-POINTS = 6
-MOST_FACTORS = 6
-MOST_CONSTANTS = 5
-SAME = 1e-9
+SAMPLE_COUNT = 6
+MAX_FACTORS = 6
+MAX_LENGTHS = 5
+RELATIVE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class AnswerToCredit:
     @property
     def policy(self) -> Credit:
         """The assignment's rule for giving credit for this part."""
-        return self.part.credit or OWN
+        return self.part.credit or DEFAULT_CREDIT
 
     @cached_property
     def domain(self) -> Domain:
@@ -76,24 +76,24 @@ class AnswerToCredit:
 
     def sample(self, seed: str) -> dict[str, np.ndarray]:
         """Return random configurations of one arm, whose constants are all positive."""
-        samples = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(f"{self.seed}/{seed}"))
+        samples = self.domain.sample(
+            set(self.domain.roles), READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{seed}")
+        )
         return {  # the first samples have readable values and are omitted, because factors may be zero there
-            name: column[READABLE:] if name in self.varying else np.full(POINTS, abs(column[-1]))
+            name: column[READABLE_POINTS:] if name in self.varying else np.full(SAMPLE_COUNT, abs(column[-1]))
             for name, column in samples.items()
         }
 
 
 @dataclass(frozen=True)
-class _Credit:
+class _PartialCredit:
     """A share of a part's points, and the reason for it."""
 
     share: Fraction
-    words: str
+    reason: str
 
 
-def give_partial_credit(
-    answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = nothing_copied
-) -> Judgement:
+def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
     """Return a judgement with the share that the assignment gives for a partly correct answer.
 
     An answer for which `is_copied` returns True (it is correct for another student's problem) gets no credit for a
@@ -102,23 +102,23 @@ def give_partial_credit(
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
     part = answer.part
-    if answer.policy.by == "whole" or part.answer.counts_up_to_a_factor:
+    if answer.policy.rule == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
-    if part.answer.is_formulas and part.shape is not None:
+    if part.answer.is_symbolic and part.shape is not None:
         judgement, share = _count_entries(answer, judgement, share)
     credit = None
-    if part.answer.is_formulas:
-        credit = _credit_but_for_factor(answer, judgement) or _credit_factors(answer)
-    elif part.answer.units_due:
-        credit = _credit_numbers(answer)
-    if answer.policy.is_by_mistakes and max(share, credit.share if credit else 0) < HALF:
+    if part.answer.is_symbolic:
+        credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
+    elif part.answer.expected_units:
+        credit = _credit_except_signs(answer)
+    if answer.policy.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit.share > share:
         share = credit.share
-        reason_words = f"{credit.words}, which earns {share * answer.policy.worth}; {reason}"
+        reason_words = f"{credit.reason}, which earns {share * answer.policy.factor}; {reason}"
         judgement = replace(judgement, reason=reason_words)
-    return _with_share(judgement, share * answer.policy.worth)
+    return _with_share(judgement, share * answer.policy.factor)
 
 
 def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
@@ -140,7 +140,7 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     reference = answer.part.answer.as_matrix()
     varies = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
-    if answer.policy.by == "columns" and len(columns) > 1:
+    if answer.policy.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(are_correct)
         judgement = replace(
@@ -162,7 +162,7 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
 # --- correct except for signs or a common factor ---
 
 
-def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Credit | None:
+def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> _PartialCredit | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
     The factor is a constant. It may also be the determinant if the reference is divided by it. If the expected entries
@@ -171,7 +171,7 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
     """
     part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
     expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
-    is_numeric = not set().union(*map(names, expected)) & varying
+    is_numeric = not set().union(*map(find_names, expected)) & varying
     if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected) == 1):
         return None
     wrong_indices = list(range(len(expected)))
@@ -179,95 +179,108 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
         wrong_indices = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
     expected = [expected[k] for k in wrong_indices]
     if parsed.table is not None:
-        factor = _factor_of_values(parsed.table, wrong_indices, expected, domain, answer.problem.constants)
+        factor = _find_factor_of_values(parsed.table, wrong_indices, expected, domain, answer.problem.constants)
     elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):
         return None
     else:
         entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
-        factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
+        factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
         may_lack_divisor = factor is None and answer.policy.is_by_mistakes
-        if may_lack_divisor and (det := divisor(answer.problem.chain, part, domain.roles)) is not None:
-            expected = [times(entry, det) for entry in expected]
-            factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
-            factor = factor and replace(factor, is_other=True)
-    if factor is None or (factor.is_other and not set().union(*map(names, expected)) & varying):
+        if (
+            may_lack_divisor
+            and (det := find_determinant_in_denominator(answer.problem.chain, part, domain.roles)) is not None
+        ):
+            expected = [multiply_nodes(entry, det) for entry in expected]
+            factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
+            factor = factor and replace(factor, changes_size=True)
+    if factor is None or (factor.changes_size and not set().union(*map(find_names, expected)) & varying):
         return None
     sign_words = "its sign" if part.shape is None else "signs"
     words = [
-        word for word, is_wrong in ((sign_words, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong
+        word
+        for word, is_wrong in ((sign_words, factor.is_negative), ("a common factor", factor.changes_size))
+        if is_wrong
     ]
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
-    share = share_but_for_a_factor(factor.is_negative, factor.is_other)
-    return _Credit(share, f"right but for {' and '.join(words)}")
+    share = share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
+    return _PartialCredit(share, f"right but for {' and '.join(words)}")
 
 
-def _factor_of_values(
-    table: Table, which: Sequence[int], expected: Sequence[Node], domain: Domain, constants: AbstractSet[str]
-) -> Factor | None:
+def _find_factor_of_values(
+    table: FunctionValues,
+    entry_indices: Sequence[int],
+    expected: Sequence[Node],
+    domain: Domain,
+    constants: AbstractSet[str],
+) -> ConstantFactor | None:
     """Return the factor by which a function's values differ from the reference, apart from signs; None without one.
 
     The factor is a number, which may be multiplied or divided by lengths.
     """
     count = len(table.values)
-    if table.shape is None or not count or not which or table.values.shape[1] <= max(which):
+    if table.shape is None or not count or not entry_indices or table.values.shape[1] <= max(entry_indices):
         return None
-    reference = evaluate(compile_program(list(expected)), table.at, count)[0]
+    reference = evaluate(compile_program(list(expected)), table.arguments, count)[0]
     with np.errstate(all="ignore"):
-        ratios = table.values.T[list(which)] / reference
+        ratios = table.values.T[list(entry_indices)] / reference
     sign_differs = ratios[:, 0].real < 0
     ratios = np.where(sign_differs[:, None], -ratios, ratios)
-    if not np.all(np.isfinite(ratios)) or not np.allclose(ratios, ratios[0], rtol=SAME, atol=0):
+    if not np.all(np.isfinite(ratios)) or not np.allclose(ratios, ratios[0], rtol=RELATIVE_TOLERANCE, atol=0):
         return None
     is_negative = bool(sign_differs.any())
-    lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.at)
-    for powers in product((0, 1, -1), repeat=min(len(lengths), MOST_CONSTANTS)):
+    lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.arguments)
+    for powers in product((0, 1, -1), repeat=min(len(lengths), MAX_LENGTHS)):
         quotient = ratios[0]
         for name, power in zip(lengths, powers, strict=False):
-            quotient = quotient * table.at[name] ** power
-        if abs(quotient[0]) > SAME and np.allclose(quotient, quotient[0], rtol=SAME, atol=0):
-            return Factor(is_negative, any(powers) or abs(abs(quotient[0]) - 1) > SAME)
+            quotient = quotient * table.arguments[name] ** power
+        if abs(quotient[0]) > RELATIVE_TOLERANCE and np.allclose(
+            quotient, quotient[0], rtol=RELATIVE_TOLERANCE, atol=0
+        ):
+            return ConstantFactor(is_negative, any(powers) or abs(abs(quotient[0]) - 1) > RELATIVE_TOLERANCE)
     return None
 
 
 # --- factors of a product ---
 
 
-def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
+def _credit_factors(answer: AnswerToCredit) -> _PartialCredit | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
     Only factors that depend on the configuration count. A wrong factor counts as a missing one and an extra one. The
     constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
     part, domain = answer.part, answer.domain
-    if not is_product(part) or answer.policy.by not in ("", "factors"):
+    if not is_product(part) or answer.policy.rule not in ("", "factors"):
         return None
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
     (reference,) = part.answer.entries()
-    expected_factors = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
-    expected_factors = [factor for factor in expected_factors if names(factor) & answer.varying]
+    expected_factors = [
+        parse_reference(expression_text(factor), frozenset(domain.roles)) for factor in _list_factors(reference)
+    ]
+    expected_factors = [factor for factor in expected_factors if find_names(factor) & answer.varying]
     (entry,) = answer.parsed.entries
-    given_factors = [factor for factor in factors(entry) if names(factor) & answer.varying]
-    if not given_factors or max(len(given_factors), len(expected_factors)) > MOST_FACTORS:
+    given_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying]
+    if not given_factors or max(len(given_factors), len(expected_factors)) > MAX_FACTORS:
         return None
-    counts = range(MOST_WRONG + 1)
+    counts = range(MAX_WRONG_FACTORS + 1)
     error_counts = sorted(product(counts, counts), key=lambda way: (max(way), way))[1:]
     for missing, surplus in error_counts:
         share = share_of_product(len(expected_factors), missing, surplus)
-        if share and _is_product_of(answer, given_factors, expected_factors, missing, surplus):
+        if share and _is_product_without(answer, given_factors, expected_factors, missing, surplus):
             surplus_words = f", and {_count_in_words(surplus, 'other')}" if surplus > missing else ""
             correct_count = len(expected_factors) - missing
             summary = f"{correct_count} of {_count_in_words(len(expected_factors), 'factor')} with joints"
-            return _Credit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{surplus_words}")
+            return _PartialCredit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{surplus_words}")
     return None
 
 
-def _count_in_words(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+def _count_in_words(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _factors(reference: sp.Expr) -> list[sp.Expr]:
+def _list_factors(reference: sp.Expr) -> list[sp.Expr]:
     """Return the factors of a product; a factor with a power is repeated."""
     factors_with_powers: list[sp.Expr] = []
     for factor in sp.Mul.make_args(reference):
@@ -276,31 +289,41 @@ def _factors(reference: sp.Expr) -> list[sp.Expr]:
     return factors_with_powers
 
 
-def _is_product_of(
-    answer: AnswerToCredit, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
+def _is_product_without(
+    answer: AnswerToCredit,
+    answer_factors: Sequence[Node],
+    expected_factors: Sequence[Node],
+    missing_count: int,
+    surplus_count: int,
 ) -> bool:
     """Return whether some factors of an answer and some of the expected ones have equal products, up to a constant.
 
-    `too_many` factors of the answer, `written`, are omitted, and `lost` of the expected factors.
+    `surplus_count` factors of the answer, `answer_factors`, are omitted, and `missing_count` of the expected factors.
     """
     domain, varying, seed = answer.domain, answer.varying, f"{answer.seed}/factors"
-    values = evaluate(compile_program([*written, *expected]), answer.sample("factors"), POINTS)[0]
+    values = evaluate(compile_program([*answer_factors, *expected_factors]), answer.sample("factors"), SAMPLE_COUNT)[0]
     choices = product(
-        combinations(range(len(written)), len(written) - too_many) if too_many < len(written) else (),
-        combinations(range(len(expected)), len(expected) - lost),
+        combinations(range(len(answer_factors)), len(answer_factors) - surplus_count)
+        if surplus_count < len(answer_factors)
+        else (),
+        combinations(range(len(expected_factors)), len(expected_factors) - missing_count),
     )
     for given_indices, expected_indices in choices:
         with np.errstate(all="ignore"):
             ratio = values[list(given_indices)].prod(axis=0) / values[
-                [len(written) + k for k in expected_indices]
+                [len(answer_factors) + k for k in expected_indices]
             ].prod(axis=0)
-        if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and np.allclose(ratio, ratio[0], rtol=SAME, atol=0):
+        if (
+            np.all(np.isfinite(ratio))
+            and abs(ratio[0]) > 0
+            and np.allclose(ratio, ratio[0], rtol=RELATIVE_TOLERANCE, atol=0)
+        ):
             given_product, expected_product = (
-                reduce(times, (written[k] for k in given_indices), ONE),
-                reduce(times, (expected[k] for k in expected_indices), ONE),
+                reduce(multiply_nodes, (answer_factors[k] for k in given_indices), ONE),
+                reduce(multiply_nodes, (expected_factors[k] for k in expected_indices), ONE),
             )
-            is_equal = compare_entries([given_product], [expected_product], domain, f"{seed}/same").equal[0]
-            if is_equal or constant_factor([given_product], [expected_product], domain, varying, seed) is not None:
+            is_equal = compare_entries([given_product], [expected_product], domain, f"{seed}/same").is_correct[0]
+            if is_equal or find_constant_factor([given_product], [expected_product], domain, varying, seed) is not None:
                 return True
     return False
 
@@ -308,33 +331,33 @@ def _is_product_of(
 # --- numbers ---
 
 
-def _credit_numbers(answer: AnswerToCredit) -> _Credit | None:
+def _credit_except_signs(answer: AnswerToCredit) -> _PartialCredit | None:
     """Return the credit for several numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
-    if len(parsed.entries) < 2 or not all(part.answer.units_due) or any(parsed.blanks):
+    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
         return None
     expected = np.array([float(value) for value in part.answer.as_matrix()])
     values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
-    tolerance = np.array(part.of(Number).room(part.rounding))
+    tolerance = np.array(part.answer_as(Number).allowed_errors(part.rounding))
     error = np.minimum(np.abs(values - expected), np.abs(values + expected))
     if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= tolerance) or np.any(error > tolerance):
         return None
-    return _Credit(share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
+    return _PartialCredit(share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
 
 
 # --- one known mistake ---
 
 
-def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit | None:
+def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _PartialCredit | None:
     """Return the credit for an answer in which one known mistake explains all wrong entries, however many."""
     part, parsed = answer.part, answer.parsed
-    if any(parsed.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
+    if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
         return None
     if not _varies_as_expected(answer) or not is_one_mistake(answer.problem, part, parsed, answer.seed):
         return None
     if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
-    return _Credit(HALF, "one mistake gives all that is wrong")
+    return _PartialCredit(MISTAKE_FACTOR, "one mistake gives all that is wrong")
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:
@@ -342,10 +365,10 @@ def _varies_as_expected(answer: AnswerToCredit) -> bool:
 
     A constant answer may match by chance.
     """
-    if not answer.part.answer.is_formulas or answer.parsed.table is not None:
+    if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True
     if not any(_entries_that_vary(answer)) or answer.has_unknown_symbols:
         return False
-    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), POINTS)[0]
+    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), SAMPLE_COUNT)[0]
     with np.errstate(all="ignore"):
-        return bool((np.abs(values - values[:, :1]).max(axis=1) > SAME * np.abs(values).max()).any())
+        return bool((np.abs(values - values[:, :1]).max(axis=1) > RELATIVE_TOLERANCE * np.abs(values).max()).any())

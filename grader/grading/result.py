@@ -5,16 +5,16 @@ Points are those of the assignment, to four decimals. Times are ISO 8601 strings
 
 from dataclasses import dataclass, field
 
-from qdot.exercises.common.json_form import OPTIONAL
+from qdot.exercises.common.json_form import OMITTED_IF_NONE
 from qdot.exercises.formula.identity import Certificate
 from qdot.grader.judging.verdict import Outcome
 
-Entries = tuple[tuple[bool, ...], ...]
+EntryFlags = tuple[tuple[bool, ...], ...]
 """A flag for each entry of an answer, row by row: for example, whether the entry is correct."""
 
 
 @dataclass(frozen=True)
-class MadeFrom:
+class MarkingVersions:
     """Everything besides the submission that decides the points: the versions of qdot's parts, and the assignment.
 
     Results from an older version of qdot may lack some of the fields.
@@ -36,7 +36,7 @@ class AppliedOverride:
     points: float | None
     comment: str
     was: float | None
-    group: str | None = field(default=None, metadata=OPTIONAL)
+    group: str | None = field(default=None, metadata=OMITTED_IF_NONE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,12 +59,12 @@ class PartResult:
     mistake: str | None = None
     advice: str | None = None
     followed_from: str | None = None
-    follows: Entries | None = None
+    follows: EntryFlags | None = None
     attempt: bool | None = None
     group: str | None = None
     certificate: Certificate | None = None
     answer: str | None = None
-    entries: Entries | None = None
+    entries: EntryFlags | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class ProblemResult:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Marked:
+class NotebookMarks:
     """The grader's marks for a notebook, or for a missing one. The student's result is computed from them.
 
     `obstacle` says why the notebook could not be graded. `notes` are for the student, `staff_notes` for the staff.
@@ -87,7 +87,7 @@ class Marked:
     obstacle: str | None = None
     notes: tuple[str, ...] = ()
     staff_notes: tuple[str, ...] = ()
-    made_from: MadeFrom
+    made_from: MarkingVersions
     problems: tuple[ProblemResult, ...]
     seconds: float = 0.0
     """Processor time that the grading took."""
@@ -122,7 +122,7 @@ class Lateness:
 
 
 @dataclass(frozen=True)
-class ReadNotebook:
+class SubmittedNotebook:
     """One of several notebooks that a student submitted; `score` is None if it was not graded."""
 
     file: str
@@ -144,11 +144,11 @@ class Result:
     max_score: float
     late: Lateness | None
     override: AppliedOverride | None = None
-    attempts: tuple[ReadNotebook, ...] = ()
+    attempts: tuple[SubmittedNotebook, ...] = ()
     obstacle: str | None = None
     notes: tuple[str, ...] = ()
     staff_notes: tuple[str, ...] = ()
-    made_from: MadeFrom = MadeFrom()
+    made_from: MarkingVersions = MarkingVersions()
     problems: tuple[ProblemResult, ...]
 
     @property

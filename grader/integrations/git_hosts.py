@@ -19,11 +19,11 @@ from urllib.parse import quote
 
 from qdot.exercises.common.errors import QdotError
 
-TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
+TOKEN_VARIABLE = "QDOT_TOKEN"  # noqa: S105 - a variable's name
 """The environment variable with the token for students' repositories."""
-PATIENCE = 60
+REQUEST_TIMEOUT = 60
 """Timeout for an answer of a server, in seconds."""
-PAUSES = (2, 10)
+RETRY_PAUSES = (2, 10)
 """Pauses, in seconds, before a failed request is repeated."""
 
 
@@ -39,19 +39,19 @@ class Push:
 class Host:
     """A server with repositories: its addresses, the default owner, and the login and token for git and the API.
 
-    `pushes` yields the pushes to a branch of a repository, the latest first.
+    `list_pushes` yields the pushes to a branch of a repository, the latest first.
     """
 
-    server: str
-    api: str
+    server_url: str
+    api_url: str
     owner: str
     login: str
-    pushes: Callable[["Host", str, str], Iterator[Push]]
+    list_pushes: Callable[["Host", str, str], Iterator[Push]]
     token: str = field(repr=False)
 
-    def url(self, repository: str) -> str:
+    def repository_url(self, repository: str) -> str:
         """Return the address of a repository for git."""
-        return f"{self.server}/{repository}.git"
+        return f"{self.server_url}/{repository}.git"
 
     def git_environment(self) -> dict[str, str]:
         """Return the environment variables that pass the token to git, so that no argument and no file contains it.
@@ -63,45 +63,47 @@ class Host:
         credentials = base64.b64encode(f"{self.login}:{self.token}".encode()).decode()
         return {
             **variables, "GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1),
-            f"GIT_CONFIG_KEY_{count}": f"http.{self.server}/.extraheader",
+            f"GIT_CONFIG_KEY_{count}": f"http.{self.server_url}/.extraheader",
             f"GIT_CONFIG_VALUE_{count}": f"Authorization: Basic {credentials}",
         }  # fmt: skip
 
 
 def find_host(name: str, environment: Mapping[str, str]) -> Host:
     """Return GitHub or GitLab, as described by the environment variables of its jobs. Raises QdotError."""
-    token = environment.get(TOKEN, "").strip()
+    token = environment.get(TOKEN_VARIABLE, "").strip()
     if not token:
-        raise QdotError(f"{TOKEN} is not set; it is the token by which students' repositories are read (docs/ci.md)")
+        raise QdotError(
+            f"{TOKEN_VARIABLE} is not set; it is the token by which students' repositories are read (docs/ci.md)"
+        )
 
-    def setting(variable: str, default: str = "") -> str:
+    def read_setting(variable: str, default: str = "") -> str:
         return (environment.get(variable) or default).rstrip("/")
 
     if name == "github":
         server, api = (
-            setting("GITHUB_SERVER_URL", "https://github.com"),
-            setting("GITHUB_API_URL", "https://api.github.com"),
+            read_setting("GITHUB_SERVER_URL", "https://github.com"),
+            read_setting("GITHUB_API_URL", "https://api.github.com"),
         )
-        return Host(server, api, setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
-    server = setting("CI_SERVER_URL", "https://gitlab.com")
+        return Host(server, api, read_setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _list_github_pushes, token)
+    server = read_setting("CI_SERVER_URL", "https://gitlab.com")
     return Host(
         server,
-        setting("CI_API_V4_URL", f"{server}/api/v4"),
-        setting("CI_PROJECT_NAMESPACE"),
+        read_setting("CI_API_V4_URL", f"{server}/api/v4"),
+        read_setting("CI_PROJECT_NAMESPACE"),
         "oauth2",
-        _pushes_on_gitlab,
+        _list_gitlab_pushes,
         token,
     )
 
 
-def _pushes_on_github(host: Host, repository: str, branch: str) -> Iterator[Push]:
+def _list_github_pushes(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"repos/{quote(repository)}/activity?ref={quote(f'refs/heads/{branch}', safe='')}&per_page=100"
     for activity in _list_pages(host, path):
         if activity["after"].strip("0"):  # zeros mean that the branch was deleted
             yield Push(activity["after"], datetime.datetime.fromisoformat(activity["timestamp"]))
 
 
-def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push]:
+def _list_gitlab_pushes(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"projects/{quote(repository, safe='')}/events?action=pushed&per_page=100"
     for event in _list_pages(host, path):
         pushed = event["push_data"]
@@ -111,20 +113,20 @@ def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push
 
 def _list_pages(host: Host, path: str) -> Iterator[Any]:
     """Yield the items of a list that the API returns in pages."""
-    url = f"{host.api}/{path}"
+    url = f"{host.api_url}/{path}"
     while url:
-        page, links = _request(host, url)
+        page, links = _send_request(host, url)
         yield from page
         next_link = re.search(r'<([^>]+)>;\s*rel="next"', links)
-        url = next_link[1] if next_link and next_link[1].startswith(f"{host.api}/") else ""
+        url = next_link[1] if next_link and next_link[1].startswith(f"{host.api_url}/") else ""
 
 
-def _request(host: Host, url: str) -> tuple[Any, str]:
+def _send_request(host: Host, url: str) -> tuple[Any, str]:
     """Return the API's answer and its links to other pages; repeat a failed request up to twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
-    for pause in (*PAUSES, None):
+    for pause in (*RETRY_PAUSES, None):
         try:
-            with urllib.request.urlopen(request, timeout=PATIENCE) as answer:  # noqa: S310
+            with urllib.request.urlopen(request, timeout=REQUEST_TIMEOUT) as answer:  # noqa: S310
                 return json.loads(answer.read()), answer.headers.get("Link") or ""
         except urllib.error.HTTPError as error:
             if error.code < 500 or pause is None:

@@ -35,28 +35,28 @@ from qdot.grader.grading.batch import find_student
 from qdot.grader.grading.history import read_last_results
 from qdot.grader.integrations.git_hosts import Host, Push, find_host
 from qdot.grader.reports.github import make_summary
-from qdot.grader.submissions.submission import NOT_FETCHED
+from qdot.grader.submissions.submission import NOT_FETCHED_FILE
 
-AT_ONCE = 8
+MAX_PARALLEL = 8
 """Maximum number of repositories that are fetched, or pushed to, at the same time."""
-PATIENCE = 300
+GIT_TIMEOUT = 300
 """Timeout for each git command, in seconds."""
-WORK = ".submitted-"
+WORK_FOLDER_PREFIX = ".submitted-"
 """Prefix of the temporary folder, next to submitted/, into which repositories are fetched."""
-FEEDBACK = "feedback"
+FEEDBACK_BRANCH = "feedback"
 """The branch in which a student finds the feedback."""
 
 
-class _LeftOut(Exception):
+class _NothingToGrade(Exception):
     """A student has no work to grade, because nothing was pushed, or nothing in time; the message says why."""
 
 
-class _Unreached(Exception):
+class _HostUnreachable(Exception):
     """It is unknown whether a student has work, because the server is unreachable or refuses; the message says why."""
 
 
 @dataclass(frozen=True)
-class Collected:
+class CollectedRepository:
     """A student's repository: the commit to grade, the time of its push, and the time until which pushes count.
 
     All fields are texts, as in the table. `left_out` says why there is nothing to grade, so that the work counts as
@@ -80,7 +80,7 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
     `until` of that table, shifted by the student's extension. Without that table, lateness costs nothing, and a student
     who pushed nothing in time is graded by the last push.
     """
-    deadline = assignment.due_of(student)
+    deadline = assignment.due_date_of(student)
     if deadline is None or assignment.late is None:
         return deadline
     if assignment.late.until is None or assignment.due_date is None:
@@ -91,20 +91,20 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
 # --- collecting ---
 
 
-def collect(assignment: Assignment, host: Host) -> list[Collected]:
+def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     """Fetch every student's repository into submitted/STUDENT, and list those that could not be fetched in a table.
 
     Raises QdotError if no repository could be fetched; previously fetched files then remain.
     """
     repositories = [
-        (find_student(assignment, name), repository) for name, repository in _repositories(assignment, host)
+        (find_student(assignment, name), repository) for name, repository in _read_repositories(assignment, host)
     ]
-    for leftover in assignment.folder.glob(f"{WORK}*"):  # from a run that was killed
+    for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # from a run that was killed
         shutil.rmtree(leftover, ignore_errors=True)
-    with tempfile.TemporaryDirectory(prefix=WORK, dir=assignment.folder) as work:
+    with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work:
         fetched = Path(work, "submitted")
         fetched.mkdir()
-        with ThreadPoolExecutor(AT_ONCE) as threads:
+        with ThreadPoolExecutor(MAX_PARALLEL) as threads:
             collected = list(threads.map(lambda each: _collect_one(assignment, host, fetched, *each), repositories))
         for each in collected:
             if each.unreached:
@@ -117,17 +117,17 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
                 "no repository could be fetched: are the names in repositories.csv right, and the token valid?"
             )
         if unreached:
-            (fetched / NOT_FETCHED).write_text(_table(["student", "why"], unreached), encoding="utf-8")
+            (fetched / NOT_FETCHED_FILE).write_text(_format_csv(["student", "why"], unreached), encoding="utf-8")
         submitted = assignment.folder / "submitted"
         if submitted.exists():
             submitted.rename(Path(work, "before"))
         fetched.rename(submitted)
-    table = _table([name.name for name in fields(Collected)], map(asdict, collected))
+    table = _format_csv([name.name for name in fields(CollectedRepository)], map(asdict, collected))
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
     return collected
 
 
-def _table(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
+def _format_csv(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
     """Return a table as CSV text."""
     table = io.StringIO()
     writer = csv.DictWriter(table, columns, lineterminator="\n")
@@ -136,7 +136,7 @@ def _table(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
     return table.getvalue()
 
 
-def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
+def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
     """Return the pairs of a student and a repository in repositories.csv. Raises QdotError."""
     path = assignment.folder / "repositories.csv"
     try:
@@ -148,41 +148,45 @@ def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
     return [(student, repository.replace("OWNER/", owner, 1)) for student, repository in pairs if student]
 
 
-def _collect_one(assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str) -> Collected:
+def _collect_one(
+    assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str
+) -> CollectedRepository:
     """Fetch a student's repository into `fetched`/STUDENT, and return a description of it."""
     until = find_cutoff(assignment, student)
-    collected = Collected(student.id, repository, counts_until="" if until is None else until.isoformat())
+    collected = CollectedRepository(student.id, repository, counts_until="" if until is None else until.isoformat())
     folder = fetched / student.id
     try:
-        head = _git(host, "ls-remote", "--symref", host.url(repository), "HEAD").split()
+        head = _run_git(host, "ls-remote", "--symref", host.repository_url(repository), "HEAD").split()
         if head[:1] != ["ref:"]:
-            raise _LeftOut("nothing was ever pushed to it")
+            raise _NothingToGrade("nothing was ever pushed to it")
         collected = replace(collected, branch=head[1].removeprefix("refs/heads/"))
-        push = _counting_push(host, repository, collected.branch, until, late_too=assignment.late is None)
+        push = _find_counting_push(host, repository, collected.branch, until, accepts_late=assignment.late is None)
         collected = replace(collected, commit=push.commit, pushed=push.received.isoformat())
         _fetch_commit(host, repository, push, folder)
-    except (_LeftOut, _Unreached, OSError) as error:
+    except (_NothingToGrade, _HostUnreachable, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
-        field_name = "left_out" if isinstance(error, _LeftOut) else "unreached"
+        field_name = "left_out" if isinstance(error, _NothingToGrade) else "unreached"
         return replace(collected, **{field_name: printable(str(error))})
     return collected
 
 
-def _counting_push(host: Host, repository: str, branch: str, until: datetime.datetime | None, late_too: bool) -> Push:
-    """Return the last push to a branch that came in time; if there is none and `late_too`, the last push of all."""
+def _find_counting_push(
+    host: Host, repository: str, branch: str, until: datetime.datetime | None, accepts_late: bool
+) -> Push:
+    """Return the last push to a branch that came in time; if there is none and `accepts_late`, the last push of all."""
     try:
-        pushes = iter(host.pushes(host, repository, branch))
+        pushes = iter(host.list_pushes(host, repository, branch))
         last_push = next(pushes, None)
         all_pushes = () if last_push is None else chain((last_push,), pushes)
         in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
-        counting_push = in_time or (last_push if late_too else None)
+        counting_push = in_time or (last_push if accepts_late else None)
     except urllib.error.HTTPError as error:
         why = f"the server answers {error.code} {error.reason}"
-        raise _Unreached(f"when it was pushed to is not known: {why}") from None
+        raise _HostUnreachable(f"when it was pushed to is not known: {why}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _Unreached(f"when it was pushed to is not known: {error}") from None
+        raise _HostUnreachable(f"when it was pushed to is not known: {error}") from None
     if counting_push is None:
-        raise _LeftOut(f"the server knows of no push to {branch}{f' until {until}' if until else ''}")
+        raise _NothingToGrade(f"the server knows of no push to {branch}{f' until {until}' if until else ''}")
     return counting_push
 
 
@@ -193,47 +197,50 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
     """
     safe_options = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
     folder.mkdir()
-    _git(host, *safe_options, "init", "--quiet")
+    _run_git(host, *safe_options, "init", "--quiet")
     try:
-        _git(
+        _run_git(
             host, *safe_options, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
-            host.url(repository), push.commit,
+            host.repository_url(repository), push.commit,
         )  # fmt: skip
-    except _Unreached as error:
+    except _HostUnreachable as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
-            raise _LeftOut(f"the commit that counts is no longer there: {error}") from None
+            raise _NothingToGrade(f"the commit that counts is no longer there: {error}") from None
         raise
-    _git(host, *safe_options, "checkout", "--quiet", "--detach", push.commit)
+    _run_git(host, *safe_options, "checkout", "--quiet", "--detach", push.commit)
     shutil.rmtree(folder / ".git")
     moment = push.received.timestamp()
     for path in folder.rglob("*"):
         os.utime(path, (moment, moment), follow_symlinks=False)
 
 
-def _git(host: Host, *arguments: str, **environment: str) -> str:
-    """Return the output of a git command. Raises _Unreached with git's error line, without the advice after it."""
+def _run_git(host: Host, *arguments: str, **environment: str) -> str:
+    """Return the output of a git command.
+
+    Raises _HostUnreachable with git's error line, without the advice after it.
+    """
     try:
         process = subprocess.run(
             ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
-            capture_output=True, text=True, errors="replace", timeout=PATIENCE,
+            capture_output=True, text=True, errors="replace", timeout=GIT_TIMEOUT,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise _Unreached(f"git took longer than {PATIENCE} s") from None
+        raise _HostUnreachable(f"git took longer than {GIT_TIMEOUT} s") from None
     if process.returncode:
         lines = [line for line in process.stderr.splitlines() if line.strip()]
         last_line = lines[-1] if lines else f"git ended with {process.returncode}"
-        raise _Unreached(printable(next((line for line in lines if ERROR.match(line)), last_line)))
+        raise _HostUnreachable(printable(next((line for line in lines if ERROR_LINE.match(line)), last_line)))
     return process.stdout
 
 
-ERROR = re.compile("(remote|error|fatal|ERROR):")
+ERROR_LINE = re.compile("(remote|error|fatal|ERROR):")
 """The beginning of the line in which git reports an error."""
 
 
 # --- handing back ---
 
 
-def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
+def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     """Push the feedback to every fetched repository, and return the repositories, with errors in `unreached`.
 
     The feedback is a commit without a parent that depends only on its content, so unchanged feedback isn't sent again.
@@ -241,23 +248,23 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
     graded, results = read_last_results(assignment)
     by_student = {result.student: result for result in results}
 
-    def push_feedback(student: str, repository: str) -> Collected:
+    def push_feedback(student: str, repository: str) -> CollectedRepository:
         with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as work:
             page = assignment.folder / "graded" / "feedback" / f"{student}.html"
             try:
                 Path(work, "README.md").write_text(make_summary(graded, [by_student[student]]), encoding="utf-8")
                 shutil.copyfile(page, Path(work, "feedback.html"))
-                _push(host, repository, work)
-            except (OSError, _Unreached) as error:
-                return Collected(student, repository, FEEDBACK, unreached=str(error))
-        return Collected(student, repository, FEEDBACK)
+                _push_folder(host, repository, work)
+            except (OSError, _HostUnreachable) as error:
+                return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=str(error))
+        return CollectedRepository(student, repository, FEEDBACK_BRANCH)
 
     fetched = [
         (student, repository)
-        for student, repository in _repositories(assignment, host)
+        for student, repository in _read_repositories(assignment, host)
         if student in by_student and (assignment.folder / "submitted" / student).is_dir()
     ]
-    with ThreadPoolExecutor(AT_ONCE) as threads:
+    with ThreadPoolExecutor(MAX_PARALLEL) as threads:
         pushed = list(threads.map(lambda each: push_feedback(*each), fetched))
     for each in pushed:
         if each.unreached:
@@ -265,14 +272,23 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
     return pushed
 
 
-def _push(host: Host, repository: str, folder: str) -> None:
-    """Push the files in a folder to the branch for feedback, as its only commit. Raises _Unreached."""
+def _push_folder(host: Host, repository: str, folder: str) -> None:
+    """Push the files in a folder to the branch for feedback, as its only commit. Raises _HostUnreachable."""
     author = ("-c", "user.name=qdot", "-c", "user.email=qdot@localhost", "-c", "commit.gpgsign=false")
     times = dict.fromkeys(("GIT_AUTHOR_DATE", "GIT_COMMITTER_DATE"), "2000-01-01T00:00:00Z")
-    _git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK}")
-    _git(host, "-C", folder, "add", "--all")
-    _git(host, "-C", folder, *author, "commit", "--quiet", "--message", "Feedback", **times)
-    _git(host, "-C", folder, "push", "--quiet", "--force", host.url(repository), f"HEAD:refs/heads/{FEEDBACK}")
+    _run_git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK_BRANCH}")
+    _run_git(host, "-C", folder, "add", "--all")
+    _run_git(host, "-C", folder, *author, "commit", "--quiet", "--message", "Feedback", **times)
+    _run_git(
+        host,
+        "-C",
+        folder,
+        "push",
+        "--quiet",
+        "--force",
+        host.repository_url(repository),
+        f"HEAD:refs/heads/{FEEDBACK_BRANCH}",
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -74,7 +74,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
         owner = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
-        if len(owner.students) == 1 and not owner.why:
+        if len(owner.students) == 1 and not owner.reason:
             owners[owner.students[0]] = None
     if len(owners) > 1:
         owners = {name: None for name in owners if name in _claimed_students(assignment, submission)}
@@ -89,9 +89,9 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
     """Return the student named in the submitted notebook's metadata, as a set; it is empty without a notebook."""
     files = find_student_files(assignment, submission)
-    if files is None or files.obstacle:
+    if files is None or files.ungraded_reason:
         return set()
-    return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
+    return {str(read_submission(files.files[0], assignment.key).qdot_metadata.get("student"))}
 
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
@@ -104,7 +104,7 @@ def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
     return None
 
 
-DAY = datetime.timedelta(days=1)
+ONE_DAY = datetime.timedelta(days=1)
 
 
 def apply_attempt_policy(
@@ -119,7 +119,7 @@ def apply_attempt_policy(
     now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # A submission without a time gets one of its own, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [parse_time(other.get("submission_time")) or epoch + i * DAY for i, other in enumerate(earlier)]
+    times = [parse_time(other.get("submission_time")) or epoch + i * ONE_DAY for i, other in enumerate(earlier)]
     counting_indices = policy.select_counting([*times, now])
     is_counting = len(earlier) in counting_indices
     best_score = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)

@@ -8,12 +8,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.nbgrader import ANSWER, Cell, answer_metadata, checksum, grade_id, marks_cell
-from qdot.exercises.notebook.self_check import Problems, cells_of
+from qdot.exercises.exports.nbgrader import (
+    ANSWER_SUFFIX,
+    Cell,
+    compute_checksum,
+    make_answer_metadata,
+    make_grade_id,
+    make_marks_cell,
+)
+from qdot.exercises.notebook.self_check import Problems, self_check_cells
 from qdot.grader.grading.marking import format_points
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import Row
+from qdot.grader.reports.rows import PartRow
 
 
 def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
@@ -23,21 +30,21 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as an ordinary
     cell.
     """
-    parts = {grade_id(part): part for part in points}
-    marks = {name: marks_cell(part, points[part]) for name, part in parts.items()}
+    parts = {make_grade_id(part): part for part in points}
+    marks = {name: make_marks_cell(part, points[part]) for name, part in parts.items()}
     unplaced, restored = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for index, cell in enumerate(cells):
         name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
         part = _metadata_text(cell["metadata"].get("qdot"), "part")
-        answer_name = grade_id(part) if part in points else name.removesuffix(ANSWER)
+        answer_name = make_grade_id(part) if part in points else name.removesuffix(ANSWER_SUFFIX)
         if name in marks and cell["source"].strip() == marks[name]["source"]:
             continue
         if cell.get("id") in ids:
             cell["id"] = f"changed-{index}"
         restored.append(cell)
-        if (part in points or name.endswith(ANSWER)) and answer_name in unplaced and cell["cell_type"] == "code":
-            cell["metadata"].update(answer_metadata(parts[answer_name]))
+        if (part in points or name.endswith(ANSWER_SUFFIX)) and answer_name in unplaced and cell["cell_type"] == "code":
+            cell["metadata"].update(make_answer_metadata(parts[answer_name]))
             restored.append(unplaced.pop(answer_name))
     return [*restored, *unplaced.values()]
 
@@ -46,24 +53,24 @@ def _metadata_text(metadata: object, name: str) -> str:
     return str(metadata.get(name, "")) if isinstance(metadata, dict) else ""
 
 
-def without_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
+def remove_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
     """Return the cells without the notebook's own checks; changed checks remain.
 
     The staff read each student's notebook on nbgrader's pages, which can't fold cells, and the code of the checks is
     longer than all the answers.
     """
-    function, checks = cells_of(problems)
+    function, checks = self_check_cells(problems)
     check_sources = {function, *checks} - {""}
     return [cell for cell in cells if cell["source"].strip() not in check_sources]
 
 
-def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
+def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
     """Write the outcome of each part into the cell for its marks; remove all other outputs. Raises QdotError.
 
     If a part is unanswered and its cell is still marked as blank, the cell's checksum tells nbgrader that it is
     unchanged.
     """
-    by_name = {grade_id(row.part): row for row in rows}
+    by_name = {make_grade_id(row.part): row for row in rows}
     unplaced = dict(by_name)
     for cell in cells:
         if cell["cell_type"] != "code":
@@ -76,25 +83,25 @@ def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
                 raise QdotError(f"{metadata['grade_id']}: {_describe_mismatch(row)}")
             cell["outputs"] = make_outputs(row)
         elif metadata.get("solution"):
-            row = by_name.get(metadata["grade_id"].removesuffix(ANSWER))
+            row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
-                metadata["checksum"] = checksum(cell)
+                metadata["checksum"] = compute_checksum(cell)
     if unplaced:
-        raise QdotError(f"{', '.join(unplaced)}: nbgrader knows no such cells; {GENERATE}")
+        raise QdotError(f"{', '.join(unplaced)}: nbgrader knows no such cells; {GENERATE_AGAIN}")
 
 
-WIDTH = 76
+MAX_LINE_LENGTH = 76
 """Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
-GENERATE = "export the assignment again and run nbgrader generate_assignment again"
+GENERATE_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
 
 
-def _describe_mismatch(row: Row | None) -> str:
+def _describe_mismatch(row: PartRow | None) -> str:
     if row is not None and row.points is None:
         return f"qdot failed on it, so there is no mark: {row.message}"
-    return f"the assignment does not ask this, or for other points; {GENERATE}"
+    return f"the assignment does not ask this, or for other points; {GENERATE_AGAIN}"
 
 
-def make_outputs(row: Row) -> list[dict[str, Any]]:
+def make_outputs(row: PartRow) -> list[dict[str, Any]]:
     """Return cell outputs from which nbgrader takes a part's points, with the reason.
 
     nbgrader gives 0 points for an error; otherwise the value of the cell is the points. The reason is on standard
@@ -102,7 +109,7 @@ def make_outputs(row: Row) -> list[dict[str, Any]]:
     """
     assert row.points is not None
     message = textwrap.fill(
-        make_visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), WIDTH,
+        make_visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), MAX_LINE_LENGTH,
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
     if row.points <= 0:

@@ -20,18 +20,18 @@ from traitlets import Float
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.nbgrader import SIGN
+from qdot.exercises.exports.nbgrader import MARKS_COMMENT
 from qdot.grader.cli.grade_command import check_sandbox
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
-from qdot.grader.grading.marking import format_points, list_max_points
+from qdot.grader.grading.marking import format_points, map_max_points
 from qdot.grader.grading.result import Result
-from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, restore_cells, without_self_checks
+from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.reports.rows import make_rows
 from qdot.grader.sandbox.sandbox import Limits
 
-FOLDER = "qdot"
+QDOT_FOLDER = "qdot"
 """The folder of a course that contains the folders of assignments that qdot marks."""
-Handed = tuple[NotebookNode, Any]
+NotebookAndResources = tuple[NotebookNode, Any]
 """What a step of nbgrader passes to the next one: the notebook, and nbgrader's resources."""
 
 
@@ -44,28 +44,30 @@ def configure(c: Any) -> None:
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
     if steps.count(Execute) != 1 or steps.count(AssignLatePenalties) != 1:
         raise QdotError("this nbgrader has other steps than those of 0.9: qdot can't mark in it")
-    replacements = {Execute: Mark, AssignLatePenalties: Late}
-    c.Autograde.sanitize_preprocessors = [MakeWhole, *sanitize]
+    replacements = {Execute: Mark, AssignLatePenalties: ApplyLateRule}
+    c.Autograde.sanitize_preprocessors = [RestoreCells, *sanitize]
     c.Autograde.autograde_preprocessors = [replacements.get(step, step) for step in steps]
 
 
-class MakeWhole(NbGraderPreprocessor):
+class RestoreCells(NbGraderPreprocessor):
     """nbgrader step that restores the cells of a student's notebook before nbgrader inspects them."""
 
-    def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
+    def preprocess(self, nb: NotebookNode, resources: Any) -> NotebookAndResources:
         """Return the notebook with restored cells. Raises QdotError if the folder of a qdot assignment is missing."""
         info = resources["nbgrader"]
         with Gradebook(info["db_url"]) as gradebook:
             source_notebook = gradebook.find_notebook(info["notebook"], info["assignment"])
             sources = [cell.source for cell in source_notebook.source_cells]
-        assignment = _assignment_of_qdot(self, info["assignment"])
+        assignment = _load_qdot_assignment(self, info["assignment"])
         if assignment is None:
-            if any(source.startswith(SIGN) for source in sources):
-                raise QdotError(f"{info['assignment']} is marked by qdot, and {FOLDER}/{info['assignment']} is missing")
+            if any(source.startswith(MARKS_COMMENT) for source in sources):
+                raise QdotError(
+                    f"{info['assignment']} is marked by qdot, and {QDOT_FOLDER}/{info['assignment']} is missing"
+                )
             return nb, resources
-        points = list_max_points(assignment)
-        if sum(source.startswith(SIGN) for source in sources) != len(points):
-            raise QdotError(f"nbgrader knows other cells than {info['assignment']} has; {GENERATE}")
+        points = map_max_points(assignment)
+        if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points):
+            raise QdotError(f"nbgrader knows other cells than {info['assignment']} has; {GENERATE_AGAIN}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
         return nb, resources
 
@@ -75,17 +77,17 @@ class Mark(Execute):
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
-    def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
+    def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> NotebookAndResources:
         """Return the notebook with the marks and the reasons. Raises QdotError if it can't be marked."""
         info = resources["nbgrader"]
-        assignment = _assignment_of_qdot(self, info["assignment"])
+        assignment = _load_qdot_assignment(self, info["assignment"])
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
         result = _grade(assignment, info, self)
         rows = make_rows(result, assignment.feedback)
-        fill_in(nb.cells, rows)
+        fill_in_marks(nb.cells, rows)
         problems = assignment.problems(info["student"])
-        nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
+        nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
         resources["qdot"] = {"late": _late_penalty(result)}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
@@ -93,10 +95,10 @@ class Mark(Execute):
         return nb, resources
 
 
-class Late(AssignLatePenalties):
+class ApplyLateRule(AssignLatePenalties):
     """nbgrader step that applies the late rule of assignment.toml; other assignments use nbgrader's own rule."""
 
-    def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
+    def preprocess(self, nb: NotebookNode, resources: Any) -> NotebookAndResources:
         """Write the late penalty to nbgrader's database, and return the notebook unchanged."""
         if "qdot" not in resources:
             return super().preprocess(nb, resources)
@@ -108,14 +110,14 @@ class Late(AssignLatePenalties):
         return nb, resources
 
 
-def _course(step: Any) -> Any:
+def _find_course(step: Any) -> Any:
     """Return nbgrader's object for the course folder, from one of its conversion steps."""
     return step.parent.parent.coursedir
 
 
-def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
+def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
     """Return the qdot assignment with a key; None if the assignment is not qdot's. Raises QdotError."""
-    folder = Path(_course(step).root, FOLDER, key)
+    folder = Path(_find_course(step).root, QDOT_FOLDER, key)
     if not folder.is_dir():
         return None
     assignment = load_assignment(folder)
@@ -124,15 +126,15 @@ def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
     return assignment
 
 
-def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
+def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
-    student, course = find_student(assignment, about["student"]), _course(step)
+    student, course = find_student(assignment, info["student"]), _find_course(step)
     _check_sandbox_once(assignment.sandbox == "strict")
-    folder = Path(course.root, course.format_path(course.submitted_directory, student.id, about["assignment"]))
+    folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received = course.get_existing_timestamp(str(folder))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    files = find_student_files(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
+    files = find_student_files(assignment, folder / f"{info['notebook']}.ipynb", received, "nbgrader")
     return grade_one(assignment, student, files, make_limits(step.seconds))
 
 

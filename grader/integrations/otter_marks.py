@@ -19,16 +19,16 @@ from qdot.grader.reports.gradescope import GradescopeResults
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import read_submission
 
-NAME = "qdot_marks"
+MARKS_VARIABLE = "qdot_marks"
 """Name of the variable with the marks in the process that runs the tests."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """The points of a part, its maximum points (`of`), and the feedback."""
+    """The points of a part, its maximum points (`max_points`), and the feedback."""
 
     points: float
-    of: float
+    max_points: float
     feedback: str
 
 
@@ -52,7 +52,7 @@ def grade_for_otter(
 
 
 def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
-    claimed = read_submission(notebook, assignment.key).claims.get("student")
+    claimed = read_submission(notebook, assignment.key).qdot_metadata.get("student")
     if not isinstance(claimed, str):
         raise QdotError(f"{notebook.name} does not say whose it is; hand in the notebook that was handed out")
     return find_student(assignment, claimed)
@@ -65,7 +65,7 @@ def list_marks(results: GradescopeResults) -> dict[str, Mark]:
 
 def write_marks_code(marks: Mapping[str, Mark]) -> str:
     """Return the code of a cell that loads the marks for the tests and runs no student code."""
-    return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
+    return f"import json\n{MARKS_VARIABLE} = json.loads({json.dumps(as_json(marks))!r})"
 
 
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
@@ -76,5 +76,5 @@ def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str
     if marks is None or part not in marks:
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")
     mark = Mark(**marks[part])
-    if mark.points < mark.of:
+    if mark.points < mark.max_points:
         raise AssertionError(mark.feedback)

@@ -18,11 +18,11 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_notebook
 from otter.plugins import AbstractOtterPlugin
 
-from qdot.exercises.exports.nbgrader import grade_id
-from qdot.exercises.exports.otter import FOLDER
+from qdot.exercises.exports.nbgrader import make_grade_id
+from qdot.exercises.exports.otter import ASSIGNMENT_FOLDER
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, write_marks_code
 
-OTTERS = "tests"
+OTTER_TESTS_FOLDER = "tests"
 """The folder of tests that Otter puts next to the notebook; it replaces any submitted folder of that name."""
 
 
@@ -35,8 +35,8 @@ class Marks(AbstractOtterPlugin):
         Raises QdotError if it can't be marked.
         """
         submission = Path(self.submission_path).absolute()
-        _remove_all_but({submission, submission.parent / OTTERS})
-        assignment = submission.parent.parent / "source" / "files" / FOLDER
+        _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
+        assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
             with _work_elsewhere():
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
@@ -57,7 +57,7 @@ class Marks(AbstractOtterPlugin):
         earned = sum(mark.points for mark in marks.values())
         ratio = self.results.score / earned if earned else 1
         for part, mark in marks.items():
-            results.update_score(grade_id(part), mark.points * ratio)
+            results.update_score(make_grade_id(part), mark.points * ratio)
         if self.results.output:
             results.set_output(self.results.output)
 

@@ -24,34 +24,34 @@ from qdot.exercises.answers import (
 )
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.items import entry_labels, question_alone
-from qdot.exercises.exports.markup import line_html
-from qdot.exercises.exports.prairielearn import BANK_FILE, input_names
+from qdot.exercises.exports.items import list_entry_labels, write_question_alone
+from qdot.exercises.exports.markup import write_line_html
+from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
-from qdot.exercises.writing.short_answer import unit_text
+from qdot.exercises.writing.short_answer import plain_unit
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
-from qdot.grader.reports.feedback_levels import at_least
+from qdot.grader.reports.feedback_levels import shows_at_least
 
-Data = dict[str, Any]
+PrairieLearnData = dict[str, Any]
 """PrairieLearn's dictionary, or a part of it."""
 
-LONGEST = 20_000
+MAX_ANSWER_LENGTH = 20_000
 """Maximum number of characters of an answer; the longest reference answer is a tenth as long."""
 
 
-def generate(data: Data, folder: str, slot: str) -> None:
+def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     """Store a variant in `params`, and its worked solutions in `correct_answers`."""
-    assignment_slot, assignment_hints = _slot_and_hints(data, folder, slot)
-    seeds = json.loads((_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
+    assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
+    seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
-    problem = assignment_slot.problem_with(int(seed))
+    problem = assignment_slot.problem_of_seed(int(seed))
     data["params"].update(
         seed=seed,
         engine=ENGINE,
@@ -60,63 +60,67 @@ def generate(data: Data, folder: str, slot: str) -> None:
         shown={part.name: _show_part(problem, part, assignment_hints) for part in problem.parts},
     )
     data["correct_answers"].update(
-        options={part.name: _options(problem, part) for part in problem.parts if part.answer.offered},
+        options={part.name: _list_options(problem, part) for part in problem.parts if part.answer.offered_options},
         solutions={part.name: _show_solution(problem, part) for part in problem.parts},
     )
 
 
-def parse(data: Data, folder: str, slot: str) -> None:
+def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
     """Report why answers can't be parsed; such a submission is not graded, and costs no attempt.
 
     Errors reported by the elements themselves remain.
     """
-    problem = _problem(data, folder, slot)
+    problem = _load_problem(data, folder, slot)
     is_blank = True
     for part in problem.parts:
-        names = input_names(part)
+        names = list_input_names(part)
         if {part.name, *names} & set(data["format_errors"]):
             is_blank = False
             continue
-        text = part.answer.accept(_Typed(data, part))
+        text = part.answer.accept(_TypedAnswerVisitor(data, part))
         is_blank = is_blank and not text
-        error = _describe_incomplete(data, part) or _why_unreadable(problem, part, text)
+        error = _describe_incomplete(data, part) or _explain_unreadable(problem, part, text)
         if error:
             data["format_errors"][names[0]] = error
     if is_blank:
-        data["format_errors"][input_names(problem.parts[0])[0]] = "no part is answered"
+        data["format_errors"][list_input_names(problem.parts[0])[0]] = "no part is answered"
 
 
-def grade(data: Data, folder: str, slot: str) -> None:
+def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
     """Mark every part as `qdot grade` does, with partial credit, follow-through and the diagnosed mistake.
 
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
-    problem = _problem(data, folder, slot)
-    answers = {part.name: text for part in problem.parts if (text := part.answer.accept(_Typed(data, part)))}
-    assignment = load_assignment(_folder(data, folder))
+    problem = _load_problem(data, folder, slot)
+    answers = {
+        part.name: text for part in problem.parts if (text := part.answer.accept(_TypedAnswerVisitor(data, part)))
+    }
+    assignment = load_assignment(_assignment_folder(data, folder))
     rules = MarkingRules(assignment.follow_through)
     verdicts = mark(problem, answers, secret=assignment.secret, rules=rules)
-    shows_mistakes = at_least(assignment.feedback, "mistake")
+    shows_mistakes = shows_at_least(assignment.feedback, "mistake")
     data["feedback"] = {}
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:
-            data["format_errors"][input_names(part)[0]] = verdict.judgement.reason
+            data["format_errors"][list_input_names(part)[0]] = verdict.judgement.reason
             continue
         data["partial_scores"].update(_part_scores(part, verdict, shows_mistakes))
         data["feedback"][part.name] = {
-            "said": _describe_outcome(problem, verdict) if shows_mistakes else _OUTCOMES[verdict.judgement.outcome],
+            "said": _describe_outcome(problem, verdict)
+            if shows_mistakes
+            else _OUTCOME_SENTENCES[verdict.judgement.outcome],
             "advice": verdict.diagnosis.says if shows_mistakes and verdict.diagnosis is not None else "",
         }
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
 
 
-def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
-    """Return the score of a part and, if `tells_entries`, a score of 0 or 1 for each of several numbers."""
+def _part_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLearnData:
+    """Return the score of a part and, if `shows_entries`, a score of 0 or 1 for each of several numbers."""
     assert verdict.points is not None
-    scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
-    names, entries = input_names(part), verdict.judgement.entries
-    if tells_entries and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
+    scores: PrairieLearnData = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
+    names, entries = list_input_names(part), verdict.judgement.entries
+    if shows_entries and part.answer.is_numeric and len(names) > 1 and entries is not None:
         matches = [same for row in entries for same in row]
         scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, matches, strict=True)}
     return scores
@@ -125,51 +129,51 @@ def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
 # --- a variant ---
 
 
-def _folder(data: Data, folder: str) -> Path:
+def _assignment_folder(data: PrairieLearnData, folder: str) -> Path:
     return Path(data["options"]["server_files_course_path"]) / folder
 
 
-def _slot_and_hints(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
-    assignment = load_assignment(_folder(data, folder))
+def _load_slot_and_hints(data: PrairieLearnData, folder: str, slot: str) -> tuple[Slot, bool]:
+    assignment = load_assignment(_assignment_folder(data, folder))
     return next(candidate for candidate in assignment.slots if candidate.name == slot), assignment.hints
 
 
-def _problem(data: Data, folder: str, slot: str) -> Problem:
+def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     """Return the problem of a variant. Raises QdotError if another engine generated it."""
     if data["params"]["engine"] != ENGINE:
         raise QdotError(
             f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
         )
-    return _slot_and_hints(data, folder, slot)[0].problem_with(int(data["params"]["seed"]))
+    return _load_slot_and_hints(data, folder, slot)[0].problem_of_seed(int(data["params"]["seed"]))
 
 
-def _show_part(problem: Problem, part: Part, hinted: bool) -> Data:
-    shown_hints = hints(problem, part) if hinted else ()
-    question = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
+def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
+    shown_hints = hints(problem, part) if has_hints else ()
+    question = write_question_alone(problem, part) if part.answer.offered_options else prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(question),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
-        "fields": _fields(problem, part),
+        "fields": _input_fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
         "placeholder": _placeholder(part),
     }
 
 
-def _fields(problem: Problem, part: Part) -> list[Data]:
+def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     """Return the input fields for numbers, each with its symbol and its unit."""
-    units = part.answer.units_due
+    units = part.answer.expected_units
     if part.shape is None or not units:
         return []
-    labels = entry_labels(problem, part, part.shape)
+    labels = list_entry_labels(problem, part, part.shape)
     return [
-        {"name": name, "label": f"${label} =$", "unit": unit_text(unit)}
-        for name, label, unit in zip(input_names(part), labels, units, strict=True)
+        {"name": name, "label": f"${label} =$", "unit": plain_unit(unit)}
+        for name, label, unit in zip(list_input_names(part), labels, units, strict=True)
     ]
 
 
 @dataclass(frozen=True)
-class _Offered(AnswerVisitor[Any]):
+class _OptionsVisitor(AnswerVisitor[Any]):
     """Visitor that returns an answer's options for PrairieLearn's elements.
 
     The options are in qdot's order, with the letters that worked solutions use.
@@ -178,42 +182,43 @@ class _Offered(AnswerVisitor[Any]):
     problem: Problem
     part: Part
 
-    def matching(self, answer: Matching) -> Data:
+    def matching(self, answer: Matching) -> PrairieLearnData:
         items = [
-            {"html": item, "letter": LETTERS[index]} for item, index in zip(answer.items, answer.right, strict=True)
+            {"html": item, "letter": LETTERS[index]}
+            for item, index in zip(answer.items, answer.correct_indices, strict=True)
         ]
         return {
             "items": items,
             "offered": [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))],
         }
 
-    def letters(self, answer: Letters) -> list[Data]:
+    def letters(self, answer: Letters) -> list[PrairieLearnData]:
         has_letters = answer.options != TRUE_FALSE
         return [
             {
-                "right": "true" if k in answer.right else "false",
+                "right": "true" if k in answer.correct_indices else "false",
                 "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k),
             }
             for k in range(len(answer.options))
         ]
 
     def _html(self, index: int) -> str:
-        return line_html(option_text(self.problem, self.part, index))
+        return write_line_html(option_text(self.problem, self.part, index))
 
 
-def _options(problem: Problem, part: Part) -> Any:
-    return part.answer.accept(_Offered(problem, part))
+def _list_options(problem: Problem, part: Part) -> Any:
+    return part.answer.accept(_OptionsVisitor(problem, part))
 
 
 def _placeholder(part: Part) -> str:
     """Return the placeholder of an input field, which shows the form of the answer."""
-    if part.answer.typed_as:
-        return part.answer.typed_as
+    if part.answer.typed_form:
+        return part.answer.typed_form
     shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 
-def _show_solution(problem: Problem, part: Part) -> Data:
+def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
     return {
         "solution": to_html_for_mathjax(worked_solution(problem, part)),
         "figure": solution_figure(problem, part, f"{part.name}-solution"),
@@ -224,21 +229,23 @@ def _show_solution(problem: Problem, part: Part) -> Data:
 
 
 @dataclass(frozen=True)
-class _Typed(AnswerVisitor[str]):
+class _TypedAnswerVisitor(AnswerVisitor[str]):
     """Visitor that returns the chosen or typed answer as the text for a notebook; "" if there is no answer."""
 
-    data: Data
+    data: PrairieLearnData
     part: Part
 
-    def one_of(self, answer: Choice) -> str:
+    def choice(self, answer: Choice) -> str:
         chosen = self._chosen()
         return chosen if answer.options != TRUE_FALSE or not chosen else TRUE_FALSE[LETTERS.index(chosen)]
 
-    def some_of(self, answer: Selection) -> str:
+    def selection(self, answer: Selection) -> str:
         return self._chosen()
 
     def matching(self, answer: Matching) -> str:
-        return "".join(LETTERS[int(text)] for text in _typed_texts(self.data, self.part) if text in _NUMBERS)
+        return "".join(
+            LETTERS[int(text)] for text in _typed_texts(self.data, self.part) if text in _MATCHING_OPTION_NAMES
+        )
 
     def numbers(self, answer: Number) -> str:
         texts = _typed_texts(self.data, self.part)
@@ -257,45 +264,45 @@ class _Typed(AnswerVisitor[str]):
         return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
 
 
-_NUMBERS = [str(number) for number in range(len(LETTERS))]
+_MATCHING_OPTION_NAMES = [str(number) for number in range(len(LETTERS))]
 """The names of options in the element for matching."""
 
 
-def _typed_texts(data: Data, part: Part) -> list[str]:
+def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
     """Return the text in each input of a part, as it was typed and before the elements parsed numbers."""
-    is_numeric = part.answer.is_in_numbers and part.answer.units_due
+    is_numeric = part.answer.is_numeric and part.answer.expected_units
     source = data["raw_submitted_answers"] if is_numeric else data["submitted_answers"]
-    texts = (source.get(name) for name in input_names(part))
+    texts = (source.get(name) for name in list_input_names(part))
     return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
 
 
-def _describe_incomplete(data: Data, part: Part) -> str:
+def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
-    if part.answer.matched:
-        is_filled = [text in _NUMBERS for text in _typed_texts(data, part)]
-        missing = [item for item, filled in zip(part.answer.matched, is_filled, strict=True) if not filled]
+    if part.answer.matched_items:
+        is_filled = [text in _MATCHING_OPTION_NAMES for text in _typed_texts(data, part)]
+        missing = [item for item, filled in zip(part.answer.matched_items, is_filled, strict=True) if not filled]
         return f"an option is due for {', '.join(missing)}, too" if any(is_filled) and missing else ""
-    if len(input_names(part)) > 1:
+    if len(list_input_names(part)) > 1:
         is_filled = [bool(text) for text in _typed_texts(data, part)]
         missing = [str(number) for number, filled in enumerate(is_filled, 1) if not filled]
         return f"number {', '.join(missing)} of {len(is_filled)} is left blank" if any(is_filled) and missing else ""
     return ""
 
 
-def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
+def _explain_unreadable(problem: Problem, part: Part, answer_text: str) -> str:
     """Return why an answer can't be parsed; "" if it can be parsed or is blank."""
-    if len(typed) > LONGEST:
-        return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
-    if not typed:
+    if len(answer_text) > MAX_ANSWER_LENGTH:
+        return f"an answer has at most {MAX_ANSWER_LENGTH} characters, and this has {len(answer_text)}"
+    if not answer_text:
         return ""
-    refusal = read_answer(problem, part, typed).refusal
+    refusal = read_answer(problem, part, answer_text).refusal
     return "" if refusal is None or refusal.outcome is Outcome.MISSING else refusal.reason
 
 
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     """Return the feedback on an answer; it has no correct values, because students may try a variant again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
-    sentence = _OUTCOMES[outcome]
+    sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:
         earlier_title = ASKED[problem[verdict.followed_from].kind].title
         return f"It follows from your answer to “{earlier_title}”, which is not right."
@@ -305,7 +312,7 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     return sentence
 
 
-_OUTCOMES = {
+_OUTCOME_SENTENCES = {
     Outcome.CORRECT: "Right.",
     Outcome.PARTIAL: "Right in part.",
     Outcome.WRONG: "Not right.",

@@ -12,45 +12,45 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers, with_points_of_lengths
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.set_parser import WHOLE_NUMBERS, parse_claims
+from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_claims
 from qdot.exercises.formula.tables import numbers_text, table_text
 from qdot.exercises.formula.trees import (
-    CHAIN,
+    EQUATION_CHAIN,
     Node,
-    ReadError,
+    ParseError,
     as_matrix,
-    chain_of,
+    count_nodes,
+    equation_sides,
+    find_names,
+    find_statement,
     has_blank,
+    iterate_nodes,
     list_of_rows,
-    names,
     node_text,
-    nodes_of,
     refuse_statements,
     replace_names,
-    size_of,
-    statement_in,
 )
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
-from qdot.grader.judging.verdict import Judgement, missing, wrong
+from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
 
-Names = Sequence[str]
-Shape = tuple[int, int]
+NameSequence = Sequence[str]
+MatrixShape = tuple[int, int]
 """Rows and columns."""
 
 
 @dataclass(frozen=True)
-class Table:
+class FunctionValues:
     """The values of a student's Python function at several configurations.
 
     `shape` is that of one value; None if the text was not a table. `values` has one row per configuration and one
-    column per entry. `at` maps each argument to its values at the configurations.
+    column per entry. `arguments` maps each argument to its values at the configurations.
     """
 
     shape: tuple[int, ...] | None
     values: np.ndarray
-    at: Mapping[str, np.ndarray]
+    arguments: Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class ParsedAnswer:
     refusal: Judgement | None = None
     tree: Node | None = None
     rows: Matrix | None = None
-    table: Table | None = None
+    table: FunctionValues | None = None
     chosen: tuple[int, ...] = ()
 
     @property
@@ -95,7 +95,7 @@ class _Refusal(Exception):
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
     """Return an answer with this text that is refused for the given reason."""
-    return ParsedAnswer(text, wrong(reason))
+    return ParsedAnswer(text, wrong_judgement(reason))
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
@@ -105,12 +105,12 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
         return parsed
     tree, rows = parsed.tree, None
     try:
-        if name := _other_component(tree, labels):
+        if name := _find_other_component(tree, labels):
             raise _Refusal(f"{name} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
-        tree = _right_side(tree, domain, labels)
-        if tree.kind == "list" and (text_with_points := with_points(text)) != text:
+        tree = _find_value(tree, domain, labels)
+        if tree.kind == "list" and (text_with_points := replace_decimal_commas(text)) != text:
             return replace(read_formula(text_with_points, domain, labels), text=text)
-        tree = _right_side(_unwrap(tree, domain), domain, labels)
+        tree = _find_value(_unwrap(tree, domain), domain, labels)
         if tree.kind in ("list", "set", "dict"):
             rows = _find_rows(tree)
             raise _Refusal("a list or matrix stands where a single expression is due; write that alone")
@@ -119,18 +119,22 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
         if has_blank(tree):
             raise _Refusal("this can't be read as an answer: a blank stands where a single expression is due")
     except _Refusal as refusal:
-        return ParsedAnswer(text, wrong(str(refusal)), tree, rows)
+        return ParsedAnswer(text, wrong_judgement(str(refusal)), tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
-def read_matrix(text: str, shape: Shape, domain: Domain, labels: Names = (), columns: Names = ()) -> ParsedAnswer:
+def read_matrix(
+    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence = (), columns: NameSequence = ()
+) -> ParsedAnswer:
     """Parse a matrix or vector of the given shape.
 
     A vector may be typed as a row instead of a column, and its entries may be named by `labels`. The columns of a
     matrix may be typed as vectors with the names in `columns`, and a twist as its two vectors v and ω.
     """
     parsed = _read_entries(text, shape, domain, labels, columns)
-    return _or_table(parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain))
+    return _or_printed_table(
+        parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain)
+    )
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
@@ -138,16 +142,23 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 
     `units` are the units of the entries. A length is refused if an angle is expected, and vice versa.
     """
-    if text.strip() and (unit_error := _other_unit(text, labels, units)):
+    if text.strip() and (unit_error := _describe_wrong_unit(text, labels, units)):
         return refuse(text, unit_error)
-    if count == 1 and (text_with_points := with_points(text)) != text:
+    if count == 1 and (text_with_points := replace_decimal_commas(text)) != text:
         return replace(read_numbers(text_with_points, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
-    return _or_table(parsed, lambda text: numbers_text(text, count), lambda table: read_numbers(table, count, labels))
+    return _or_printed_table(
+        parsed, lambda text: numbers_text(text, count), lambda table: read_numbers(table, count, labels)
+    )
 
 
 def _read_entries(
-    text: str, shape: Shape, domain: Domain, labels: Names, columns: Names = (), are_numbers: bool = False
+    text: str,
+    shape: MatrixShape,
+    domain: Domain,
+    labels: NameSequence,
+    columns: NameSequence = (),
+    are_numbers: bool = False,
 ) -> ParsedAnswer:
     """Parse the entries of a matrix or vector, or numbers (`are_numbers`); they may be named."""
     parsed = _parse(text, domain)
@@ -155,51 +166,53 @@ def _read_entries(
         return parsed
     tree, rows = parsed.tree, None
     try:
-        tree = _right_side(_spread(tree, (*labels, *columns)), domain)
-        if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED for arg in tree.args):
+        tree = _find_value(_split_chains(tree, (*labels, *columns)), domain)
+        if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED_KINDS for arg in tree.args):
             raise _Refusal("a set {a, b} has no order; write the entries as a list, [a, b]", is_ambiguous=True)
         if are_numbers:
             rows = _require_rows(tree, "numbers", labels)
         else:
-            tree = _of_vectors(tree, shape, labels, columns) or tree
+            tree = _stack_vectors(tree, shape, labels, columns) or tree
             rows = _require_rows(tree, "a matrix", labels, shape)
         rows = _require_shape(rows, shape, text)
         if are_numbers and (symbols := _symbols_in(rows)):
-            example = "0.5" if shape == (1, 1) else _as_in(shape, "0.5")
+            example = "0.5" if shape == (1, 1) else _example_of_shape(shape, "0.5")
             used = ", ".join(sorted(symbols)[:5])
             raise _Refusal(f"numbers are due, and {used} is left in the answer; write numbers alone, as in {example}")
         _require_scalars(rows, "numbers" if are_numbers else "a matrix of expressions")
     except _Refusal as refusal:
-        return ParsedAnswer(text, wrong(str(refusal)), None if refusal.is_ambiguous else tree, rows)
+        return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree, rows)
     return ParsedAnswer(text, None, tree, rows)
 
 
-_ORDERED = ("eq", "pair", "set", "list")
+_ORDERED_KINDS = ("eq", "pair", "set", "list")
 """Kinds of entries that make the order of a set irrelevant or clear: they name their position, or are rows."""
 
 
-def _or_table(
-    parsed: ParsedAnswer, table_of: Callable[[str], str | None], read_again: Callable[[str], ParsedAnswer]
+def _or_printed_table(
+    parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
     """Return the answer parsed as a printed table if it was refused and its text is a table; else unchanged."""
-    if parsed.refusal is None or (table := table_of(parsed.text)) in (None, parsed.text):
+    if parsed.refusal is None or (table := find_table(parsed.text)) in (None, parsed.text):
         return parsed
-    is_clear = table_of(table) in (None, table)
-    return replace(read_again(table) if is_clear else parsed, text=parsed.text)
+    is_clear = find_table(table) in (None, table)
+    return replace(parse_again(table) if is_clear else parsed, text=parsed.text)
 
 
-def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
+def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
     """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
     text = text.strip().strip("[](){}")
     separator = ";" if ";" in text else "\n" if "\n" in text else ","
     is_one_unit_per_entry = text.count(separator) + 1 == len(units)
-    expected_names = [_label_of(label) for label in labels]
-    for name, unit, start in units_of_numbers(text):
+    expected_names = [_normalize_label(label) for label in labels]
+    for name, unit, start in find_units(text):
         position = text.count(separator, 0, start) if is_one_unit_per_entry else None
-        position = expected_names.index(_label_of(name)) if _label_of(name) in expected_names else position
+        position = (
+            expected_names.index(_normalize_label(name)) if _normalize_label(name) in expected_names else position
+        )
         expected = units if position is None else units[position : position + 1]
-        kinds = set(map(kind_of_unit, expected))
-        if expected and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
+        kinds = set(map(classify_unit, expected))
+        if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
             where = f"{expected[0]} is due"
             if position is not None and len(units) > 1:
                 where = f"entry {position + 1} is in {expected[0]}"
@@ -212,7 +225,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
 
     If `joints` is empty, the content is not checked, so it may be a set of angles.
     """
-    text_with_points = with_points_of_lengths(text)
+    text_with_points = use_points_in_lengths(text)
     parsed = replace(_parse(text_with_points, domain), text=text)
     if parsed.tree is None:
         return parsed
@@ -221,59 +234,61 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
         tree = _drop_blanks(_substitute_whole_numbers(tree))
         if joints:
             _require_conditions(tree, text_with_points, domain, joints)
-    except ReadError as error:
-        return ParsedAnswer(text, wrong(f"this can't be read as conditions: {error}"), tree)
+    except ParseError as error:
+        return ParsedAnswer(text, wrong_judgement(f"this can't be read as conditions: {error}"), tree)
     except _Refusal as refusal:
-        return ParsedAnswer(text, wrong(str(refusal)), None if refusal.is_ambiguous else tree)
+        return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree)
     return ParsedAnswer(text, None, tree)
 
 
 def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[str]) -> None:
     """Raise _Refusal or ReadError if the tree is not a set of conditions on the joints."""
-    if with_points(text) != text:
+    if replace_decimal_commas(text) != text:
         raise _Refusal(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space",
             is_ambiguous=True,
         )
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    if bare_formula := next((alternative for alternative in alternatives if _is_bare(alternative, joints)), None):
-        claim = node_text(bare_formula)[:_SHOWN]
+    if bare_formula := next(
+        (alternative for alternative in alternatives if _is_bare_formula(alternative, joints)), None
+    ):
+        claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
         raise _Refusal(
             f"{claim} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
             f"equation, {claim} = 0"
         )
-    if unknown := names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
+    if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):
         unknown_names = ", ".join(repr(name) for name in sorted(unknown)[:5])
         raise _Refusal(
             f"{unknown_names} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
         )
-    if joint := _last_in_chain(tree, joints):
+    if joint := _find_last_in_chain(tree, joints):
         raise _Refusal(
             f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
             "two conditions",
             is_ambiguous=True,
         )
-    parse_claims(with_joint(tree, joints), joints)
+    parse_claims(assign_values_to_joint(tree, joints), joints)
 
 
-def _last_in_chain(tree: Node, joints: Sequence[str]) -> str:
+def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
     """Return the joint at the end of a product between two equals signs; "" if there is none.
 
     Such a joint may be the beginning of another condition, as in theta1 = 0 theta2 = 0.
     """
-    products = (side for node in nodes_of(tree) for side in chain_of(node)[1:-1] if side.kind == "*")
+    products = (side for node in iterate_nodes(tree) for side in equation_sides(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
     return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
 
 
-_SHOWN = 60
+_MAX_CLAIM_LENGTH = 60
 
 
-def _is_bare(node: Node, joints: Sequence[str]) -> bool:
+def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
     """Return whether a node is a formula of the joints that is not equated to anything."""
-    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and statement_in(node) is None
-    return is_formula and bool(names(node) & set(joints))
+    is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and find_statement(node) is None
+    return is_formula and bool(find_names(node) & set(joints))
 
 
 def _drop_blanks(node: Node) -> Node:
@@ -285,7 +300,7 @@ def _drop_blanks(node: Node) -> Node:
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
         return node
-    kept_args = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    kept_args = tuple(arg for arg in node.args if not _has_no_content(arg)) or node.args
     if node.kind in ("and", "or") and len(kept_args) == 1:
         return _drop_blanks(kept_args[0])
     return Node(node.kind, kept_args if node.kind == "and" else tuple(map(_drop_blanks, kept_args)), node.value)
@@ -297,7 +312,7 @@ def _substitute_whole_numbers(node: Node) -> Node:
     If dots follow the values, as in k = 0, 1, 2, …, k remains any whole number. Raises ReadError if the result is too
     long.
     """
-    index = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
+    index = next((i for i, arg in enumerate(node.args) if _lists_whole_numbers(arg)), 0) if node.kind == "list" else 0
     if not index or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
         return node
     name, value_node = node.args[index].args
@@ -306,42 +321,46 @@ def _substitute_whole_numbers(node: Node) -> Node:
     if any(map(has_blank, values)):
         return conditions
     numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
-    if size_of(conditions) * len(numbers) > LIMITS["worked_out"]:
-        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
+    if count_nodes(conditions) * len(numbers) > LIMITS["worked_out"]:
+        raise ParseError("the conditions are too long, or there are too many whole numbers in them")
     return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
 
 
-def _whole_number_of(node: Node) -> bool:
+def _lists_whole_numbers(node: Node) -> bool:
     """Return whether a node lists the values of a whole number, as in k = 0, 1 or k in {0, 1}."""
-    return node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS and node.args[1].kind != "name"
+    return node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBER_NAMES and node.args[1].kind != "name"
 
 
-def _says_nothing(node: Node) -> bool:
+def _has_no_content(node: Node) -> bool:
     """Return whether an entry is blank, or only says that k is a whole number or that det J is zero."""
-    if node.kind == "eq" and (names_on_left := names(node.args[0])) and names_on_left <= set(VOCABULARY["determinant"]):
+    if (
+        node.kind == "eq"
+        and (names_on_left := find_names(node.args[0]))
+        and names_on_left <= set(VOCABULARY["determinant"])
+    ):
         return True
     if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
         return True
-    if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
+    if node.kind == "in" and node.args[0].value in WHOLE_NUMBER_NAMES:
         return node.args[1].value in VOCABULARY["whole_number_sets"]
     is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
     return has_blank(node) and not is_several
 
 
-def with_joint(node: Node, joints: Sequence[str]) -> Node:
+def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
     """Assign values without a joint, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
 
     Then the student has to name the joint, because the reference must not decide which one was meant.
     """
     values = node.args if node.kind in ("list", "set") else (node,)
-    if not values or any(_says_a_condition(value, joints) for value in values):
+    if not values or any(_is_condition(value, joints) for value in values):
         return node
     if len(joints) != 1:
-        raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
+        raise ParseError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
     return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
 
 
-OR = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
+OR_HINT = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
@@ -354,37 +373,39 @@ def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
     groups: dict[frozenset[str], list[Node]] = {}
     current_joints: frozenset[str] = frozenset()
     for condition in node.args:
-        current_joints = frozenset(names(condition) & set(joints)) or current_joints
+        current_joints = frozenset(find_names(condition) & set(joints)) or current_joints
         groups.setdefault(current_joints, []).append(condition)
     return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
 
 
-def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
-    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
+def _is_condition(node: Node, joints: Sequence[str]) -> bool:
+    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(find_names(node) & set(joints))
 
 
-_GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
+_BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
 """Matches text before a bracket that only groups: an operator, or a function of one argument."""
-NEAR = 40
+BRACKET_CONTEXT = 40
 """Number of characters inspected on each side of a bracket."""
-_CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+_BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
 
 
-def with_points(text: str) -> str:
+def replace_decimal_commas(text: str) -> str:
     """Return the text with decimal commas, as in 0,5, replaced by points.
 
     Commas between entries of a list, or between arguments of a function, don't change.
 
-    >>> with_points("a1*(0,06*s2 - 1,5)"), with_points("[0,5]"), with_points("atan2(1,2)")
-    ('a1*(0.06*s2 - 1.5)', '[0,5]', 'atan2(1,2)')
+    >>> replace_decimal_commas("a1*(0,06*s2 - 1,5)"), replace_decimal_commas("[0,5]")
+    ('a1*(0.06*s2 - 1.5)', '[0,5]')
+    >>> replace_decimal_commas("atan2(1,2)")
+    'atan2(1,2)'
     """
     if "," not in text:
         return text
-    closing_brackets, characters = _ends_of_brackets(text), list[str]()
+    closing_brackets, characters = _find_closing_brackets(text), list[str]()
     is_grouping = list[bool]()  # for each open bracket, whether it only groups
     for index, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
-            is_grouping.append(char == "(" and _only_groups(text, index, closing_brackets.get(index)))
+            is_grouping.append(char == "(" and _is_grouping_bracket(text, index, closing_brackets.get(index)))
         elif char in ")]}" and is_grouping:
             is_grouping.pop()
         is_between_digits = before.isdecimal() and after.isdecimal()
@@ -392,7 +413,7 @@ def with_points(text: str) -> str:
     return "".join(characters)
 
 
-def _ends_of_brackets(text: str) -> dict[int, int]:
+def _find_closing_brackets(text: str) -> dict[int, int]:
     """Return the index of each bracket's closing bracket; brackets that are never closed are omitted."""
     closing_brackets, open_brackets = dict[int, int](), list[int]()
     for index, char in enumerate(text):
@@ -403,10 +424,13 @@ def _ends_of_brackets(text: str) -> dict[int, int]:
     return closing_brackets
 
 
-def _only_groups(text: str, begin: int, end: int | None) -> bool:
+def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
     """Return whether a bracket contains a formula and not a list, because an operator or function applies to it."""
-    before, after = text[max(0, begin - NEAR) : begin], "" if end is None else text[end + 1 : end + NEAR]
-    return bool(_GROUPS_AFTER.search(before) or (not _CALLED.search(before) and _GROUPS_BEFORE.match(after)))
+    before, after = (
+        text[max(0, opening - BRACKET_CONTEXT) : opening],
+        "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT],
+    )
+    return bool(_BEFORE_GROUPING.search(before) or (not _BEFORE_CALL.search(before) and _AFTER_GROUPING.match(after)))
 
 
 # --- steps ---
@@ -421,13 +445,15 @@ def read_any(text: str) -> ParsedAnswer:
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
     """Parse a text into a tree only; if it is blank or can't be parsed, return the refused answer."""
     if not text.strip():
-        return ParsedAnswer(text, missing())
+        return ParsedAnswer(text, missing_judgement())
     try:
-        tree = read(text, domain.roles)
-    except ReadError as error:
+        tree = parse_formula(text, domain.roles)
+    except ParseError as error:
         return refuse(text, f"this can't be read as an answer: {error}")
     is_blank = is_all_blank(tree)
-    return ParsedAnswer(text, missing("the answer was left blank") if is_blank else None, None if is_blank else tree)
+    return ParsedAnswer(
+        text, missing_judgement("the answer was left blank") if is_blank else None, None if is_blank else tree
+    )
 
 
 def _unwrap(node: Node, domain: Domain) -> Node:
@@ -447,18 +473,18 @@ def is_all_blank(node: Node) -> bool:
     return node.kind == "blank"
 
 
-def _right_side(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
+def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
     The student may have introduced the name; otherwise, it must be the only one in `labels`.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
-    sides = chain_of(statement) or (statement.args if statement.kind == "pair" else ())
-    if not sides or (any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1])):
+    sides = equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
+    if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
         return tree  # det J = a1*a2*sin(theta2) = 0
     for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
-        is_student_name = (_is_called(name) or _is_of_entries(name)) and not names(name) & set(domain.roles)
-        is_label = name.kind == "name" and [_label_of(str(name.value))] == list(map(_label_of, labels))
+        is_student_name = (_is_name(name) or _contains_only_entries(name)) and not find_names(name) & set(domain.roles)
+        is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
         if is_student_name or is_label:
             return value
     return tree
@@ -468,19 +494,23 @@ LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 """The components of a linear velocity, and those of an angular velocity."""
 
 
-def _other_component(tree: Node, labels: Sequence[str]) -> str:
+def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
     """Return the name before a formula if it is another velocity component than the expected one, else ""."""
-    if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
+    if [label for label in map(_normalize_label, labels) if label in LINEAR] == [] or len(labels) != 1:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
         tree = tree.args[0]
     if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
         return ""
     name = str(tree.args[0].value)
-    return name if _label_of(name) in (*LINEAR, *ANGULAR) and _label_of(name) != _label_of(labels[0]) else ""
+    return (
+        name
+        if _normalize_label(name) in (*LINEAR, *ANGULAR) and _normalize_label(name) != _normalize_label(labels[0])
+        else ""
+    )
 
 
-def _is_called(node: Node) -> bool:
+def _is_name(node: Node) -> bool:
     """Return whether a node is a name rather than a formula: words, dx/dq, |J|, or a power of a name such as J^-1."""
     node = node.args[0] if node.kind == "call" and node.value == "abs" else node
     while node.kind in ("*", "/") and node.args[1].kind == "name":
@@ -488,24 +518,26 @@ def _is_called(node: Node) -> bool:
     return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
 
 
-def _is_of_entries(node: Node) -> bool:
+def _contains_only_entries(node: Node) -> bool:
     """Return whether a formula contains only entries of the Jacobian, as in J11*J22 - J12*J21."""
-    return bool(names(node)) and all(_ENTRY.fullmatch(name) for name in names(node))
+    return bool(find_names(node)) and all(_JACOBIAN_ENTRY.fullmatch(name) for name in find_names(node))
 
 
-_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
+_JACOBIAN_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
 
 
-def _spread(tree: Node, expected: Sequence[str]) -> Node:
+def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
     """Return the tree with z0 = z1 = a, also within a list, split into z0 = a and z1 = a if both names are expected."""
     if tree.kind not in ("and", "list", "set"):
         return tree
-    labels, statements = set(map(_label_of, expected)), list[Node]()
-    for node in (tree,) if tree.value == CHAIN else tree.args:
-        *sides, value = chain_of(node) or (node,)
-        is_named = bool(sides) and all(side.kind == "name" and _label_of(str(side.value)) in labels for side in sides)
+    labels, statements = set(map(_normalize_label, expected_names)), list[Node]()
+    for node in (tree,) if tree.value == EQUATION_CHAIN else tree.args:
+        *sides, value = equation_sides(node) or (node,)
+        is_named = bool(sides) and all(
+            side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides
+        )
         statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
-    return tree if tree.value == CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
+    return tree if tree.value == EQUATION_CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
 
 
 def _find_rows(tree: Node) -> Matrix | None:
@@ -515,15 +547,15 @@ def _find_rows(tree: Node) -> Matrix | None:
         return None
 
 
-def _require_rows(tree: Node, what: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
+def _require_rows(tree: Node, description: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
     """Return the entries of an answer in rows and columns, without their names. Raises _Refusal."""
     try:
-        return as_matrix(_unlabelled(tree, labels, shape))
-    except ReadError as error:
-        raise _Refusal(f"this can't be read as {what}: {error}") from None
+        return as_matrix(_remove_labels(tree, labels, shape))
+    except ParseError as error:
+        raise _Refusal(f"this can't be read as {description}: {error}") from None
 
 
-def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
+def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
     """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
 
     They may be inside another list, or joined by "and". Rows of a matrix may be named row1, and its entries J12.
@@ -534,10 +566,10 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
         node = node.args[0]
     if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
         return node
-    entries = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
-        return _refuse_repetition(node)
-    expected = [_label_of(label) for label in labels]
+        return _require_distinct_names(node)
+    expected = [_normalize_label(label) for label in labels]
     if expected and set(entries) == set(expected):
         return Node("list", tuple(entries[label] for label in expected))
     rows, columns = shape
@@ -553,34 +585,34 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
     if not entries or not all(map(_is_named, node.args)):
         return node
     expected_words = f", and {', '.join(labels)} are asked" if labels else ""
-    advice = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
-    raise ReadError(f"{', '.join(list(entries)[:5])} stand before the entries{expected_words}; {advice}")
+    advice = f"write it as in {_example_of_shape(shape)}" if columns else "write what is asked alone"
+    raise ParseError(f"{', '.join(list(entries)[:5])} stand before the entries{expected_words}; {advice}")
 
 
-def _refuse_repetition(node: Node) -> Node:
+def _require_distinct_names(node: Node) -> Node:
     """Raise ReadError if two named entries have the same name; return anything else unchanged."""
     if not all(map(_is_named, node.args)):
         return node
     typed_names = [str(arg.args[0].value) for arg in node.args]
-    labels = list(map(_label_of, typed_names))
+    labels = list(map(_normalize_label, typed_names))
     repeated_name = next(name for name, label in zip(typed_names, labels, strict=True) if labels.count(label) > 1)
-    raise ReadError(f"{repeated_name} stands there twice; write each entry once")
+    raise ParseError(f"{repeated_name} stands there twice; write each entry once")
 
 
-def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
     """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
 
     The columns of a Jacobian may also be named J1, J2, …, and screws S1, S2, ….
     """
-    if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_name_before, node.args)):
         return None
-    components = [_label_of(label) for label in labels]
-    first_letter = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
-    if not columns and shape[1] > 1 and first_letter in _COLUMNS:
+    components = [_normalize_label(label) for label in labels]
+    first_letter = _normalize_label(_find_name_before(node.args[0]))[:1] if node.args else ""
+    if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
         columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
     is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
-    expected = [components[0][0], components[3][0]] if is_twist else [_label_of(column) for column in columns]
-    vectors = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
+    expected = [components[0][0], components[3][0]] if is_twist else [_normalize_label(column) for column in columns]
+    vectors = {_normalize_label(_find_name_before(arg)): _vector_entries(arg.args[1]) for arg in node.args}
     if not expected or len(node.args) != len(expected) or set(vectors) != set(expected):
         return None
     if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
@@ -591,10 +623,10 @@ def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], colum
     return list_of_rows(zip(*in_order, strict=True))
 
 
-_COLUMNS = ("j", "s")
+_COLUMN_LETTERS = ("j", "s")
 
 
-def _name_before(node: Node) -> str:
+def _find_name_before(node: Node) -> str:
     """Return the name before an entry, or "". Here S1 is the name of a screw, although it was parsed as sin(theta1)."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
@@ -602,7 +634,7 @@ def _name_before(node: Node) -> str:
     return str(name.value) if _is_named(node) else ""
 
 
-def _vector(node: Node) -> tuple[Node, ...]:
+def _vector_entries(node: Node) -> tuple[Node, ...]:
     """Return the entries of a row or column vector; () for anything else."""
     rows = node.args if node.kind == "list" else ()
     entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
@@ -617,7 +649,7 @@ def _is_labelled(node: Node) -> bool:
     return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
 
 
-def _label_of(name: str) -> str:
+def _normalize_label(name: str) -> str:
     """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
     label = name.replace("_", "").lower()
     label = VOCABULARY["velocities"].get(label, label)
@@ -627,7 +659,7 @@ def _label_of(name: str) -> str:
     return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
 
 
-_POINT_OF_ENTRY = pattern("point_of_entry")
+_POINT_OF_ENTRY = compile_pattern("point_of_entry")
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
@@ -638,20 +670,20 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     if shape == expected:
         return rows
     is_vector, is_transposed = 1 in expected, shape == expected[::-1]
-    hint = "" if is_transposed and not is_vector else f"; write it as in {_as_in(expected)}"
+    hint = "" if is_transposed and not is_vector else f"; write it as in {_example_of_shape(expected)}"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
-        hint = _COMMAS
+        hint = _COMMA_HINT
     guess = " (transposed?)" if is_transposed and expected[0] != expected[1] and not is_vector else ""
     raise _Refusal(f"the answer is {shape[0]} x {shape[1]}, and {expected[0]} x {expected[1]} is due{guess}{hint}")
 
 
-_COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
+_COMMA_HINT = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
 
 
-def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
+def _example_of_shape(shape: tuple[int, int], entry: str = "a") -> str:
     """Return an example of a typed answer of this shape: [a, b], or [[a, b], [c, d]]."""
     rows, columns = shape
-    if max(shape) > _MOST_SHOWN:
+    if max(shape) > _MAX_SIZE_SHOWN:
         row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
         return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
     letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
@@ -659,17 +691,17 @@ def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
     return f"[{', '.join(row_texts)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in row_texts)}]"
 
 
-_MOST_SHOWN = 3
+_MAX_SIZE_SHOWN = 3
 
 
-def _require_scalars(rows: Matrix, what: str) -> None:
+def _require_scalars(rows: Matrix, description: str) -> None:
     """Raise _Refusal if any entry is a list or a statement; entries that were left blank are allowed."""
     try:
         for entry in (entry for row in rows for entry in row if not has_blank(entry)):
             refuse_statements(entry)
-    except ReadError as error:
-        raise _Refusal(f"this can't be read as {what}: {error}") from None
+    except ParseError as error:
+        raise _Refusal(f"this can't be read as {description}: {error}") from None
 
 
 def _symbols_in(rows: Matrix) -> set[str]:
-    return set().union(*(names(entry) for row in rows for entry in row))
+    return set().union(*(find_names(entry) for row in rows for entry in row))

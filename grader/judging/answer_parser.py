@@ -15,18 +15,18 @@ from qdot.grader.judging.answer import (
     read_matrix,
     read_numbers,
     refuse,
-    with_points,
+    replace_decimal_commas,
 )
 from qdot.grader.judging.choices import read_choice, read_matching, read_selection
-from qdot.grader.judging.functions import constant_text, is_table, read_table
+from qdot.grader.judging.functions import constant_text, is_function_table, read_table
 
 
 @dataclass(frozen=True)
 class ExpectedForm:
     """The form in which a part's answer is expected, and the names that it may contain.
 
-    The entries of a vector may be named by `labels`, and the columns of a matrix by `columns`. The unit of a
-    determinant is m^`metres`.
+    The entries of a vector may be named by `labels`, and the columns of a matrix by `column_names`. The unit of a
+    determinant is m^`metre_power`.
     """
 
     answer: answers.Answer
@@ -34,13 +34,13 @@ class ExpectedForm:
     joints: tuple[str, ...]
     labels: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
-    metres: int | None = None
+    metre_power: int | None = None
 
 
 def expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which a part's answer is expected."""
     question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
-    labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
+    labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
     return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, find_power_of_metres(part))
 
 
@@ -52,35 +52,35 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])
     """
-    return read_as(expected_form(problem, part), text, points_seed)
+    return read_in_form(expected_form(problem, part), text, points_seed)
 
 
-def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
+def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
     """Parse a text in the expected form, as `read_answer` does."""
-    if is_table(text):
+    if is_function_table(text):
         constant = constant_text(text)
         if constant is None:
             return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
-        return replace(read_as(expected, constant), text=text)
-    if expected.metres not in (None, CUBED) and _CUBIC.search(text):
-        return refuse(text, f"m^3 can't be right here, for m^{expected.metres} is due; write the formula alone")
-    parsed = expected.answer.accept(_Reading(text, expected))
+        return replace(read_in_form(expected, constant), text=text)
+    if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
+        return refuse(text, f"m^3 can't be right here, for m^{expected.metre_power} is due; write the formula alone")
+    parsed = expected.answer.accept(_AnswerReader(text, expected))
     is_formula = isinstance(expected.answer, answers.Expression | answers.Matrix)
-    if parsed.refusal is not None and is_formula and (with_point := with_points(text)) != text:
+    if parsed.refusal is not None and is_formula and (with_point := replace_decimal_commas(text)) != text:
         parsed_with_point = expected.answer.accept(
-            _Reading(with_point, expected)
+            _AnswerReader(with_point, expected)
         )  # as pages of many languages print decimals
         return parsed if parsed_with_point.refusal is not None else replace(parsed_with_point, text=text)
     return parsed
 
 
-_CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
+_CUBIC_METRES = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
 """Matches cubic metres at the end of an answer."""
-CUBED = 3
+CUBIC_POWER = 3
 
 
 @dataclass(frozen=True)
-class _Reading(answers.AnswerVisitor[ParsedAnswer]):
+class _AnswerReader(answers.AnswerVisitor[ParsedAnswer]):
     """Parses a text in the form of the expected answer."""
 
     text: str
@@ -106,11 +106,11 @@ class _Reading(answers.AnswerVisitor[ParsedAnswer]):
         """Parse conditions."""
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def one_of(self, answer: answers.Choice) -> ParsedAnswer:
+    def choice(self, answer: answers.Choice) -> ParsedAnswer:
         """Parse an option."""
         return read_choice(self.text, answer.options)
 
-    def some_of(self, answer: answers.Selection) -> ParsedAnswer:
+    def selection(self, answer: answers.Selection) -> ParsedAnswer:
         """Parse letters."""
         return read_selection(self.text, len(answer.options))
 

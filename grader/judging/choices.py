@@ -9,91 +9,103 @@ from fractions import Fraction
 from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.identity import Certificate
 from qdot.grader.judging.answer import ParsedAnswer, refuse
-from qdot.grader.judging.verdict import Judgement, correct, missing, partial, wrong
+from qdot.grader.judging.verdict import (
+    Judgement,
+    correct_judgement,
+    missing_judgement,
+    partial_judgement,
+    wrong_judgement,
+)
 
-NOTHING = ("", "blank", "ellipsis", "none")
+BLANK_TEXTS = ("", "blank", "ellipsis", "none")
 """Texts that mean no answer."""
 
 
 # --- reading ---
 
 
-LONGEST = 1000
+MAX_LENGTH = 1000
 """Maximum number of characters of an answer, with single spaces, that are searched for an option."""
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Parse one option, given by its letter (upper or lower case, in brackets or quotes) or by its text."""
-    chosen = chosen_option(text, options)
+    chosen = find_option(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
     return _parse(text, None if chosen is None else [chosen], f"is none of the options {', '.join(names)}")
 
 
-def read_selection(text: str, options: int) -> ParsedAnswer:
+def read_selection(text: str, option_count: int) -> ParsedAnswer:
     """Parse the letters of any number of options."""
-    letters = ", ".join(LETTERS[:options])
-    return _parse(text, chosen_letters(text, options), f'is no choice of the letters {letters}, as in "AC"')
+    letters = ", ".join(LETTERS[:option_count])
+    return _parse(text, find_letters(text, option_count), f'is no choice of the letters {letters}, as in "AC"')
 
 
-def read_matching(text: str, items: Sequence[str], options: int) -> ParsedAnswer:
+def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedAnswer:
     """Parse a letter for each item, in the order of the items."""
-    chosen, letters = chosen_letters(text, options), ", ".join(LETTERS[:options])
+    chosen, letters = find_letters(text, option_count), ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
     expected = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
     parsed = _parse(text, chosen if is_complete else None, f"does not hold {expected}")
-    return parsed if parsed.refusal == _BLANK else replace(parsed, chosen=tuple(chosen or ()))
+    return parsed if parsed.refusal == _BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
 
 
-def _parse(text: str, chosen: Sequence[int] | None, problem: str) -> ParsedAnswer:
+def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
     """Return the chosen options as an answer; refuse a blank text, or a text without options with the given reason."""
-    if _strip(text) in NOTHING:
-        return ParsedAnswer(text, _BLANK)
-    return refuse(text, f"{text[:40]!r} {problem}") if chosen is None else ParsedAnswer(text, chosen=tuple(chosen))
+    if _strip_label(text) in BLANK_TEXTS:
+        return ParsedAnswer(text, _BLANK_JUDGEMENT)
+    return (
+        refuse(text, f"{text[:40]!r} {complaint}")
+        if option_indices is None
+        else ParsedAnswer(text, chosen=tuple(option_indices))
+    )
 
 
-_BLANK = missing("the answer was left blank")
+_BLANK_JUDGEMENT = missing_judgement("the answer was left blank")
 
 
-def chosen_letters(student: str, options: int) -> list[int] | None:
+def find_letters(text: str, option_count: int) -> list[int] | None:
     r"""Return the indices of the options that letters name, with or without commas; None for any other text.
 
-    >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
+    >>> find_letters("A, c", 4), find_letters("['B', 'A']", 4), find_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
-    >>> chosen_letters("joint 1: B\njoint 2: A", 4), chosen_letters("joint 1 is B, joint 2 is A", 4)
+    >>> find_letters("joint 1: B\njoint 2: A", 4), find_letters("joint 1 is B, joint 2 is A", 4)
     ([1, 0], [1, 0])
-    >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
+    >>> find_letters("AF", 4), find_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    typed = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
-    letters = LETTERS[:options].casefold()
+    typed = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _normalize(text))
+    letters = LETTERS[:option_count].casefold()
     return [letters.index(letter) for letter in typed] if typed and set(typed) <= set(letters) else None
 
 
-def _plain(text: str) -> str:
+def _normalize(text: str) -> str:
     """Return a text in lower case, with full-width letters replaced by ordinary ones and without invisible characters.
 
     A text longer than any option is truncated, and a special character at its end ensures that it matches no option.
     """
     words = " ".join(text.split())
-    characters = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
-    characters += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
+    characters = "".join(sign for sign in words[:MAX_LENGTH] if unicodedata.category(sign) != "Cf")
+    characters += "\N{REPLACEMENT CHARACTER}" if len(words) > MAX_LENGTH else ""
     return unicodedata.normalize("NFKC", characters).casefold()
 
 
-def _strip(student: str) -> str:
-    return _LABEL.sub("", _plain(student)).strip("\"'()[]{}.„“”‚‘’«» ")
+def _strip_label(text: str) -> str:
+    return _LABEL_BEFORE_LETTER.sub("", _normalize(text)).strip("\"'()[]{}.„“”‚‘’«» ")
 
 
-_LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")
+_LABEL_BEFORE_LETTER = re.compile(
+    r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))"
+)
 """Matches the words before a letter, as in "Answer: C"."""
 
 
-def chosen_option(student: str, options: Sequence[str]) -> int | None:
+def find_option(text: str, options: Sequence[str]) -> int | None:
     """Return the index of the option with this letter or text; None if there is no such option, or several."""
-    plain = _strip(student)
+    plain = _strip_label(text)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)
-    if exact_matches := [index for index, option in enumerate(options) if plain == _strip(option)]:
+    if exact_matches := [index for index, option in enumerate(options) if plain == _strip_label(option)]:
         return exact_matches[0]
     letter_match = re.match(r"([a-h])\s*[.):]", plain)
     plain = plain if letter_match is None else letter_match.group(1)
@@ -110,18 +122,18 @@ def chosen_option(student: str, options: Sequence[str]) -> int | None:
 _CERTIFICATE = Certificate("exact", 1, 0.0)
 
 
-def judge_choice(parsed: ParsedAnswer, options: Sequence[str], right: int) -> Judgement:
+def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: int) -> Judgement:
     """Judge the choice of one option."""
     if parsed.refusal is not None:
         return parsed.refusal
     (chosen,) = parsed.chosen
-    if chosen == right:
-        return correct(_CERTIFICATE)
+    if chosen == correct_index:
+        return correct_judgement(_CERTIFICATE)
     name = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
-    return wrong(f"{name} is not the right option", _CERTIFICATE)
+    return wrong_judgement(f"{name} is not the right option", _CERTIFICATE)
 
 
-def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) -> Judgement:
+def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Sequence[int]) -> Judgement:
     """Judge a choice of letters.
 
     Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
@@ -129,23 +141,23 @@ def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) ->
     """
     if parsed.refusal is not None:
         return parsed.refusal
-    hits, misses = len(set(parsed.chosen) & set(right)), len(set(parsed.chosen) - set(right))
-    if hits == len(right) and not misses:
-        return correct(_CERTIFICATE)
-    share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
+    hits, misses = len(set(parsed.chosen) & set(correct_indices)), len(set(parsed.chosen) - set(correct_indices))
+    if hits == len(correct_indices) and not misses:
+        return correct_judgement(_CERTIFICATE)
+    share = Fraction(hits, len(correct_indices)) - Fraction(misses, max(option_count - len(correct_indices), 1))
     verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
     reason = f"{hits} of the letters {verbs[0]} right, {misses} {verbs[1]} not"
-    missed_words = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
-    return partial(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
+    missed_words = f"; {len(correct_indices) - hits} more should be there" if hits < len(correct_indices) else ""
+    return partial_judgement(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
 
 
-def judge_matching(parsed: ParsedAnswer, items: Sequence[str], right: Sequence[int]) -> Judgement:
+def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: Sequence[int]) -> Judgement:
     """Judge the letter for each item; a letter that is given more than once counts as wrong."""
     if parsed.refusal is not None:
         return parsed.refusal
-    pairs = zip(items, parsed.chosen, right, strict=True)
+    pairs = zip(items, parsed.chosen, correct_indices, strict=True)
     wrong_items = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
     if not wrong_items:
-        return correct(_CERTIFICATE)
+        return correct_judgement(_CERTIFICATE)
     share = float(Fraction(len(items) - len(wrong_items), len(items)))
-    return partial(share, f"not right for {', '.join(wrong_items)}", _CERTIFICATE)
+    return partial_judgement(share, f"not right for {', '.join(wrong_items)}", _CERTIFICATE)

@@ -8,7 +8,7 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import ZERO, Matrix
 from qdot.exercises.formula.algebra import number as number_node
-from qdot.exercises.formula.conditions import ROUNDED, SetComparison, Space, compare_sets
+from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.identity import (
     Certificate,
     Comparison,
@@ -18,30 +18,30 @@ from qdot.exercises.formula.identity import (
     SetDifference,
     chance_of_missing,
     compare_entries,
-    number,
-    tell_apart,
+    json_number,
+    show_difference,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, Piece, parse_claims, parse_pieces
-from qdot.exercises.formula.trees import Node, ReadError, names
+from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
-from qdot.grader.judging.answer import OR, ParsedAnswer, combine_with_and, with_joint
+from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, assign_values_to_joint, combine_with_and
 from qdot.grader.judging.verdict import (
     Judgement,
     Outcome,
-    at_words,
-    correct,
-    entry_name,
-    missing,
-    number_words,
-    partial,
-    pose_words,
-    values_words,
-    wrong,
+    correct_judgement,
+    describe_configuration,
+    describe_number,
+    describe_point,
+    describe_values,
+    missing_judgement,
+    name_entry,
+    partial_judgement,
+    wrong_judgement,
 )
 
-IMAGINARY = 1e-12
+IMAGINARY_TOLERANCE = 1e-12
 """An imaginary part below this fraction of a number is a rounding error."""
 
 
@@ -52,9 +52,11 @@ def judge_expression(
     if parsed.refusal is not None:
         return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
-    if all(comparison.equal):
-        return correct(comparison.certificate)
-    return wrong(unknown_symbols(parsed, domain) or _difference(comparison, 1), comparison.certificate)
+    if all(comparison.is_correct):
+        return correct_judgement(comparison.certificate)
+    return wrong_judgement(
+        describe_unknown_symbols(parsed, domain) or _describe_difference(comparison, 1), comparison.certificate
+    )
 
 
 def judge_matrix(
@@ -74,32 +76,41 @@ def judge_matrix(
         for blank, entry, expected_entry in zip(blanks, parsed.entries, expected, strict=True)
     ]
     comparison = compare_entries(filled_entries, expected, domain, seed, rounding)
-    return matrix_judgement(comparison, blanks, reference, unknown_symbols(parsed, domain))
+    return judge_compared_matrix(comparison, blanks, reference, describe_unknown_symbols(parsed, domain))
 
 
-def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
-    """Return the judgement on a matrix whose entries were compared; `unknown` is a message about unknown symbols."""
+def judge_compared_matrix(
+    comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown_symbols_message: str = ""
+) -> Judgement:
+    """Return the judgement on a matrix whose entries were compared with those of the reference solution.
+
+    `unknown_symbols_message` says which symbols of the answer are unknown; it is empty if there are none.
+    """
     columns = len(reference[0])
-    is_correct = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
+    is_correct = [same and not blank for same, blank in zip(comparison.is_correct, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(is_correct):
-        judgement = correct(comparison.certificate)
+        judgement = correct_judgement(comparison.certificate)
     else:
-        reason = unknown or _difference(comparison, columns) or "the others were left blank"
-        if not unknown or any(is_correct):
-            reason = f"{_count(is_correct, blanks, is_zero)}; {reason}"
-        judgement = partial(float(share_of_entries(is_correct, is_zero, blanks)), reason, comparison.certificate)
+        reason = unknown_symbols_message or _describe_difference(comparison, columns) or "the others were left blank"
+        if not unknown_symbols_message or any(is_correct):
+            reason = f"{_describe_count(is_correct, blanks, is_zero)}; {reason}"
+        judgement = partial_judgement(
+            float(share_of_entries(is_correct, is_zero, blanks)), reason, comparison.certificate
+        )
     marks = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
     return replace(judgement, entries=marks)
 
 
-def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
+def _describe_count(
+    is_correct: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], noun: str = "entries"
+) -> str:
     """Return a phrase with the number of correct entries; entries that are zero in the reference don't count."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
-    correct_count = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
+    correct_count = sum(same and not zero for same, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
-    description = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
-    spoiled_count = count_spoiled_zeros(equal, zeros, blanks)
+    description = f"{total} {noun} that are not zero" if any(zeros) else f"{total} {noun}"
+    spoiled_count = count_spoiled_zeros(is_correct, zeros, blanks)
     spoiled_words = (
         f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
         if spoiled_count
@@ -112,16 +123,16 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
     )
 
 
-def _difference(comparison: Comparison, columns: int) -> str:
+def _describe_difference(comparison: Comparison, columns: int) -> str:
     """Return a phrase on the first entry that differs, with both values; "" if no answered entry differs."""
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
-    where = entry_name(example.entry, columns) + " " if len(comparison.equal) > 1 else ""
-    return f"{where}differs{at_words(example.at)}{values_words(example)}"
+    where = name_entry(example.entry, columns) + " " if len(comparison.is_correct) > 1 else ""
+    return f"{where}differs{describe_point(example.at)}{describe_values(example)}"
 
 
-def unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
+def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
     """Return a message about symbols in the answer that the problem doesn't define; "" if there are none."""
     unknown = parsed.symbols - set(domain.roles)
     if not unknown:
@@ -152,15 +163,15 @@ def judge_numbers(
         for value, expected, blank in zip(values, reference, blanks, strict=True)
     ]
     if all(is_correct):
-        judgement = correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
+        judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
         first_wrong, zeros = is_correct.index(False), [abs(expected_value) <= floor for expected_value in reference]
-        yours = "blank" if blanks[first_wrong] else number(complex(values[first_wrong]))
+        yours = "blank" if blanks[first_wrong] else json_number(complex(values[first_wrong]))
         example = EntryDifference(first_wrong, {}, yours, float(f"{reference[first_wrong]:.4g}"))
-        difference = " was left blank" if blanks[first_wrong] else number_words(example, units[first_wrong])
-        reason = f"{_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
+        difference = " was left blank" if blanks[first_wrong] else describe_number(example, units[first_wrong])
+        reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
         share = share_of_entries(is_correct, zeros, blanks)
-        judgement = partial(float(share), reason, Certificate("numeric", 1, 0.0, example))
+        judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((same,) for same in is_correct))
 
 
@@ -175,7 +186,7 @@ def judge_direction(
     if parsed.refusal is not None:
         return parsed.refusal
     if any(parsed.blanks):
-        return missing("a part of the vector was left blank")
+        return missing_judgement("a part of the vector was left blank")
     if tolerance:
         return _judge_numeric_direction(parsed, reference, tolerance)
     return _judge_symbolic_direction(parsed, reference, domain, seed)
@@ -184,22 +195,22 @@ def judge_direction(
 def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str) -> Judgement:
     """Judge a symbolic direction by comparing entry_i r_k with r_i entry_k, where reference entry r_k is not zero."""
     entries, zeros = parsed.entries, [ZERO] * len(reference)
-    pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").equal.index(False)
-    if all(compare_entries(entries, zeros, domain, f"{seed}/zero").equal):
-        return wrong("the zero vector is no direction")
+    pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").is_correct.index(False)
+    if all(compare_entries(entries, zeros, domain, f"{seed}/zero").is_correct):
+        return wrong_judgement("the zero vector is no direction")
     student_products = [Node("*", (entry, reference[pivot])) for entry in entries]
     reference_products = [Node("*", (entry, entries[pivot])) for entry in reference]
     comparison = compare_entries(student_products, reference_products, domain, seed)
-    if all(comparison.equal):
-        return correct(comparison.certificate)
+    if all(comparison.is_correct):
+        return correct_judgement(comparison.certificate)
     certificate = _certificate_for_pivot(comparison.certificate, reference[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry, at = comparison.equal.index(False), ""
+    entry, at = comparison.is_correct.index(False), ""
     if isinstance(example, EntryDifference):
-        entry, at = example.entry, at_words(example.at)
+        entry, at = example.entry, describe_point(example.at)
     problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
     reason = f"not along the direction that is right: entry {entry + 1} {problem}{at}"
-    return wrong(unknown_symbols(parsed, domain) or reason, certificate)
+    return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
 def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
@@ -216,29 +227,29 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
     at = {name: np.array([value]) for name, value in example.at.items()}
     scale, value = (complex(pivots[0]) for pivots in evaluate(compile_program([expected, answered]), at, 1)[0])
     if not scale:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
-        return replace(certificate, counterexample=EntryDifference(pivot, example.at, number(value), 0.0))
-    values = tell_apart(example.yours / scale, example.expected / scale)
+        return replace(certificate, counterexample=EntryDifference(pivot, example.at, json_number(value), 0.0))
+    values = show_difference(example.yours / scale, example.expected / scale)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *values, pivot))
 
 
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     if parsed.symbols:
-        return wrong(f"numbers are due, and {', '.join(sorted(parsed.symbols)[:5])} is left in the answer")
+        return wrong_judgement(f"numbers are due, and {', '.join(sorted(parsed.symbols)[:5])} is left in the answer")
     given, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
-    if not np.all(np.isfinite(given)) or np.any(np.abs(given.imag) > IMAGINARY * np.abs(given)):
-        return wrong("an entry of the vector is not a finite real number")
+    if not np.all(np.isfinite(given)) or np.any(np.abs(given.imag) > IMAGINARY_TOLERANCE * np.abs(given)):
+        return wrong_judgement("an entry of the vector is not a finite real number")
     norm = float(np.linalg.norm(given.real))
     if norm == 0.0:
-        return wrong("the zero vector is no direction")
+        return wrong_judgement("the zero vector is no direction")
     unit_vector, target = given.real / norm, expected.real / np.linalg.norm(expected.real)
     target = target * (1.0 if float(unit_vector @ target) >= 0 else -1.0)
     distance = float(np.linalg.norm(unit_vector - target))
     if distance <= tolerance:
-        return correct(Certificate("numeric", 1, 0.0))
+        return correct_judgement(Certificate("numeric", 1, 0.0))
     entry = int(np.abs(unit_vector - target).argmax())
     example = EntryDifference(entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{target[entry]:.4g}"))
-    reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{number_words(example)}"
-    return wrong(reason, Certificate("numeric", 1, 0.0, example))
+    reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{describe_number(example)}"
+    return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
 
 def judge_singular(
@@ -256,78 +267,89 @@ def judge_singular(
     (`share_of_set`).
     """
     if parsed.refusal is not None or parsed.tree is None:
-        return parsed.refusal or missing()
+        return parsed.refusal or missing_judgement()
     reference_pieces = [
         [piece for tree in condition for piece in parse_pieces(tree, joints)] for condition in reference
     ]
-    space = Space(joints, domain, rounding)
+    space = ConfigurationSpace(joints, domain, rounding)
     try:
-        judgement = _judge_set(parse_claims(with_joint(parsed.tree, joints), joints), reference_pieces, space, seed)
-    except ReadError as error:
-        return wrong(f"this can't be read as conditions: {error}")
+        judgement = _judge_set(
+            parse_claims(assign_values_to_joint(parsed.tree, joints), joints), reference_pieces, space, seed
+        )
+    except ParseError as error:
+        return wrong_judgement(f"this can't be read as conditions: {error}")
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
         is_better = _judge_set(parse_claims(joined_tree, joints), reference_pieces, space, seed).share > judgement.share
-    except ReadError:  # the combined conditions have too many cases
+    except ParseError:  # the combined conditions have too many cases
         return judgement
-    return replace(judgement, reason=f"{OR}; {judgement.reason}") if is_better else judgement
+    return replace(judgement, reason=f"{OR_HINT}; {judgement.reason}") if is_better else judgement
 
 
 def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str) -> Judgement:
     """Judge a set of angles, modulo 2 pi."""
     if parsed.refusal is not None or parsed.tree is None:
-        return parsed.refusal or missing()
+        return parsed.refusal or missing_judgement()
     joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
     reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
     try:
         claimed_pieces = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed_pieces, reference_pieces, Space(["angle"], angle_domain), seed, "angle")
-    except ReadError as error:
-        return wrong(f"this can't be read as a set of angles: {error}")
+        return _judge_set(claimed_pieces, reference_pieces, ConfigurationSpace(["angle"], angle_domain), seed, "angle")
+    except ParseError as error:
+        return wrong_judgement(f"this can't be read as a set of angles: {error}")
 
 
 def _judge_set(
     claimed: Sequence[Piece],
     conditions: Sequence[Sequence[Piece]],
-    space: Space,
+    space: ConfigurationSpace,
     seed: str,
-    what: str = "singular configuration",
+    noun: str = "singular configuration",
 ) -> Judgement:
     reference_pieces = [piece for condition in conditions for piece in condition]
     comparison = compare_sets(claimed, reference_pieces, space, seed)
-    if comparison.equal and claimed:
-        return correct(_set_certificate(comparison))
-    tolerant_space = Space(space.joints, space.domain, ROUNDED) if comparison.rounded else space
+    if comparison.are_equal and claimed:
+        return correct_judgement(_make_set_certificate(comparison))
+    tolerant_space = (
+        ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE) if comparison.is_only_rounded else space
+    )
     tolerant_comparison = (
-        compare_sets(claimed, reference_pieces, tolerant_space, seed) if comparison.rounded else comparison
+        compare_sets(claimed, reference_pieces, tolerant_space, seed) if comparison.is_only_rounded else comparison
     )
     # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, tolerant_comparison.sound, strict=True) if held]
-    matches = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).covered, conditions)
-    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, tolerant_comparison.sound, strict=True)]
+    sound = [piece for piece, held in zip(claimed, tolerant_comparison.is_sound, strict=True) if held]
+    matches = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).is_covered, conditions)
+    claims = [
+        (_restricted_joints(piece, space), held)
+        for piece, held in zip(claimed, tolerant_comparison.is_sound, strict=True)
+    ]
     true_joints = {joints for joints, held in claims if held}
     unsound = count_false_conditions([joints for joints, held in claims if held is False], true_joints)
-    share = share_of_set(matches, unsound, is_rounded=comparison.rounded)
-    reason = _set_reason(tolerant_comparison, space.joints, what)
-    if comparison.rounded:
+    share = share_of_set(matches, unsound, is_rounded=comparison.is_only_rounded)
+    reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
+    if comparison.is_only_rounded:
         rounded_pieces = [
-            piece for piece, held in zip(claimed, comparison.sound, strict=True) if not held and piece in sound
+            piece for piece, held in zip(claimed, comparison.is_sound, strict=True) if not held and piece in sound
         ]
         at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
-        reason = f"right but for rounding{pose_words(at, space.joints)}; write {_EXACTLY}" + (reason and f"; {reason}")
+        reason = f"right but for rounding{describe_configuration(at, space.joints)}; write {_EXACT_VALUE_HINT}" + (
+            reason and f"; {reason}"
+        )
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    words = f"{_matched_words(matches, unsound)}; " if share else ""
-    return partial(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
+    words = f"{_describe_matches(matches, unsound)}; " if share else ""
+    return partial_judgement(
+        float(share), words + (reason or "no configuration is claimed"), _make_set_certificate(comparison)
+    )
 
 
-_EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
+_EXACT_VALUE_HINT = "the exact value, as in pi/3 or acos(1/3)"
 
 
-def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
+def _restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str]:
     """Return the joints that a piece restricts."""
-    return frozenset(space.joints) & {name for atom in piece for name in (*names(atom.zero), atom.joint)}
+    return frozenset(space.joints) & {name for atom in piece for name in (*find_names(atom.expression), atom.joint)}
 
 
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
@@ -337,48 +359,54 @@ def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence
     return [(sum(group), len(group)) for group in groups if group]
 
 
-def _matched_words(matched: Sequence[tuple[int, int]], unsound: int) -> str:
+def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int) -> str:
     """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
     complete_count, partial_count = (
-        sum(found_count == expected_count for found_count, expected_count in matched),
-        sum(0 < found_count < expected_count for found_count, expected_count in matched),
+        sum(found_count == expected_count for found_count, expected_count in match_counts),
+        sum(0 < found_count < expected_count for found_count, expected_count in match_counts),
     )
     conditions = (
-        f"{len(matched)} conditions {'is' if complete_count == 1 else 'are'}" if len(matched) > 1 else "1 condition is"
+        f"{len(match_counts)} conditions {'is' if complete_count == 1 else 'are'}"
+        if len(match_counts) > 1
+        else "1 condition is"
     )
     partial_words = f", {partial_count} in part" if partial_count else ""
-    does_words = "does" if unsound == 1 else "do"
-    false_words = f", {unsound} of the claimed conditions {does_words} not hold" if unsound else ""
+    does_words = "does" if false_count == 1 else "do"
+    false_words = f", {false_count} of the claimed conditions {does_words} not hold" if false_count else ""
     return f"{complete_count} of {conditions} found{partial_words}{false_words}"
 
 
-def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
+def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
     """Return conditions grouped by the joints that they contain, because the correct grouping is unknown."""
     groups: dict[frozenset[str], list[Node]] = {}
     for tree in reference:
-        groups.setdefault(frozenset(names(tree) & set(joints)), []).append(tree)
+        groups.setdefault(frozenset(find_names(tree) & set(joints)), []).append(tree)
     return list(groups.values())
 
 
-def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:
+def _are_degrees(
+    claimed: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
+) -> bool:
     """Return whether all joint values would be correct after conversion from degrees to radians."""
     if any(atom.joint is None for piece in claimed for atom in piece):
         return False
     degree = Node("/", (Node("name", value="pi"), number_node(180)))
-    converted = [tuple(Atom(Node("*", (atom.zero, degree)), atom.joint) for atom in piece) for piece in claimed]
-    return False not in compare_sets(converted, truth, space, seed).sound
+    converted = [tuple(Atom(Node("*", (atom.expression, degree)), atom.joint) for atom in piece) for piece in claimed]
+    return False not in compare_sets(converted, reference_pieces, space, seed).is_sound
 
 
-def _set_certificate(comparison: SetComparison) -> Certificate:
-    example = None if comparison.equal else SetDifference(comparison.missing, comparison.surplus)
-    return Certificate("numeric", comparison.least, chance_of_missing(comparison.least), example)
+def _make_set_certificate(comparison: SetComparison) -> Certificate:
+    example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
+    return Certificate(
+        "numeric", comparison.fewest_configurations, chance_of_missing(comparison.fewest_configurations), example
+    )
 
 
-def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> str:
+def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], noun: str) -> str:
     reasons = []
     if comparison.missing is not None:
-        article = "an" if what[0] in "aeiou" else "a"
-        reasons.append(f"{article} {what} is missing{pose_words(comparison.missing, joints)}")
+        article = "an" if noun[0] in "aeiou" else "a"
+        reasons.append(f"{article} {noun} is missing{describe_configuration(comparison.missing, joints)}")
     if comparison.surplus is not None:
-        reasons.append(f"claimed, but no {what}{pose_words(comparison.surplus, joints)}")
+        reasons.append(f"claimed, but no {noun}{describe_configuration(comparison.surplus, joints)}")
     return "; ".join(reasons)

@@ -26,18 +26,18 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
     Judgement(correct, 1: right)
     """
     parsed = read_answer(problem, part, answer, points_seed)
-    return judge_given(problem, part, parsed, secrets.token_hex(16) if seed is None else seed)
+    return judge_parsed(problem, part, parsed, secrets.token_hex(16) if seed is None else seed)
 
 
-def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
+def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
     """Judge a parsed answer to a part; `seed` determines the points at which it is compared."""
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain().roles)
-    return part.answer.accept(_Judging(problem, part, parsed, problem.domain(), seed))
+    return part.answer.accept(_AnswerJudge(problem, part, parsed, problem.domain(), seed))
 
 
 @dataclass(frozen=True)
-class _Judging(answers.AnswerVisitor[Judgement]):
+class _AnswerJudge(answers.AnswerVisitor[Judgement]):
     """Judges a parsed answer; each method is for one type of answer."""
 
     problem: Problem
@@ -68,14 +68,14 @@ class _Judging(answers.AnswerVisitor[Judgement]):
     def conditions(self, answer: answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        expected = answer.by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
+        expected = answer.group_by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
-    def one_of(self, answer: answers.Choice) -> Judgement:
+    def choice(self, answer: answers.Choice) -> Judgement:
         """Judge the choice of one option."""
         return judge_choice(self.parsed, answer.options, answer.correct)
 
-    def some_of(self, answer: answers.Selection) -> Judgement:
+    def selection(self, answer: answers.Selection) -> Judgement:
         """Count the correct options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 

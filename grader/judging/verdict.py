@@ -41,29 +41,33 @@ class Diagnosis:
 
     If no mistake is named, the feedback says what to look at. `cause` is the name and the words of a single mistake
     that explains the whole answer. If the mistake was already found in an earlier part, `inherited` is that part, and
-    the mistake is not named again. `known_by` lists the mistakes and where they were made, including inherited ones.
+    the mistake is not named again. `signature` lists the mistakes and where they were made, including inherited ones.
     """
 
     mistakes: tuple[str, ...]
     says: str
     cause: tuple[str, Mapping[str, object]] | None = None
     inherited: str | None = None
-    known_by: tuple[str, ...] = ()
-    either: bool = False
+    signature: tuple[str, ...] = ()
+    are_alternatives: bool = False
     """Whether each of the mistakes alone explains the answer, so that only one of them was made."""
 
     @property
-    def is_one(self) -> bool:
+    def is_single_mistake(self) -> bool:
         """Whether a single known mistake, made here or in an earlier part, explains the answer."""
-        return self.inherited is not None or self.either or (len(self.mistakes) == 1 and len(self.known_by) <= 1)
+        return (
+            self.inherited is not None
+            or self.are_alternatives
+            or (len(self.mistakes) == 1 and len(self.signature) <= 1)
+        )
 
     @property
     def names(self) -> str:
         """The names of the mistakes as written in results.jsonl, "" for none."""
-        return (" or " if self.either else " and ").join(self.mistakes)
+        return (" or " if self.are_alternatives else " and ").join(self.mistakes)
 
 
-NOT_THE_MISTAKE = ("degrees", "every", "zero")
+IGNORED_WORDS = ("degrees", "every", "zero")
 """Words of a message that don't identify the mistake: numbers of the student's own arm, and properties of J."""
 
 
@@ -73,9 +77,7 @@ def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
     >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
-    details = [
-        f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""
-    ]
+    details = [f"{name}={value}" for name, value in sorted(words.items()) if name not in IGNORED_WORDS and value != ""]
     return " ".join([mistake, *details])
 
 
@@ -104,23 +106,23 @@ class Verdict:
         return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
 
 
-def missing(reason: str = "nothing was handed in for this part") -> Judgement:
+def missing_judgement(reason: str = "nothing was handed in for this part") -> Judgement:
     """Return the judgement on a missing answer."""
     return Judgement(Outcome.MISSING, 0.0, reason)
 
 
-def wrong(reason: str, certificate: Certificate | None = None) -> Judgement:
+def wrong_judgement(reason: str, certificate: Certificate | None = None) -> Judgement:
     """Return the judgement on an answer that is entirely wrong."""
     return Judgement(Outcome.WRONG, 0.0, reason, certificate)
 
 
-def partial(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
-    """Return the judgement on an answer that earns a share of the points; only `correct` returns CORRECT."""
+def partial_judgement(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
+    """Return the judgement on an answer that earns a share of the points; only `correct_judgement` returns CORRECT."""
     outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
     return Judgement(outcome, max(0.0, share), reason, certificate)
 
 
-def correct(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
+def correct_judgement(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
     """Return the judgement on an answer that passed every comparison."""
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
 
@@ -128,34 +130,34 @@ def correct(certificate: Certificate | None = None, reason: str = "right") -> Ju
 # --- phrases that describe a counterexample within a reason; `feedback_levels` can remove them ---
 
 
-def at_words(at: Mapping[str, float]) -> str:
+def describe_point(point: Mapping[str, float]) -> str:
     """Return in words the point at which an entry differs, as in " at theta1 = 0.61"; "" without symbols."""
-    assignments = ", ".join(f"{name} = {value:g}" for name, value in at.items())
+    assignments = ", ".join(f"{name} = {value:g}" for name, value in point.items())
     return f" at {assignments}" if assignments else ""
 
 
-def values_words(example: EntryDifference) -> str:
+def describe_values(example: EntryDifference) -> str:
     """Return both values, as in ": yours 0.41, expected 0.77"."""
-    return f": yours {show_value(example.yours)}, expected {show_value(example.expected)}"
+    return f": yours {format_value(example.yours)}, expected {format_value(example.expected)}"
 
 
-def number_words(example: EntryDifference, unit: str = "") -> str:
+def describe_number(example: EntryDifference, unit: str = "") -> str:
     """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
     expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
-    return f" is {show_value(example.yours)}, and {expected_words} is right"
+    return f" is {format_value(example.yours)}, and {expected_words} is right"
 
 
-def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
+def describe_configuration(values: Mapping[str, float], joints: Sequence[str]) -> str:
     """Return a configuration in words, as in ": theta1 = 0.61, theta2 = -1.32"; the joints come first."""
-    names = [name for name in (*joints, *(n for n in at if n not in joints)) if name in at]
-    return f": {', '.join(f'{name} = {at[name]:.4g}' for name in names) or '(any)'}"
+    names = [name for name in (*joints, *(n for n in values if n not in joints)) if name in values]
+    return f": {', '.join(f'{name} = {values[name]:.4g}' for name in names) or '(any)'}"
 
 
-def show_value(value: float | str | None) -> str:
+def format_value(value: float | str | None) -> str:
     """Return a value in the form used in a reason."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def entry_name(entry: int, columns: int) -> str:
+def name_entry(index: int, columns: int) -> str:
     """Return the name of an entry: "entry 2" of a vector, "entry (1, 2)" of a matrix."""
-    return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
+    return f"entry {index + 1}" if columns == 1 else f"entry ({index // columns + 1}, {index % columns + 1})"

@@ -8,28 +8,28 @@ import re
 from dataclasses import dataclass
 
 from qdot.exercises.answers import LETTERS, TRUE_FALSE
-from qdot.exercises.formula.printers.mathml import mathml
-from qdot.exercises.formula.trees import Node, size_of
+from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.fit import fit_formula, width
+from qdot.exercises.writing.fit import fit_formula, formula_width
 from qdot.exercises.writing.latex import prismatic_joints
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import option_text
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.functions import SHOWN
+from qdot.grader.judging.functions import FUNCTION_TEXT
 
-LONGEST, LARGEST = 4000, 2000
+MAX_CHARACTERS, MAX_NODES = 4000, 2000
 """Maximum numbers of characters and of tree nodes that are typeset; a larger formula would be unreadable."""
-SHOWN_OF_TEXT = 2000
+MAX_SHOWN_CHARACTERS = 2000
 """Maximum number of characters that are shown of an answer's text."""
-ROOM = 40.0
+MAX_WIDTH = 40.0
 """Maximum width of a formula on the page, in em; a wider one is broken into lines, or scrolls if it can't be broken."""
-SMALLEST = 80
+MIN_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
-FORMULAS = ("expression", "matrix", "singular", "number", "direction")
+FORMULA_TYPES = ("expression", "matrix", "singular", "number", "direction")
 """The types of answers that are formulas; others are shown as text."""
 
 _CONTROL = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
@@ -37,32 +37,32 @@ _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0
 
 
 @dataclass(frozen=True)
-class Answer:
-    """An answer on the page: its HTML (`shown`) and its `text`; one of them is empty if the other suffices.
+class ShownAnswer:
+    """An answer on the page: its HTML (`html`) and its `text`; one of them is empty if the other suffices.
 
-    `is_text` is False if the text is not the student's, but qdot's description of a function.
+    `is_verbatim` is False if the text is not the student's, but qdot's description of a function.
     """
 
     text: str
-    shown: str = ""
-    is_text: bool = True
+    html: str = ""
+    is_verbatim: bool = True
 
 
-def show_answer(problem: Problem, part: Part, text: str) -> Answer:
+def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the formula or options that were parsed."""
-    plain = make_visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
-    if text == SHOWN:
-        return Answer(plain, is_text=False)
-    if part.answer.offered:
+    plain = make_visible(text if len(text) <= MAX_SHOWN_CHARACTERS else f"{text[:MAX_SHOWN_CHARACTERS]} …")
+    if text == FUNCTION_TEXT:
+        return ShownAnswer(plain, is_verbatim=False)
+    if part.answer.offered_options:
         options = _chosen_options(problem, part, text)
-        return Answer("" if options and len(text) == 1 else plain, options)
-    if part.type not in FORMULAS or len(text) > LONGEST:
-        return Answer(plain)
+        return ShownAnswer("" if options and len(text) == 1 else plain, options)
+    if part.type not in FORMULA_TYPES or len(text) > MAX_CHARACTERS:
+        return ShownAnswer(plain)
     tree = read_answer(problem, part, text).tree
     try:
-        return Answer(plain) if tree is None else Answer(plain, _formula_html(problem, part, tree))
+        return ShownAnswer(plain) if tree is None else ShownAnswer(plain, _formula_html(problem, part, tree))
     except TooDeep:
-        return Answer(plain)
+        return ShownAnswer(plain)
 
 
 def make_visible(text: str) -> str:
@@ -71,29 +71,31 @@ def make_visible(text: str) -> str:
 
 
 def _formula_html(problem: Problem, part: Part, node: Node) -> str:
-    if size_of(node) > LARGEST:
+    if count_nodes(node) > MAX_NODES:
         raise TooDeep("the answer is too long to be set")
-    formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
-    fitted = fit_formula(formula, ROOM)
-    return _shorten_mathml(mathml(fitted, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(fitted), 1.0))))))
+    formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
+    fitted = fit_formula(formula, MAX_WIDTH)
+    return _shorten_mathml(
+        mathml_text(fitted, True, max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted), 1.0)))))
+    )
 
 
-def _shorten_mathml(shown: str) -> str:
+def _shorten_mathml(text: str) -> str:
     """Return MathML with fewer characters: letters instead of their codes, and no rows with a single item."""
-    shown = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), shown)
-    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", shown.replace(_NAMESPACE, "", 1))
+    text = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), text)
+    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", text.replace(_NAMESPACE, "", 1))
 
 
 def _chosen_options(problem: Problem, part: Part, text: str) -> str:
     """Return the options that a student chose as HTML, with their letters and, in a matching question, their items."""
     answer = part.answer
-    chosen, items = list(read_answer(problem, part, text).chosen), answer.matched
+    chosen, items = list(read_answer(problem, part, text).chosen), answer.matched_items
     if items and len(chosen) == len(items):
         prefixes = [f"{item}: " for item in items]
     else:
         chosen, prefixes = list(dict.fromkeys(chosen)), [""] * len(chosen)
-    if answer.offered == TRUE_FALSE:
-        return "".join(answer.offered[index] for index in chosen)
+    if answer.offered_options == TRUE_FALSE:
+        return "".join(answer.offered_options[index] for index in chosen)
     lines = (
         f"{prefix}**{LETTERS[k]}.** {option_text(problem, part, k)}"
         for prefix, k in zip(prefixes, chosen, strict=False)

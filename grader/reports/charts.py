@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from qdot.exercises.common.extras import need
+from qdot.exercises.common.extras import require_extra
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.statistics.statistics import Interval
 
@@ -26,16 +26,16 @@ COLOURS = {
 }  # fmt: skip
 """Placeholder colours by the name of the page's variable that replaces them."""
 
-LONGEST = 44
+MAX_TITLE_LENGTH = 44
 """Maximum number of characters of a mistake's title in a chart."""
 
-WIDE = 4.7
+CHART_WIDTH = 4.7
 """Width of a chart in inches; a phone shows it without shrinking the letters."""
 
 
 def check_library() -> None:
     """Raise QdotError if matplotlib is not installed."""
-    need("report", "the report", "matplotlib")
+    require_extra("report", "the report", "matplotlib")
 
 
 _STYLE: dict[str, Any] = {
@@ -67,7 +67,7 @@ def _chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
     from matplotlib.figure import Figure
 
     with _style(name):
-        figure = Figure(figsize=(WIDE, height))
+        figure = Figure(figsize=(CHART_WIDTH, height))
         FigureCanvasSVG(figure)
         draw(figure.add_subplot())
         svg = io.BytesIO()
@@ -146,14 +146,14 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 
 
-def draw_intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
+def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -> str:
     """Draw a point with its 95 % confidence interval for each part; return "" if no part has one."""
-    if not any(of_parts):
+    if not any(intervals):
         return ""
 
     def draw(axes: "Axes") -> None:
         axes.axvline(0, color=COLOURS["soft"], linewidth=1)
-        for row, interval in enumerate(of_parts):
+        for row, interval in enumerate(intervals):
             if interval is not None:
                 axes.plot([interval.low, interval.high], [row, row], color=COLOURS["bar"], linewidth=2.2)
                 axes.plot(interval.value, row, "o", color=COLOURS["bar"], markersize=6.5)
@@ -170,7 +170,10 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
     if not count_by_title:
         return ""
     counts = list(count_by_title.values())
-    names = [title if len(title) <= LONGEST else f"{title[: LONGEST - 1].rstrip()}…" for title in count_by_title]
+    names = [
+        title if len(title) <= MAX_TITLE_LENGTH else f"{title[: MAX_TITLE_LENGTH - 1].rstrip()}…"
+        for title in count_by_title
+    ]
 
     def draw(axes: "Axes") -> None:
         bars = axes.barh(range(len(names)), counts, height=0.62, color=COLOURS["bar"], linewidth=0)

@@ -9,39 +9,39 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.marking import list_max_points
+from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.tables import NO_MARK, is_marked, status
+from qdot.grader.reports.tables import UNMARKED_STATES, is_marked, work_status
 from qdot.grader.statistics.statistics import Interval, discrimination, reliability
 
 
 @dataclass(frozen=True)
-class PartOfClass:
+class PartSummary:
     """The statistics of a part of the assignment.
 
-    `count` is the number of students with each outcome. `share` is the mean share of the points (the difficulty), over
-    the students who have points for the part. `followed` is the number of answers that follow from a wrong earlier
-    answer.
+    `outcome_counts` is the number of students with each outcome. `mean_share` is the mean share of the points (the
+    difficulty), over the students who have points for the part. `follow_through_count` is the number of answers that
+    follow from a wrong earlier answer.
     """
 
     name: str
     title: str
     max_points: float
-    count: Mapping[Outcome, int]
-    share: float | None
+    outcome_counts: Mapping[Outcome, int]
+    mean_share: float | None
     discrimination: Interval | None
-    followed: int
+    follow_through_count: int
 
     @property
-    def graded(self) -> int:
+    def graded_count(self) -> int:
         """The number of students who submitted work that could be graded."""
-        return sum(self.count.values())
+        return sum(self.outcome_counts.values())
 
 
 @dataclass(frozen=True)
-class MistakeOfClass:
+class MistakeSummary:
     """A mistake of the catalogue: the students who made it, and the parts in which it was made."""
 
     name: str
@@ -51,21 +51,21 @@ class MistakeOfClass:
 
 
 @dataclass(frozen=True)
-class GroupOfClass:
-    """A group of equal wrong answers; `typical` is a student who wrote the answer in its most common form.
+class AnswerGroup:
+    """A group of equal wrong answers; `typical_student` is a student who wrote the answer in its most common form.
 
-    `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `earned` are the
+    `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `points_range` are the
     minimum and the maximum of the points that the grader gave. `override` is the group's override in overrides.csv.
     """
 
     key: str
     part: str
     students: tuple[str, ...]
-    typical: str
+    typical_student: str
     mistake: str
-    earned: tuple[float, float]
+    points_range: tuple[float, float]
     max_points: float
-    followed: int
+    follow_through_count: int
     override: AppliedOverride | None
 
     @property
@@ -74,7 +74,7 @@ class GroupOfClass:
         return len(self.students)
 
     @property
-    def is_of_one(self) -> bool:
+    def has_one_student(self) -> bool:
         """Whether only one student gave the answer."""
         return self.count == 1
 
@@ -83,16 +83,17 @@ class GroupOfClass:
 class Scores:
     """The scores of students who have a mark, as percentages, and their statistics.
 
-    `tenths` are the numbers of scores in each tenth of the range 0 to 100 %. `full` is the number of full scores.
+    `tenth_counts` are the numbers of scores in each tenth of the range 0 to 100 %. `full_score_count` is the number of
+    full scores.
     """
 
     percents: tuple[float, ...]
-    tenths: tuple[int, ...]
+    tenth_counts: tuple[int, ...]
     mean: float
     median: float
-    deviation: float | None
+    standard_deviation: float | None
     reliability: float | None
-    full: int
+    full_score_count: int
 
 
 def describe_student(student: Student) -> str:
@@ -124,28 +125,28 @@ def summarize_scores(results: Sequence[Result]) -> Scores | None:
         statistics.fmean(percents),
         statistics.median(percents),
         statistics.stdev(percents) if len(percents) > 1 else None,
-        reliability(_rows(results)),
+        reliability(_point_rows(results)),
         sum(percent >= 100 - 1e-9 for percent in percents),
     )
 
 
-def _rows(results: Sequence[Result]) -> list[list[float]]:
+def _point_rows(results: Sequence[Result]) -> list[list[float]]:
     """Return the points of every part, for students who have points for all parts."""
     rows = [[part.points for part in result.parts.values()] for result in select_graded(results)]
     return [[points for points in row if points is not None] for row in rows if None not in row]
 
 
-def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
+def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[PartSummary]:
     """Return a summary of every part of the assignment, in its order."""
     student_parts = [result.parts for result in select_graded(results)]
-    rows = _rows(results)
+    rows = _point_rows(results)
     summaries = []
-    for index, (name, max_points) in enumerate(list_max_points(assignment).items()):
+    for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
         shares = [part.points / max_points for part in answers if part.points is not None]
         count = Counter(part.outcome for part in answers)
         summaries.append(
-            PartOfClass(
+            PartSummary(
                 name,
                 ASKED[name.split(".", 1)[1]].title,
                 max_points,
@@ -158,7 +159,7 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     return summaries
 
 
-def summarize_mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
+def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     """Return the diagnosed mistakes, the most frequent first; two mistakes in one answer both count."""
     students_by_mistake: dict[str, dict[str, None]] = {}
     parts_by_mistake: dict[str, dict[str, None]] = {}
@@ -169,24 +170,24 @@ def summarize_mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
                 parts_by_mistake.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in students_by_mistake}
     summaries = [
-        MistakeOfClass(name, titles[name], tuple(students), tuple(parts_by_mistake[name]))
+        MistakeSummary(name, titles[name], tuple(students), tuple(parts_by_mistake[name]))
         for name, students in students_by_mistake.items()
     ]
     return sorted(summaries, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
-def group_wrong_answers(results: Sequence[Result]) -> list[GroupOfClass]:
+def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
     """Return the groups of equal wrong answers, part by part; the largest groups come first."""
     answers: dict[tuple[int, str], list[tuple[str, str, PartResult]]] = {}
     for result in select_graded(results):
         for index, (name, part) in enumerate(result.parts.items()):
             if part.group is not None:
                 answers.setdefault((index, part.group), []).append((result.student, name, part))
-    groups = [(index, _group(key, members)) for (index, key), members in answers.items()]
+    groups = [(index, _summarize_group(key, members)) for (index, key), members in answers.items()]
     return [group for _, group in sorted(groups, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
 
 
-def _group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> GroupOfClass:
+def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> AnswerGroup:
     parts = [part for _, _, part in answers]
     wordings = Counter(_without_blanks(part) for part in parts)
     highest_count = max(wordings.values())
@@ -194,7 +195,7 @@ def _group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> GroupOfC
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
     earned = [points for points in grader_points if points is not None] or [0.0]
-    return GroupOfClass(
+    return AnswerGroup(
         key,
         answers[0][1],
         tuple(student for student, _, _ in answers),
@@ -212,7 +213,7 @@ def _without_blanks(part: PartResult) -> str:
 
 
 @dataclass(frozen=True)
-class NotOnTime:
+class LateOrMissing:
     """A student who has no mark or was late: the state of the work (`tables.status`), and the reason."""
 
     result: Result
@@ -225,27 +226,27 @@ class NotOnTime:
         return is_marked(self.result)
 
 
-def find_late_or_missing(results: Sequence[Result]) -> list[NotOnTime]:
+def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
     """Return the students who have no mark or were late, with the reasons."""
     rows = []
     for result in results:
-        state, late = status(result), result.late
+        state, late = work_status(result), result.late
         if state == "graded":
             continue
         reason = ""
         if late is not None:
             reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % taken off" if late.penalty else ", nothing taken off"
-        elif state in ("unusable", *NO_MARK):
+        elif state in ("unusable", *UNMARKED_STATES):
             reason = result.obstacle or (
                 "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
             )
-        rows.append(NotOnTime(result, state, make_visible(reason)))
-    order = [*NO_MARK, "unusable", "missing", "late"]
+        rows.append(LateOrMissing(result, state, make_visible(reason)))
+    order = [*UNMARKED_STATES, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))
 
 
-def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
+def find_students_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
     """Return the students who gave several wrong formulas, none of which is an attempt at their own arm.
 
     The values are the names of these parts. Apart from choice questions, nothing in the work of these students is
@@ -254,10 +255,10 @@ def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
     parts_of_students = {}
     for result in select_graded(results):
         no_attempts = [name for name, part in result.parts.items() if part.attempt is False]
-        if len(no_attempts) >= FEWEST_WITHOUT and not any(part.attempt for part in result.parts.values()):
+        if len(no_attempts) >= MIN_PARTS_WITHOUT_ATTEMPT and not any(part.attempt for part in result.parts.values()):
             parts_of_students[result.student] = no_attempts
     return parts_of_students
 
 
-FEWEST_WITHOUT = 2
+MIN_PARTS_WITHOUT_ATTEMPT = 2
 """Minimum number of wrong formulas that are no attempt at the student's own arm, for a student to be listed."""

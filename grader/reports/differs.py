@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 from qdot.exercises.formula.identity import Counterexample, EntryDifference, SetDifference
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
-from qdot.grader.judging.verdict import entry_name
+from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answers import make_visible
 
-DIGITS, MOST_DIGITS = 4, 16
+DIGITS, MAX_DIGITS = 4, 16
 """Number of significant digits that are shown, and the maximum if two values must be distinguished."""
-ROUNDING = 1e-12
+ZERO_TOLERANCE = 1e-12
 """Bound below which the value of a joint is shown as 0, because numeric searches end near zero, not at it."""
-WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
+VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -24,7 +24,7 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 class ExampleRow:
     """A table row: its heading as HTML, which never contains a student's text, and the text of each cell."""
 
-    head: str
+    heading_html: str
     cells: tuple[str, ...]
 
 
@@ -69,9 +69,11 @@ def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> T
     return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
 
 
-def _caption(part: Part, example: EntryDifference, at_a_place: bool) -> str:
+def _caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
     entry = _entry_in_words(part, example)
-    return f"Where {entry or 'it'} differs" if at_a_place else entry.capitalize() or "Your answer and what is right"
+    return (
+        f"Where {entry or 'it'} differs" if has_configuration else entry.capitalize() or "Your answer and what is right"
+    )
 
 
 def _entry_in_words(part: Part, example: EntryDifference) -> str:
@@ -79,16 +81,16 @@ def _entry_in_words(part: Part, example: EntryDifference) -> str:
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
-    if part.answer.units_due:
+    if part.answer.expected_units:
         return f"number {example.entry + 1}"
-    return entry_name(example.entry, columns)
+    return name_entry(example.entry, columns)
 
 
 def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
     unit = part.answer.unit(example.entry)
     if example.expected is None:
         return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
-    yours, correct = _distinct_values(example.yours, example.expected, unit)
+    yours, correct = _format_distinctly(example.yours, example.expected, unit)
     headings = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:
         headings = headings[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
@@ -96,7 +98,7 @@ def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]
 
 
 def _symbol_html(problem: Problem, name: str) -> str:
-    return mathml(parse_latex(symbol_latex(name, prismatic_joints(problem.chain))))
+    return mathml_text(parse_latex(symbol_latex(name, prismatic_joints(problem.chain))))
 
 
 # --- numbers ---
@@ -117,15 +119,15 @@ def _quantity_text(value: float | None, unit: str) -> str:
     """Return a value with its unit; an angle also in degrees."""
     if value is None:
         return "any"
-    value = value if abs(value) > ROUNDING else 0.0
+    value = value if abs(value) > ZERO_TOLERANCE else 0.0
     degrees = f" ({format_decimal(math.degrees(value))}°)" if unit == "rad" else ""
     return f"{format_decimal(value)} {unit}".rstrip() + degrees
 
 
-def _distinct_values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
+def _format_distinctly(given: float | str, correct: float | str, unit: str) -> tuple[str, str]:
     """Return two values as texts, with enough digits to distinguish them."""
-    for digits in range(DIGITS, MOST_DIGITS + 1):
-        texts = _value_text(yours, digits, unit), _value_text(right, digits, unit)
+    for digits in range(DIGITS, MAX_DIGITS + 1):
+        texts = _value_text(given, digits, unit), _value_text(correct, digits, unit)
         if texts[0] != texts[1]:
             break
     return texts
@@ -135,7 +137,7 @@ def _value_text(value: float | str, digits: int, unit: str) -> str:
     if isinstance(value, str):
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
-            return WORDS.get(value) or make_visible(value).replace("-", "−")
+            return VALUE_WORDS.get(value) or make_visible(value).replace("-", "−")
         real, sign, minus, imaginary = complex_number.groups()
         sign = "−" if (sign == "-") != bool(minus) else "+"
         return f"{format_decimal(float(real), digits)} {sign} {format_decimal(float(imaginary), digits)} i"

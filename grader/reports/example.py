@@ -12,34 +12,34 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.figure.arm_figure import Example, examples_svg
 from qdot.exercises.formula.identity import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import ReadError, as_matrix
+from qdot.exercises.formula.trees import ParseError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.functions import SHOWN
+from qdot.grader.judging.functions import FUNCTION_TEXT
 
-FREE = {"R": 0.7, "P": 0.4}
+DEFAULT_JOINT_VALUES = {"R": 0.7, "P": 0.4}
 """Joint variables, in rad or m, used in the figure for joints that the configuration doesn't specify."""
-USUAL = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 8, 10, 6, 13, 14, 15, 16, 17)]
+DEFAULT_LENGTHS = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 8, 10, 6, 13, 14, 15, 16, 17)]
 """Values for symbolic lengths, in m, all different."""
-FAR = 3.0
+MAX_RELATIVE_DISTANCE = 3.0
 """Maximum distance of a drawn point from the base, relative to P's; a farther point would make the arm too small."""
-LONGEST = 2_000
+MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 
-MISSING, SURPLUS = "singular, not in your answer", "in your answer, not singular"
-CROSS = "Dot: P. Cross: where your answer puts it."
+MISSING_CAPTION, SURPLUS_CAPTION = "singular, not in your answer", "in your answer, not singular"
+CROSS_CAPTION = "Dot: P. Cross: where your answer puts it."
 
 
 def draw_example(problem: Problem, part: Part, example: Counterexample, answer: str | None) -> str:
     """Return the counterexample of a wrong answer as an SVG element, empty if there is nothing to draw."""
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
-        candidates = ((MISSING, example.missing), (SURPLUS, example.surplus))
+        candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
         configurations = [
             (caption, configuration) for caption, configuration in candidates if configuration is not None
         ]
@@ -49,10 +49,10 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
             if (arm := _arm_at(problem.chain, caption, configuration)) is not None
         ]
         return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
-    if part.kind != "position" or answer is None or answer == SHOWN or len(answer) > LONGEST:
+    if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
     arm_with_answer = _arm_with_answer(problem, part, example.at, answer)
-    return "" if arm_with_answer is None else examples_svg([arm_with_answer], name, CROSS)
+    return "" if arm_with_answer is None else examples_svg([arm_with_answer], name, CROSS_CAPTION)
 
 
 def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
@@ -60,15 +60,17 @@ def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | No
 
     Return None if a joint variable is not finite or a length is not positive.
     """
-    default_lengths = iter([length for length in USUAL if length not in list_table_lengths(chain)])
+    default_lengths = iter([length for length in DEFAULT_LENGTHS if length not in list_table_lengths(chain)])
     lengths = {
         symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(default_lengths)
         for symbol in chain.parameters
     }
-    pose = {q.name: at.get(q.name, FREE[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)}
+    pose = {
+        q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)
+    }
     if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
         return None
-    return Example(caption, with_lengths(chain, lengths), pose)
+    return Example(caption, substitute_arm_lengths(chain, lengths), pose)
 
 
 def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
@@ -80,7 +82,7 @@ def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answ
     try:
         entries = [entry for row in as_matrix(tree) for entry in row]
         values, _ = evaluate(compile_program(entries), {name: np.array([value]) for name, value in at.items()}, 1)
-    except (KeyError, ReadError):
+    except (KeyError, ParseError):
         return None
     if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
         return None
@@ -89,6 +91,6 @@ def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answ
     yours = correct.copy()
     yours[axes] = values[:, 0].real
     base = arm.base[:3, 3]
-    if np.linalg.norm(yours - base) > FAR * max(float(np.linalg.norm(correct - base)), 0.3):
+    if np.linalg.norm(yours - base) > MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct - base)), 0.3):
         return None
-    return replace(figure, beside=yours - correct)
+    return replace(figure, mark_offset=yours - correct)

@@ -17,9 +17,9 @@ from qdot.grader.reports.charts import OUTCOMES
 from qdot.grader.reports.class_view import select_graded
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
 
-MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
+CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The creation time recorded in every workbook; it is constant so that the same results give the same bytes."""
-LONGEST = 32_000
+MAX_CELL_LENGTH = 32_000
 """Maximum number of characters written to a cell; Excel allows 32,767."""
 
 
@@ -29,14 +29,14 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
 
     content = io.BytesIO()
     with xlsxwriter.Workbook(content, {"in_memory": True, "default_date_format": "yyyy-mm-dd"}) as book:
-        book.set_properties({"title": assignment.title, "author": "qdot", "created": MADE})
+        book.set_properties({"title": assignment.title, "author": "qdot", "created": CREATION_TIME})
         formats = {"head": book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})}
         formats["points"] = book.add_format({"num_format": "0.####"})
         formats["percent"] = book.add_format({"num_format": "0.0"})
         header, rows = grades_table(results, assignment.roster)
         mark_columns = [column for column, name in enumerate(header) if name in ("score", "percent")]
         for row, result in zip(rows, results, strict=True):
-            for column in () if is_marked(result, zero=True) else mark_columns:
+            for column in () if is_marked(result, count_zero=True) else mark_columns:
                 row[column] = None
         _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, 2)
         _fill_sheet(book.add_worksheet("Parts"), formats, *_table_of_parts(results), 1)
@@ -58,18 +58,18 @@ def _table_of_parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cel
 
 
 def _fill_sheet(
-    sheet: Any, forms: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], fixed: int
+    sheet: Any, formats: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], frozen_columns: int
 ) -> None:
     for column, name in enumerate(header):
         cells = [row[column] for row in rows]
         widths = [len(cell) for cell in cells if isinstance(cell, str)]
         sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in widths)])))
-        sheet.write_string(0, column, printable(name), forms["head"])
-        form = forms["percent" if name == "percent" else "points"]
+        sheet.write_string(0, column, printable(name), formats["head"])
+        form = formats["percent" if name == "percent" else "points"]
         for line, cell in enumerate(cells, 1):
             if isinstance(cell, str) and cell:
-                sheet.write_string(line, column, printable(cell)[:LONGEST])
+                sheet.write_string(line, column, printable(cell)[:MAX_CELL_LENGTH])
             elif isinstance(cell, float):
                 sheet.write_number(line, column, cell, form)
-    sheet.freeze_panes(1, fixed)
+    sheet.freeze_panes(1, frozen_columns)
     sheet.autofilter(0, 0, len(rows), len(header) - 1)

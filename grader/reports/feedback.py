@@ -22,31 +22,31 @@ from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.render import render
-from qdot.grader.grading.marking import NOT_RIGHT
-from qdot.grader.grading.result import AppliedOverride, Entries, PartResult, Result
+from qdot.grader.grading.marking import WRONG_OR_PARTIAL
+from qdot.grader.grading.result import AppliedOverride, EntryFlags, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.answers import Answer, make_visible, show_answer
+from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.example import draw_example
-from qdot.grader.reports.feedback_levels import at_least, hold_back, remove_numbers
+from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, shows_at_least
 
-PAGE = 7
+PAGE_VERSION = 7
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
-WORDS = {
+OUTCOME_WORDS = {
     Outcome.CORRECT: "right", Outcome.PARTIAL: "partly right", Outcome.WRONG: "wrong",
     Outcome.MISSING: "not answered", Outcome.UNGRADED: "not graded yet",
 }  # fmt: skip
-MANY = 6
+MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
-OURS = (
+GRADER_FIRST_WORDS = (
     r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a (list|configuration|singular)|say|left"
     r"|qdot failed|cells?|right but|claimed|commas"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
-IN_SHORT = {
+SHORT_REASONS = {
     r"\bit is not right; differs$": "it is not right",
     r"(?<![\w)] )\bdiffers$": "its value differs from the solution's",
     r"\bclaimed, but no singular configuration\b": "a configuration is claimed that is not singular",
@@ -58,8 +58,8 @@ IN_SHORT = {
 class PartOnPage:
     """A part as the template shows it; `result` has only what the feedback level allows.
 
-    `asked` (the prompt), `figure`, `example` (a drawing of the counterexample) and `solution` are HTML. `sure` says how
-    a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry of the answer.
+    `prompt` (the prompt), `figure`, `example` (a drawing of the counterexample) and `solution` are HTML. `certainty`
+    says how a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry of the answer.
     """
 
     id: str
@@ -69,13 +69,13 @@ class PartOnPage:
     reason: str
     advice: str | None
     override: str | None
-    sure: str
-    answer: Answer | None
+    certainty: str
+    answer: ShownAnswer | None
     entries: list[list[str]] | None
     followed_from: str | None
     table: Table | None
     example: str
-    asked: str
+    prompt: str
     figure: str
     solution: str | None
 
@@ -93,13 +93,13 @@ class ProblemOnPage:
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
-    content = [PAGE, assignment.edition, assignment.feedback, student.name, as_json(result)]
+    content = [PAGE_VERSION, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def make_feedback_page(assignment: Assignment, student: Student, result: Result) -> str:
     """Return the student's page as self-contained HTML. Problems are loaded from the store, not regenerated."""
-    problems = [] if result.obstacle is not None else _problems(assignment, student, result)
+    problems = [] if result.obstacle is not None else _show_problems(assignment, student, result)
     parts = [part for problem in problems for part in problem.parts]
     return render(
         "reports/feedback.html.j2",
@@ -108,18 +108,18 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         made_from=page_fingerprint(assignment, student, result),
         obstacle=None if result.obstacle is None else make_visible(result.obstacle),
         notes=[make_visible(note) for note in (*_describe_decisions(result), *result.notes)],
-        marked=_how_much_is_marked(result),
+        marked=_describe_extent_of_marks(result),
         percent=f"{result.percent:.0f}",
         score=result.score,
         max_score=result.max_score,
         problems=problems,
-        words=WORDS,
-        overview=len(parts) > MANY,
+        words=OUTCOME_WORDS,
+        overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
         kept_back=_describe_level(assignment.feedback, parts),
     )
 
 
-def _how_much_is_marked(result: Result) -> str:
+def _describe_extent_of_marks(result: Result) -> str:
     """Return how much of the work has a mark: "nothing", "some" parts, or "all"."""
     part_points = [part.points for part in result.parts.values()]
     if None not in part_points or result.override is not None:
@@ -129,11 +129,11 @@ def _how_much_is_marked(result: Result) -> str:
 
 def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     """Return a note on what the page doesn't show about wrong answers; "" if it shows everything."""
-    if at_least(level, "values") or not any(part.result.outcome in NOT_RIGHT for part in parts):
+    if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
-    if at_least(level, "counterexample"):
+    if shows_at_least(level, "counterexample"):
         return "Where an answer differs is shown with its own value there; what is right is not told."
-    if at_least(level, "mistake"):
+    if shows_at_least(level, "mistake"):
         return "Mistakes are named; where an answer differs, and what is right, is not told."
     return "What came of each part is told, and no more."
 
@@ -146,7 +146,7 @@ def _describe_decisions(result: Result) -> list[str]:
         notes.append(f"Handed in {describe_duration(late.seconds)} after it was due")
         if late.penalty:
             share = f"{100 * late.penalty:.4g} %"
-            notes[-1] += f": {share} of the {_points(late.points_before)} points are taken off"
+            notes[-1] += f": {share} of the {_format_points(late.points_before)} points are taken off"
     if result.override is not None:
         notes.append(_describe_override(result.override, "Total"))
     if result.obstacle is not None:
@@ -155,16 +155,16 @@ def _describe_decisions(result: Result) -> list[str]:
     return notes
 
 
-def _describe_override(override: AppliedOverride, what: str) -> str:
-    """Return a note for the student on an override; `what` is the total, or the points of a part."""
+def _describe_override(override: AppliedOverride, subject: str) -> str:
+    """Return a note for the student on an override; `subject` is the total, or the points of a part."""
     comment = make_visible(override.comment)
     if override.points is None:
         return f"Your instructor says: {comment}"
     comment = f": {comment}" if comment else ""
-    return f"{what} set by your instructor to {_points(override.points)}{comment}"
+    return f"{subject} set by your instructor to {_format_points(override.points)}{comment}"
 
 
-def _problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
+def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
     """Return every problem as the template shows it."""
     stored = load_stored_problems(assignment, student.id)
     return [
@@ -173,7 +173,7 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
             title=f"Problem {number}: {problem.title}",
             figure=stored.figure(slot, problem),
             statement=_add_caption(stored.statement(slot, problem), problem),
-            parts=_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
+            parts=_show_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
         )
         for number, ((slot, problem), problem_result) in enumerate(
             zip(stored.problems, result.problems, strict=True), 1
@@ -187,35 +187,35 @@ def _add_caption(table: str, problem: Problem) -> str:
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
 
 
-def _parts(
+def _show_parts(
     stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
     """Return the parts of a problem; their texts refer to other parts by number."""
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []
-    for index, result in enumerate((hold_back(result, feedback) for result in results), 1):
+    for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
         part, outcome, text = problem[result.name], result.outcome, result.answer
         is_blank = outcome is Outcome.MISSING and _is_blank(text or "")
         example = result.certificate and result.certificate.counterexample
-        table = make_counterexample_table(problem, part, example) if outcome in NOT_RIGHT and example else None
+        table = make_counterexample_table(problem, part, example) if outcome in WRONG_OR_PARTIAL and example else None
         parts.append(
             PartOnPage(
                 id=f"part-{number}-{index}",
                 number=numbers[part.name],
                 title=ASKED[part.kind].title,
                 result=result,
-                reason=_number_parts(_capitalize(_reason(result, table is not None)), problem, numbers),
+                reason=_number_parts(_capitalize(_show_reason(result, table is not None)), problem, numbers),
                 advice=_number_parts(result.advice, problem, numbers) if result.advice else None,
                 override=None if result.override is None else _describe_override(result.override, "Points"),
-                sure=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
+                certainty=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
                 answer=None if text is None or is_blank else show_answer(problem, part, text),
                 entries=_mark_entries(result.entries, result.follows)
-                if outcome in NOT_RIGHT and result.entries
+                if outcome in WRONG_OR_PARTIAL and result.entries
                 else None,
                 followed_from=numbers.get(result.followed_from or ""),
                 table=table,
                 example=draw_example(problem, part, example, text) if table is not None and example else "",
-                asked=stored.prompt(slot, problem, part.name),
+                prompt=stored.prompt(slot, problem, part.name),
                 figure=stored.part_figure(slot, problem, part.name),
                 solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
             )
@@ -223,7 +223,7 @@ def _parts(
     return tuple(parts)
 
 
-def _mark_entries(entries: Entries, follows: Entries | None) -> list[list[str]] | None:
+def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[str]] | None:
     """Return for each entry whether it is correct, wrong, or follows from an earlier wrong answer.
 
     Return None if there is only one entry.
@@ -252,16 +252,16 @@ def _is_blank(answer: str) -> bool:
     return not re.sub(r"blank|[\s\[\](),]", "", answer)
 
 
-def _points(points: float) -> str:
+def _format_points(points: float) -> str:
     return f"{round(points, 2):g}"
 
 
-def _reason(part: PartResult, is_short: bool) -> str:
-    """Return the reason why an answer is wrong; `is_short` omits its numbers if a table shows them."""
+def _show_reason(part: PartResult, without_numbers: bool) -> str:
+    """Return the reason why an answer is wrong; `without_numbers` omits its numbers if a table shows them."""
     reason = part.reason
-    if is_short:
+    if without_numbers:
         reason = remove_numbers(reason)
-        for pattern, words in IN_SHORT.items():
+        for pattern, words in SHORT_REASONS.items():
             reason = re.sub(pattern, words, reason)
     return make_visible(reason)
 
@@ -285,4 +285,4 @@ def _describe_certainty(certificate: Certificate | None) -> str:
 
 def _capitalize(reason: str) -> str:
     """Return a reason with a capital first letter, unless its first word may be a name such as `p1_jacobian`."""
-    return reason[:1].upper() + reason[1:] if re.match(rf"({OURS})\b", reason) else reason
+    return reason[:1].upper() + reason[1:] if re.match(rf"({GRADER_FIRST_WORDS})\b", reason) else reason

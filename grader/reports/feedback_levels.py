@@ -14,62 +14,65 @@ from dataclasses import replace
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.identity import Certificate, SetDifference
-from qdot.grader.grading.marking import NOT_RIGHT
+from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult
 
-_NAMED = r"\w+ = [-+\d.e]+"
-_POSE = rf": (?:\(any\)|{_NAMED}(?:, {_NAMED})*)"
+_NAMED_VALUE = r"\w+ = [-+\d.e]+"
+_CONFIGURATION = rf": (?:\(any\)|{_NAMED_VALUE}(?:, {_NAMED_VALUE})*)"
 _VALUE = r"(?:\([^()]*\)|[^,;()])+"
 
-_RIGHT_VALUES = (
-    (rf"(\ban? [a-z ]+ is missing){_POSE}", r"\1"),
+_CORRECT_VALUE_PATTERNS = (
+    (rf"(\ban? [a-z ]+ is missing){_CONFIGURATION}", r"\1"),
     (rf", expected {_VALUE}", ", which is not right"),
     (rf", and {_VALUE} is right", ", which is not right"),
 )
 """Patterns of correct values in the reasons given by `qdot.grader.judging.formulas`, with their replacements."""
 
-_NUMBERS = (
-    (rf"(\bno [a-z ]+|right but for rounding){_POSE}", r"\1"),
-    (rf" at {_NAMED}(?:, {_NAMED})*", ""),
+_NUMBER_PATTERNS = (
+    (rf"(\bno [a-z ]+|right but for rounding){_CONFIGURATION}", r"\1"),
+    (rf" at {_NAMED_VALUE}(?:, {_NAMED_VALUE})*", ""),
     (rf": yours {_VALUE}, which is not right", ""),
     (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
 )
 """Patterns of the numbers of a counterexample, with their replacements."""
 
 
-_ALONE = (
+_DEPENDENT_PHRASE_PATTERNS = (
     (r"(?:^|; )differs$", ""),
     (r"\bclaimed, but no (singular configuration)$", r"what is claimed is not everywhere a \1"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
-_NAMES = ((r" \(transposed\?\)", ""),)
+_MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)", ""),)
 """Patterns that name a mistake in the reason why an answer could not be parsed, with their replacements."""
 
 
-def at_least(level: str, wanted: str) -> bool:
+def shows_at_least(level: str, other_level: str) -> bool:
     """Return whether the first level of feedback shows at least as much as the second."""
-    return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
+    return FEEDBACK.index(level) >= FEEDBACK.index(other_level)
 
 
-def hold_back(part: PartResult, level: str) -> PartResult:
+def limit_feedback(part: PartResult, level: str) -> PartResult:
     """Return a part of a result without the information that this level of feedback withholds from students.
 
     >>> from qdot import Outcome
     >>> reason = "number 1 is 2, and 0.624 m/s is right"
     >>> part = PartResult(name="joint-rates", outcome=Outcome.WRONG, points=0.0, max_points=1.0, reason=reason)
-    >>> hold_back(part, "counterexample").reason
+    >>> limit_feedback(part, "counterexample").reason
     'number 1 is 2, which is not right'
     """
-    if part.outcome not in NOT_RIGHT or at_least(level, "values"):
+    if part.outcome not in WRONG_OR_PARTIAL or shows_at_least(level, "values"):
         return part
-    reason, certificate = _replace_patterns(part.reason, _RIGHT_VALUES), _without_right_values(part.certificate)
-    if at_least(level, "counterexample"):
+    reason, certificate = (
+        _replace_patterns(part.reason, _CORRECT_VALUE_PATTERNS),
+        _remove_correct_values(part.certificate),
+    )
+    if shows_at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _replace_patterns(remove_numbers(reason), _ALONE) or "it is not what is due"
+    reason = _replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "it is not what is due"
     certificate = None if part.certificate is None else replace(part.certificate, counterexample=None)
-    if at_least(level, "mistake"):
+    if shows_at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _replace_patterns(reason, _NAMES) if certificate is None else ""
+    reason = _replace_patterns(reason, _MISTAKE_NAME_PATTERNS) if certificate is None else ""
     outcome_only = replace(part, mistake=None, advice=None, entries=None, follows=None)
     return replace(outcome_only, reason=reason, certificate=certificate)
 
@@ -80,7 +83,7 @@ def remove_numbers(reason: str) -> str:
     >>> remove_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
     'entry 1 differs'
     """
-    return _replace_patterns(_replace_patterns(reason, _RIGHT_VALUES), _NUMBERS)
+    return _replace_patterns(_replace_patterns(reason, _CORRECT_VALUE_PATTERNS), _NUMBER_PATTERNS)
 
 
 def _replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
@@ -89,7 +92,7 @@ def _replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str
     return reason
 
 
-def _without_right_values(certificate: Certificate | None) -> Certificate | None:
+def _remove_correct_values(certificate: Certificate | None) -> Certificate | None:
     """Return a certificate whose counterexample shows no correct values."""
     if certificate is None or certificate.counterexample is None:
         return certificate

@@ -16,13 +16,13 @@ from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import list_notes, make_rows
-from qdot.grader.reports.tables import NO_MARK, list_staff_notes, status
+from qdot.grader.reports.tables import UNMARKED_STATES, list_staff_notes, work_status
 
-MOST_ANNOTATIONS = 10
+MAX_ANNOTATIONS = 10
 """Maximum number of annotations of each kind for a step."""
-LARGEST_SUMMARY = 1_000_000
+MAX_SUMMARY_BYTES = 1_000_000
 """Maximum size of a summary in bytes; GitHub's limit is 1024 KiB."""
-LONGEST_TEXT = 500
+MAX_TEXT_LENGTH = 500
 """Maximum number of characters shown of the message on a part."""
 
 _MARKUP = re.compile(r"([\\`*_{}\[\]()<>#+|~$&!@:])")
@@ -36,36 +36,36 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
     students = results if len(results) > 1 else []
     shown_results = list[Result]()
     size = _size(assignment, students, [], len(results))
-    if size > LARGEST_SUMMARY:
-        return render("reports/github-short.md.j2", title=_markdown(assignment.title), count=len(results))
+    if size > MAX_SUMMARY_BYTES:
+        return render("reports/github-short.md.j2", title=_escape_markdown(assignment.title), count=len(results))
     for result in results:
         size += _size(assignment, [result], [result]) - _size(assignment, [result], [])
-        if size > LARGEST_SUMMARY:
+        if size > MAX_SUMMARY_BYTES:
             break
         shown_results.append(result)
-    return _page(assignment, students, shown_results, len(results) - len(shown_results))
+    return _render_page(assignment, students, shown_results, len(results) - len(shown_results))
 
 
 def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int = 0) -> int:
-    return len(_page(assignment, students, shown, left_out).encode())
+    return len(_render_page(assignment, students, shown, left_out).encode())
 
 
-def _page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
+def _render_page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
     """Return the page with a table of `students` (which may be empty) and the parts of the students in `shown`."""
     return render(
         "reports/github.md.j2",
         title=assignment.title,
-        students=[(result, status(result), "; ".join(list_staff_notes(result))) for result in students],
+        students=[(result, work_status(result), "; ".join(list_staff_notes(result))) for result in students],
         sections=[(result, make_rows(result, assignment.feedback), list_notes(result)) for result in shown],
         left_out=left_out,
-        markdown=_markdown,
+        markdown=_escape_markdown,
         number=format_points,
     )
 
 
-def _markdown(text: str) -> str:
+def _escape_markdown(text: str) -> str:
     """Return a text for a table cell, escaped so that it contains no links, formulas or HTML."""
-    return _MARKUP.sub(r"\\\1", _cut(" ".join(make_visible(text).split())))
+    return _MARKUP.sub(r"\\\1", _shorten(" ".join(make_visible(text).split())))
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ class Annotation:
     @property
     def command(self) -> str:
         """The workflow command, as a line for standard output."""
-        file = f"file={_property(self.file)}," if self.file else ""
-        return f"::{self.kind} {file}title={_property(self.title)}::{_message(self.message)}\n"
+        file = f"file={_escape_property(self.file)}," if self.file else ""
+        return f"::{self.kind} {file}title={_escape_property(self.title)}::{_escape_message(self.message)}\n"
 
 
 def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -92,16 +92,16 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     """
     if len(results) == 1:
         notes = [
-            Annotation("warning" if row.points else "error", f"{row.part}: {row.earned}", _cut(row.message))
+            Annotation("warning" if row.points else "error", f"{row.part}: {row.points_text}", _shorten(row.message))
             for row in make_rows(results[0], assignment.feedback)
             if not row.passed
         ]
     else:
-        states = [(result.student, status(result), list_staff_notes(result)) for result in results]
+        states = [(result.student, work_status(result), list_staff_notes(result)) for result in results]
         notes = [
             Annotation("error" if state == "ungraded" else "warning", student, "; ".join(staff_notes))
             for student, state, staff_notes in states
-            if state in ("unusable", *NO_MARK)
+            if state in ("unusable", *UNMARKED_STATES)
         ]
     return "".join(_commands(kind, notes, assignment.key) for kind in ("error", "warning"))
 
@@ -109,33 +109,36 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
     """Return the commands of a kind, as many as GitHub shows; the last one, with `title`, counts the others."""
     selected = [note for note in notes if note.kind == kind]
-    if len(selected) > MOST_ANNOTATIONS:
-        left_out = len(selected) - MOST_ANNOTATIONS + 1
+    if len(selected) > MAX_ANNOTATIONS:
+        left_out = len(selected) - MAX_ANNOTATIONS + 1
         last = Annotation(kind, title, f"and {left_out} more; the job summary has all")
-        selected = [*selected[: MOST_ANNOTATIONS - 1], last]
+        selected = [*selected[: MAX_ANNOTATIONS - 1], last]
     return "".join(note.command for note in selected)
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:
     """Return the job summary of `qdot check`: the answers that qdot finds in a notebook."""
-    rows = [{"part": row.part, "readable": row.readable, "message": _markdown(row.message)} for row in checked.rows]
-    return render("reports/github-check.md.j2", rows=rows, notes=[_markdown(note) for note in checked.notes])
+    rows = [
+        {"part": row.part, "readable": row.is_readable, "message": _escape_markdown(row.message)}
+        for row in checked.rows
+    ]
+    return render("reports/github-check.md.j2", rows=rows, notes=[_escape_markdown(note) for note in checked.notes])
 
 
 def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
     """Return a warning for every answer of a notebook that can't be parsed."""
-    unreadable = [row for row in checked.rows if not row.readable]
+    unreadable = [row for row in checked.rows if not row.is_readable]
     notes = [Annotation("warning", row.part, row.message, path.as_posix()) for row in unreadable]
     return _commands("warning", notes, "qdot")
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]} …"
+def _shorten(text: str) -> str:
+    return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]} …"
 
 
-def _message(text: str) -> str:
+def _escape_message(text: str) -> str:
     return make_visible(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
-def _property(text: str) -> str:
-    return _message(text).replace(":", "%3A").replace(",", "%2C")
+def _escape_property(text: str) -> str:
+    return _escape_message(text).replace(":", "%3A").replace(",", "%2C")

@@ -11,13 +11,20 @@ import re
 from collections.abc import Iterator, Sequence
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
+from qdot.exercises.assignment.gradebook import (
+    CANVAS,
+    MOODLE,
+    MOODLE_COLUMNS,
+    MOODLE_KEYS,
+    POINTS_ROW_MARKER,
+    Gradebook,
+)
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import escape_formula, is_marked, status
+from qdot.grader.reports.tables import escape_formula, is_marked, work_status
 
-RESERVED = tuple(
+RESERVED_WORDS = tuple(
     f"{when} {what}"
     for when, kinds in (
         ("Current", ("Score", "Points", "Grade")), ("Final", ("Score", "Points", "Grade")),
@@ -30,15 +37,15 @@ EXCUSED = "EX"
 """Canvas's word for a student who need not submit."""
 NO_GRADE = "-"
 """Moodle's word for no grade; an empty cell would be 0 in a new grade item."""
-MOST = 100
+MAX_GRADE = 100
 """The maximum grade: unless the site allows higher grades, Moodle refuses a whole file that contains one."""
 
-_SIMPLE = re.compile(r"[+-]?[\d .]*")
+_PLAIN_NUMBER = re.compile(r"[+-]?[\d .]*")
 
 
 def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
     """Return a note on the students without a mark, with the reasons."""
-    unmarked = [f"{result.student} ({status(result)})" for result in results if not is_marked(result)]
+    unmarked = [f"{result.student} ({work_status(result)})" for result in results if not is_marked(result)]
     return [f"no mark for {', '.join(unmarked)}"] if unmarked else []
 
 
@@ -58,8 +65,8 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
     If Canvas already has the assignment, its column has the same title as in the export. Excused students stay excused.
     """
-    title = _title(assignment)
-    word = next((word for word in RESERVED if word in title), None)
+    title = _column_title(assignment)
+    word = next((word for word in RESERVED_WORDS if word in title), None)
     if word is not None:
         raise QdotError(
             f"canvas: Canvas passes over a column whose title holds {word!r}; give the assignment another title"
@@ -67,10 +74,10 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == CANVAS:
-        header, students = _of_export(book, title, points)
+        header, students = _identify_by_export(book, title, points)
     else:
-        header, students = _of_roster(assignment.roster, title)
-    rows = [header, [f"    {POINTS}", *[""] * (len(header) - 2), points]]
+        header, students = _identify_by_roster(assignment.roster, title)
+    rows = [header, [f"    {POINTS_ROW_MARKER}", *[""] * (len(header) - 2), points]]
     for result in results:
         identity, earlier_cell = students[result.student]
         is_excused = earlier_cell.strip().upper() == EXCUSED
@@ -82,23 +89,28 @@ Identities = dict[str, tuple[Sequence[str], str]]
 """For each student: the cells by which Canvas identifies the student, and the previous mark for the assignment."""
 
 
-def _of_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
+def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
-    column = _column_of(book, title)
-    if column is not None and book.points and _parse_number(book.points[column]) not in (None, _parse_number(points)):
+    column = _find_column(book, title)
+    if (
+        column is not None
+        and book.points_row
+        and _parse_number(book.points_row[column]) not in (None, _parse_number(points))
+    ):
         raise QdotError(
-            f"canvas: {book.header[column]!r} has {book.points[column]} points in Canvas and {points} here; set one "
-            "like the other (`points` in assignment.toml), so that marks mean the same"
+            f"canvas: {book.header[column]!r} has {book.points_row[column]} points in Canvas and {points} here; set "
+            "one like the other (`points_row` in assignment.toml), so that marks mean the same"
         )
-    header = [*book.header[: book.identity], title if column is None else book.header[column]]
+    header = [*book.header[: book.identity_column_count], title if column is None else book.header[column]]
     return header, {
-        student: (line[: book.identity], "" if column is None else line[column]) for student, line in book.lines.items()
+        student: (line[: book.identity_column_count], "" if column is None else line[column])
+        for student, line in book.rows_by_student.items()
     }
 
 
-def _of_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
+def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
-    cells = {student.id: dict(student.others) for student in roster}
+    cells = {student.id: dict(student.other_columns) for student in roster}
     columns = {
         head: next((name for name in names if any(row.get(name, "").strip() for row in cells.values())), "")
         for head, names in CANVAS_COLUMNS.items()
@@ -114,10 +126,12 @@ def _of_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identi
     return ["Student", *CANVAS_COLUMNS, title], students
 
 
-def _column_of(book: Gradebook, title: str) -> int | None:
+def _find_column(book: Gradebook, title: str) -> int | None:
     """Return the index of this assignment's column in Canvas: its title, followed by a number in parentheses."""
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
-    columns = [index for index in range(book.identity, len(book.header)) if pattern.fullmatch(book.header[index])]
+    columns = [
+        index for index in range(book.identity_column_count, len(book.header)) if pattern.fullmatch(book.header[index])
+    ]
     if len(columns) > 1:
         raise QdotError(
             f"canvas: Canvas has {len(columns)} assignments that are called {title!r}; give this one a title of its own"
@@ -141,10 +155,10 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     An identifying column is included only if every student has a different, non-empty text in it. If a cell is empty,
     Moodle gives the mark to the student in the line above.
     """
-    title = _title(assignment)
+    title = _column_title(assignment)
     highest = results[0].max_score
     columns = _moodle_columns(assignment)
-    marks = ([title] if highest <= MOST else []) + [f"{title} (percent)"]
+    marks = ([title] if highest <= MAX_GRADE else []) + [f"{title} (percent)"]
     rows = [[*(name for name, _ in columns), *marks]]
     for index, result in enumerate(results):
         cells = [NO_GRADE, NO_GRADE]
@@ -160,7 +174,7 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     if book is not None and book.platform == MOODLE:
         heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
         columns = [
-            (name, [book.lines[student.id][book.header.index(name)] for student in roster])
+            (name, [book.rows_by_student[student.id][book.header.index(name)] for student in roster])
             for key in MOODLE_COLUMNS
             for name in heads[key][:1]
         ]
@@ -181,8 +195,8 @@ def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]
     heads = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
     for key in MOODLE_KEYS[:-1]:
         for name in MOODLE_COLUMNS[key]:
-            if any(name == column for column, _ in roster[0].others):
-                yield heads[key], [dict(student.others).get(name, "") for student in roster]
+            if any(name == column for column, _ in roster[0].other_columns):
+                yield heads[key], [dict(student.other_columns).get(name, "") for student in roster]
     yield heads["email"], [student.email for student in roster]
 
 
@@ -195,7 +209,7 @@ def _identifies_everybody(values: Sequence[str]) -> bool:
 # --- both ---
 
 
-def _title(assignment: Assignment) -> str:
+def _column_title(assignment: Assignment) -> str:
     return escape_formula(" ".join(assignment.title.split()))
 
 
@@ -208,8 +222,8 @@ def _escape_cells(cells: Sequence[str]) -> list[str]:
 
     Cells such as +49 170, which can only be numbers, don't change.
     """
-    texts = [" ".join(cell.split()).replace(POINTS, POINTS.lower()) for cell in cells]
-    return [text if _SIMPLE.fullmatch(text) else escape_formula(text) for text in texts]
+    texts = [" ".join(cell.split()).replace(POINTS_ROW_MARKER, POINTS_ROW_MARKER.lower()) for cell in cells]
+    return [text if _PLAIN_NUMBER.fullmatch(text) else escape_formula(text) for text in texts]
 
 
 def _csv_text(rows: Sequence[Sequence[str]]) -> str:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.result import Lateness, MadeFrom, Result
+from qdot.grader.grading.result import Lateness, MarkingVersions, Result
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import Row, list_notes, make_rows, only_result
+from qdot.grader.reports.rows import PartRow, list_notes, make_rows, only_result
 from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
@@ -34,12 +34,12 @@ class PartTest:
 
 
 @dataclass(frozen=True)
-class ForStaff:
+class StaffData:
     """Information for the staff, which Gradescope shows in its API but not on its pages."""
 
     student: str
     assignment: str
-    made_from: MadeFrom
+    made_from: MarkingVersions
     late: Lateness | None
     staff_notes: tuple[str, ...]
 
@@ -54,7 +54,7 @@ class GradescopeResults:
     visibility: str
     stdout_visibility: str
     tests: tuple[PartTest, ...]
-    extra_data: ForStaff
+    extra_data: StaffData
 
     @property
     def text(self) -> str:
@@ -76,13 +76,13 @@ def gradescope_results(result: Result, feedback: str, visibility: str = "visible
         visibility=visibility,
         stdout_visibility="hidden",
         tests=tuple(_part_test(row, visibility) for row in make_rows(result, feedback)),
-        extra_data=ForStaff(
+        extra_data=StaffData(
             result.student, result.assignment, result.made_from, result.late, tuple(list_staff_notes(result))
         ),
     )
 
 
-def _part_test(row: Row, visibility: str) -> PartTest:
+def _part_test(row: PartRow, visibility: str) -> PartTest:
     return PartTest(
         name=row.title,
         number=row.part,

@@ -11,7 +11,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import Row, make_rows
+from qdot.grader.reports.rows import PartRow, make_rows
 
 
 def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -32,16 +32,16 @@ def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 
 
-def _counts(rows: Sequence[Row]) -> dict[str, str]:
+def _counts(rows: Sequence[PartRow]) -> dict[str, str]:
     errors = sum(row.points is None for row in rows)
     failures = sum(not row.passed for row in rows) - errors
     return {"tests": str(len(rows)), "failures": str(failures), "errors": str(errors), "skipped": "0"}
 
 
-def _add_test(suite: ET.Element, classname: str, row: Row) -> None:
+def _add_test(suite: ET.Element, classname: str, row: PartRow) -> None:
     test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
     if row.passed:
         return
-    message = make_visible(f"{row.earned} points, {row.outcome}: {row.message}")
+    message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
     kind = "error" if row.points is None else "failure"
     ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message

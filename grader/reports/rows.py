@@ -8,15 +8,15 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
-from qdot.grader.reports.feedback_levels import hold_back
-from qdot.grader.reports.tables import NO_MARK, status
+from qdot.grader.reports.feedback_levels import limit_feedback
+from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 
-LONGEST = 4000
+MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
 
 
 @dataclass(frozen=True)
-class Row:
+class PartRow:
     """The result for a part: its name such as "p1.jacobian", its title, outcome, points, and feedback in one paragraph.
 
     `points` is None if qdot failed to grade the part.
@@ -35,17 +35,17 @@ class Row:
         return self.points is not None and self.points >= self.max_points
 
     @property
-    def earned(self) -> str:
+    def points_text(self) -> str:
         """The points as text, for example "1.5 of 2"."""
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
-def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
+def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     """Return a row for every part, in the order of the assignment, at a level of feedback."""
     return [
-        Row(
+        PartRow(
             name, ASKED[part.name].title, part.outcome, part.points, part.max_points,
-            _message(hold_back(part, feedback)),
+            _message(limit_feedback(part, feedback)),
         )
         for name, part in result.parts.items()
     ]  # fmt: skip
@@ -59,18 +59,18 @@ def _message(part: PartResult) -> str:
         override_text = f"{prefix}{': ' if override.comment else ''}{override.comment}"
     sentences = [text.rstrip(".") for text in (part.reason, part.advice, override_text) if text]
     paragraph = " ".join(". ".join(sentences).split())
-    return paragraph if len(paragraph) <= LONGEST else f"{paragraph[:LONGEST]} …"
+    return paragraph if len(paragraph) <= MAX_MESSAGE_LENGTH else f"{paragraph[:MAX_MESSAGE_LENGTH]} …"
 
 
-def only_result(results: Sequence[Result], form: str) -> Result:
+def only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
-        raise QdotError(f"--report {form} is of one student: name them with --student ID")
-    if (state := status(results[0])) in NO_MARK:
+        raise QdotError(f"--report {report_format} is of one student: name them with --student ID")
+    if (state := work_status(results[0])) in UNMARKED_STATES:
         cause = (
             "qdot failed on an answer" if state == "ungraded" else "a limit was exceeded by an answer or the notebook"
         )
-        raise QdotError(f"{cause} of {results[0].student}, so there is no mark for {form}")
+        raise QdotError(f"{cause} of {results[0].student}, so there is no mark for {report_format}")
     return results[0]
 
 

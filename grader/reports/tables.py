@@ -11,9 +11,9 @@ from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import AppliedOverride, Result
 
-SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
+SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
-FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
+FORMULA_FIRST_CHARACTERS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """First characters of a cell that a spreadsheet may parse as a formula, including East Asian full-width signs."""
 
 
@@ -47,17 +47,17 @@ def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
 def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
-    columns = [name for name, _ in roster[0].others]
+    columns = [name for name, _ in roster[0].other_columns]
     rows: list[list[Cell]] = []
     for result in results:
         student = by_id[result.student]
-        cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
+        cells = [student.id, student.name, student.email, *(value for _, value in student.other_columns)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (None, None) if status(result) in NO_MARK else (result.score, result.percent)
-        sums = [score, result.max_score, percent, status(result), _late_penalty(result)]
+        score, percent = (None, None) if work_status(result) in UNMARKED_STATES else (result.score, result.percent)
+        sums = [score, result.max_score, percent, work_status(result), _late_penalty(result)]
         notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
-    return ["student", "name", "email", *columns, *results[0].parts, *SUMS], rows
+    return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
 
 def _cell_text(column: str, cell: Cell) -> str:
@@ -68,20 +68,23 @@ def _cell_text(column: str, cell: Cell) -> str:
     return f"{cell:.1f}" if column == "percent" else format_points(cell)
 
 
-def is_marked(result: Result, *, zero: bool = False) -> bool:
+def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     """Return whether a student has a mark for a gradebook, from qdot or from a person.
 
-    If `zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never has.
+    If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
+    has.
     """
     is_overridden = count_overridden(result) > 0
-    return (state := status(result)) in ("graded", "late") or (state not in NO_MARK and (zero or is_overridden))
+    return (state := work_status(result)) in ("graded", "late") or (
+        state not in UNMARKED_STATES and (count_zero or is_overridden)
+    )
 
 
-NO_MARK = ("ungraded", "over limit")
+UNMARKED_STATES = ("ungraded", "over limit")
 """States of work that has no mark until a person sets one."""
 
 
-def status(result: Result) -> str:
+def work_status(result: Result) -> str:
     """Return the state of a student's work.
 
     - "missing": nothing was submitted
@@ -140,11 +143,11 @@ def _late_penalty(result: Result) -> float | None:
 
 def list_staff_notes(result: Result) -> list[str]:
     """Return the notes on a submission for the staff, for example why it is unusable or whose notebook it is."""
-    obstacles = [result.obstacle] if result.obstacle is not None and status(result) == "unusable" else []
+    obstacles = [result.obstacle] if result.obstacle is not None and work_status(result) == "unusable" else []
     return [*obstacles, *result.staff_notes]
 
 
 def escape_formula(text: str) -> str:
     """Return a text escaped so that no spreadsheet parses it as a formula, and no terminal as a command."""
     text = printable(text)
-    return f"'{text}" if text.lstrip()[:1] in FORMULA_BEGINS else text
+    return f"'{text}" if text.lstrip()[:1] in FORMULA_FIRST_CHARACTERS else text

@@ -11,22 +11,22 @@ from qdot.exercises.common.files import clean_up_after, flush_disks_after, write
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
-from qdot.grader.grading.history import keep_earlier_results, results_path
+from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 
-BEGINNING = 1000
+FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
 
-ENDING = b"</html>\n"
+PAGE_END = b"</html>\n"
 """The end of every complete page; it is missing if a power failure interrupted writing."""
 
 
 def write_reports(
-    assignment: Assignment, results: Sequence[Result], jobs: int = 1, each: Callable[[], None] = lambda: None
+    assignment: Assignment, results: Sequence[Result], jobs: int = 1, on_page: Callable[[], None] = lambda: None
 ) -> list[Result]:
-    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `each` for every page.
+    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `on_page` for every page.
 
     Return the results that were written: a student whose page or line can't be made becomes UNGRADED. The results of
     the previous run are added to the history before they are replaced. Raises QdotError if a file can't be written.
@@ -48,10 +48,10 @@ def write_reports(
                     unwritten.append(student.id)
                 else:
                     final[student.id] = result
-                each()
+                on_page()
         for _ in range(len(pages) - len(outdated)):
-            each()
-        keep_earlier_results(assignment, list(final.values()))
+            on_page()
+        store_previous_results(assignment, list(final.values()))
         write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster), 0o600)
         write_atomically(results_path(assignment), results_jsonl(list(final.values())), 0o600)
     if unwritten:
@@ -79,12 +79,12 @@ def _check_writable(assignment: Assignment, result: Result) -> Result:
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
     """Write a student's feedback page. Raises QdotError if it can't be written."""
     page = _page_path(assignment.folder / "graded", student)
-    write_atomically(page, make_feedback_page(assignment, student, result), lasting=False)
+    write_atomically(page, make_feedback_page(assignment, student, result), durable=False)
 
 
-def _write_or_mark_ungraded(assignment: Assignment, about: tuple[Student, Result]) -> Result:
+def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[Student, Result]) -> Result:
     """Write a student's page and return the result that it shows; the result is UNGRADED if the page can't be made."""
-    student, result = about
+    student, result = student_and_result
     try:
         write_page(assignment, student, result)
     except QdotError:
@@ -108,8 +108,10 @@ def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> 
     """Return whether there is a complete page that was made from the same result."""
     try:
         with _page_path(assignment.folder / "graded", student).open("rb") as page:
-            is_current = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(BEGINNING)
-            page.seek(-len(ENDING), os.SEEK_END)
-            return is_current and page.read() == ENDING
+            is_current = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(
+                FINGERPRINT_WINDOW
+            )
+            page.seek(-len(PAGE_END), os.SEEK_END)
+            return is_current and page.read() == PAGE_END
     except OSError:
         return False

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import Watch, stop_watch
+from qdot.exercises.common.time_limit import Watchdog, end_watchdog
 
 
-class Overlong(BaseException):
+class OutOfTime(BaseException):
     """Raised when a budget is used up. It is not an Exception, so that `except Exception` does not catch it."""
 
 
@@ -22,26 +22,26 @@ class Budget:
     """A number of seconds of processor time that several tasks share, one after the other."""
 
     def __init__(self, seconds: float) -> None:
-        self.seconds = self.left = seconds
+        self.seconds = self.remaining_seconds = seconds
 
     @contextlib.contextmanager
     def spend(self) -> Iterator[None]:
         """Subtract the processor time of the block from the budget. Raises Overlong in the block when none is left."""
-        if self.left <= 0:
-            raise Overlong
+        if self.remaining_seconds <= 0:
+            raise OutOfTime
         start, precision = time.process_time(), mpmath.mp.prec
-        watch = Watch(self.left, Overlong)
+        watch = Watchdog(self.remaining_seconds, OutOfTime)
         try:
             yield
         finally:
-            stop_watch(watch, Overlong)
-            self.left -= time.process_time() - start
+            end_watchdog(watch, OutOfTime)
+            self.remaining_seconds -= time.process_time() - start
             mpmath.mp.prec = precision  # interrupted code may not have restored it
 
 
 @dataclass
-class Allowance:
+class TimeBudgets:
     """The budgets for a notebook's answers: one for judging all of them, and one for diagnosing the wrong ones."""
 
     judging: Budget = field(default_factory=lambda: Budget(30.0))
-    looking: Budget = field(default_factory=lambda: Budget(15.0))
+    diagnosing: Budget = field(default_factory=lambda: Budget(15.0))

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.sandbox.contained.attempts import ALONE
+from qdot.grader.sandbox.contained.attempts import SEPARATE_ATTEMPTS
 from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox
 
-KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
+ENFORCED_BY_KERNEL, WATCHED_IN_PYTHON, NOT_ENFORCED = "enforced by the kernel", "watched in Python only", "missing"
 """How a guarantee is enforced on this machine."""
 
-PROMISES = {
+GUARANTEES = {
     "files": "reads Python and its libraries, writes into a folder of its own (64 MB) that is gone afterwards",
     "network": "reaches no network and no socket of this machine",
     "processes": "starts no programs, reaches no other process; whatever it starts ends with it",
@@ -30,7 +30,7 @@ PROMISES = {
 }
 """What is guaranteed about a notebook, by the name of the guarantee."""
 
-MEANS = {
+MEASURES_BY_GUARANTEE = {
     "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
     "network": ("namespaces", "seccomp", "landlock", "watch"),
     "processes": ("seccomp", "namespaces", "limits", "watch"),
@@ -40,7 +40,7 @@ MEANS = {
 }
 """The measures that enforce each guarantee."""
 
-WATCHED = ("files", "network", "processes")
+WATCHED_GUARANTEES = ("files", "network", "processes")
 """The guarantees that Python's audit hook watches."""
 
 _ALLOW_NAMESPACES = (
@@ -81,63 +81,68 @@ class Findings:
     @property
     def is_strict(self) -> bool:
         """Whether the kernel enforces all guarantees."""
-        return all(guarantee.by == KERNEL for guarantee in self.guarantees)
+        return all(guarantee.by == ENFORCED_BY_KERNEL for guarantee in self.guarantees)
 
     def as_json(self) -> dict[str, Any]:
         """Return the findings as data."""
         return {"strict": self.is_strict, **asdict(self)}
 
 
-def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
+def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Findings:
     """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if no sandbox works.
 
     A full probe computes for a second, until it is stopped for its processor time; a quick probe does not.
     """
     if not hasattr(os, "fork"):
-        guarantees = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
+        guarantees = tuple(Guarantee(name, promise, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
         return Findings(guarantees, {"system": REFUSED})
-    achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
+    achieved: dict[str, list[str]] = {name: [] for name in GUARANTEES}
     limits = Limits(seconds=10, memory=1 << 30)
-    with _make_targets() as targets, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
+    with (
+        _make_targets() as targets,
+        Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1) as sandbox,
+    ):
         tested_guarantees: set[str] = set()
 
-        def take(line: dict[str, Any]) -> None:
+        def record_line(line: dict[str, Any]) -> None:
             tested_guarantees.add(line["guarantee"])
             if line["achieved"]:
                 achieved[line["guarantee"]].append(line["achieved"])
 
         probe_targets = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
-        end = sandbox.exchange({"attempts": probe_targets}, take)
-        unbegun_reason = sandbox.unbegun
-        if sandbox.left_running:
+        end = sandbox.exchange({"attempts": probe_targets}, record_line)
+        unbegun_reason = sandbox.not_started_reason
+        if sandbox.has_left_processes:
             achieved["processes"].append("left processes running")
-        lacking_measures = sandbox.lacking
-        for number in range(len(ALONE)) if end in ENDS[quick] else ():
-            if sandbox.exchange({"attempts": {**probe_targets, "seconds": 0, "alone": number}}, take) == "lost":
+        lacking_measures = sandbox.unavailable_measures
+        for number in range(len(SEPARATE_ATTEMPTS)) if end in EXPECTED_ENDS[quick] else ():
+            if sandbox.exchange({"attempts": {**probe_targets, "seconds": 0, "alone": number}}, record_line) == "lost":
                 achieved["processes"].append("killed the process that starts notebooks")
-        if sandbox.left_behind:
+        if sandbox.has_left_files:
             achieved["files"].append("left files behind")
-    if end not in ENDS[quick] or not tested_guarantees >= PROMISES.keys() - {"time"}:
+    if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
         reason = f": {unbegun_reason}" if unbegun_reason else ""
         raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
-    return Findings(tuple(_guarantee(name, achieved[name], lacking_measures) for name in PROMISES), lacking_measures)
+    return Findings(
+        tuple(_make_guarantee(name, achieved[name], lacking_measures) for name in GUARANTEES), lacking_measures
+    )
 
 
-ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
+EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
 """How a probe may end if the sandbox works: a quick one (True) and a full one (False)."""
 
 
-def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
+def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
     """Return a guarantee with what enforces it, judging by what the probe achieved."""
-    available = [measure for measure in MEANS[name] if measure not in lacking]
-    if "namespaces" not in lacking and "quota" in available:
+    available = [measure for measure in MEASURES_BY_GUARANTEE[name] if measure not in unavailable_measures]
+    if "namespaces" not in unavailable_measures and "quota" in available:
         available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     means = tuple(MEASURES[measure][0] for measure in available)
-    is_watched = name in WATCHED and "watch" not in lacking
-    by = KERNEL if not achieved else PYTHON if is_watched else MISSING
-    return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
+    is_watched = name in WATCHED_GUARANTEES and "watch" not in unavailable_measures
+    by = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
+    return Guarantee(name, GUARANTEES[name], by, means, tuple(achieved))
 
 
 @contextlib.contextmanager
@@ -163,26 +168,32 @@ def _make_targets() -> Iterator[dict[str, Any]]:
 def explain_refusal(findings: Findings) -> str:
     """Return why the level "strict" is not available on this machine, and what to do about it."""
     needed = {
-        measure for guarantee in findings.guarantees if guarantee.by != KERNEL for measure in MEANS[guarantee.name]
+        measure
+        for guarantee in findings.guarantees
+        if guarantee.by != ENFORCED_BY_KERNEL
+        for measure in MEASURES_BY_GUARANTEE[guarantee.name]
     }
     remedies = [
         remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed and name in findings.lacking
     ]
     return (
-        f'assignment.toml demands sandbox = "strict", and this machine does not enforce it ({_weak(findings)}). '
+        f'assignment.toml demands sandbox = "strict", and this machine does not enforce it '
+        f"({_describe_weak_guarantees(findings)}). "
         f"{'; '.join(remedies) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
     )
 
 
 def describe_weakness(findings: Findings) -> str:
     """Return one line about what this machine does not enforce; empty if it enforces everything."""
-    weak = _weak(findings)
+    weak = _describe_weak_guarantees(findings)
     return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
 
 
-def _weak(findings: Findings) -> str:
+def _describe_weak_guarantees(findings: Findings) -> str:
     """Return the guarantees that the kernel does not enforce, each with what happens instead."""
-    return ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in findings.guarantees if guarantee.by != KERNEL)
+    return ", ".join(
+        f"{guarantee.name}: {guarantee.by}" for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL
+    )
 
 
 def list_remedies(findings: Findings) -> list[str]:

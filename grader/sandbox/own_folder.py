@@ -10,19 +10,19 @@ from pathlib import Path
 from qdot.exercises.common.files import IS_POSIX, lock
 from qdot.grader.sandbox.contained import folders
 
-ENDING = ".tmp"
+SUFFIX = ".tmp"
 """The ending of these folders' names. It protects a user's own folder, such as qdot-submissions-autumn."""
 
-PATIENCE = 5.0
+REMOVAL_TIMEOUT = 5.0
 """Maximum number of seconds spent on removing an abandoned folder; the next process removes the rest."""
 
 
 @dataclass(frozen=True)
-class OwnFolder:
+class TemporaryFolder:
     """A temporary folder, locked for as long as this process has it open."""
 
     path: str
-    handle: int
+    descriptor: int
 
     def __enter__(self) -> Path:
         return Path(self.path)
@@ -35,27 +35,27 @@ class OwnFolder:
         with contextlib.suppress(OSError):
             folders.remove(self.path) if IS_POSIX else shutil.rmtree(self.path)
         with contextlib.suppress(OSError):
-            os.close(self.handle)
+            os.close(self.descriptor)
 
 
-def own_folder(prefix: str) -> OwnFolder:
+def make_temporary_folder(prefix: str) -> TemporaryFolder:
     """Return a new temporary folder, and remove those with the same prefix whose processes were killed.
 
     Folders that can't be removed are left.
     """
     if not IS_POSIX:  # folders can't be locked there
-        return OwnFolder(tempfile.mkdtemp(prefix=prefix, suffix=ENDING), -1)
-    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*{ENDING}"):
+        return TemporaryFolder(tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX), -1)
+    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*{SUFFIX}"):
         with contextlib.suppress(Exception):
             _remove_unless_locked(path)
     while True:
-        folder = tempfile.mkdtemp(prefix=prefix, suffix=ENDING)
+        folder = tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX)
         with contextlib.suppress(FileNotFoundError):  # another process may have removed it before it was locked
             handle = os.open(folder, os.O_RDONLY)
             with contextlib.suppress(OSError):  # the disk may not support locks
                 lock(handle)
             if Path(folder).is_dir():
-                return OwnFolder(folder, handle)
+                return TemporaryFolder(folder, handle)
             os.close(handle)
 
 
@@ -65,6 +65,6 @@ def _remove_unless_locked(path: Path) -> None:
     try:
         if os.fstat(handle).st_uid == os.geteuid():
             lock(handle, wait=False)
-            folders.remove(str(path), PATIENCE)
+            folders.remove(str(path), REMOVAL_TIMEOUT)
     finally:
         os.close(handle)

@@ -25,7 +25,7 @@ from typing import Any, TypeGuard
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.sandbox.contained import confine
-from qdot.grader.sandbox.own_folder import OwnFolder, own_folder
+from qdot.grader.sandbox.own_folder import TemporaryFolder, make_temporary_folder
 
 REFUSED = (
     "Windows can't contain students' code, and qdot runs none without: use the container "
@@ -39,26 +39,26 @@ def check_system() -> None:
         raise QdotError(REFUSED)
 
 
-CONTAINED = Path(__file__).with_name("contained")
+CONTAINED_FOLDER = Path(__file__).with_name("contained")
 """The folder that is started as the forking process."""
 
 LONGEST_REPORT = 4_100_000
 """Maximum number of bytes that are read from a notebook's report; the notebook's process stops a little earlier."""
 
-MOST_LINES = 50_000
+MAX_REPORT_LINES = 50_000
 """Maximum number of lines that are read from a report, in addition to one line for the beginning of each cell."""
 
-BEGUN = 32
+CELL_START_BYTES = 32
 """Upper bound for the number of bytes of the line that reports the beginning of a cell."""
 
 
-MOST_LINES_OF_A_CELL = 100_000_000
+MAX_LINE_NUMBER = 100_000_000
 """Reports about larger line numbers are ignored."""
 
-LONGEST_ERROR = 500
+MAX_ERROR_LENGTH = 500
 """Maximum length of an error message in characters."""
 
-MOST_LOST = 20
+MAX_REPLACED_SYMBOLS = 20
 """Maximum number of symbols reported as replaced by numbers."""
 
 
@@ -66,7 +66,7 @@ MOST_LOST = 20
 class Limits:
     """The limits of a notebook: seconds of processor time, in total and per cell, and bytes of memory.
 
-    In real time, it may take these seconds plus `BUSY` times the processor time that it has used.
+    In real time, it may take these seconds plus `MAX_SLOWDOWN` times the processor time that it has used.
     """
 
     seconds: float = 180.0
@@ -74,11 +74,11 @@ class Limits:
     memory: int = 3 << 30
 
     @property
-    def in_words(self) -> str:
+    def description(self) -> str:
         """The limits as a phrase for messages."""
         return (
-            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.DISK / 1e6:g} MB in at most "
-            f"{confine.FILES} files, folders {confine.DEPTH} deep"
+            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.MAX_DISK_BYTES / 1e6:g} MB in at most "
+            f"{confine.MAX_FILES} files, folders {confine.MAX_DEPTH} deep"
         )
 
 
@@ -94,7 +94,7 @@ class Calls:
     points: tuple[tuple[float, ...], ...]
 
 
-BUSY = 10
+MAX_SLOWDOWN = 10
 """How many times slower a notebook may run on a busy machine."""
 
 
@@ -103,29 +103,29 @@ class Run:
     """The result of running a notebook: answers, reasons for unreadable answers, errors by cell, and how it ended."""
 
     answers: dict[str, str] = field(default_factory=dict)
-    failures: dict[str, str] = field(default_factory=dict)
+    unreadable_reasons: dict[str, str] = field(default_factory=dict)
     cell_errors: dict[int, str] = field(default_factory=dict)
-    stopped_at: dict[int, int] = field(default_factory=dict)
+    stop_lines: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
-    missed: dict[int, tuple[int, str]] = field(default_factory=dict)
+    failed_imports: dict[int, tuple[int, str]] = field(default_factory=dict)
     """For each cell, the line of the first import that failed, and why; the cell continued after that import."""
     end: str = "done"
     limits: "Limits | None" = None
-    begun: int | None = None
+    last_begun_cell: int | None = None
     """The last cell that began."""
-    earlier: dict[str, list[str]] = field(default_factory=dict)
+    earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """Every text that an answer had during the run, by variable."""
-    lost: dict[str, tuple[int, str]] = field(default_factory=dict)
+    replaced_symbols: dict[str, tuple[int, str]] = field(default_factory=dict)
     """The symbols that a number replaced in an answer: for each, the cell that set the number, and the number."""
 
-    def note(self, cell: str = "it") -> str:
-        """Return a sentence on how the run ended, in a `cell` of this name; empty if it ended normally."""
-        location, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
+    def describe_end(self, cell_name: str = "it") -> str:
+        """Return a sentence on how the run ended, in a `cell_name` of this name; empty if it ended normally."""
+        location, limits = ("" if cell_name == "it" else f" in {cell_name}"), self.limits or Limits()
         descriptions = {
             "overtime": f"the notebook used up its {limits.seconds:g} s{location}",
             "crashed": f"the notebook crashed Python{location}",
             "closed": f"the notebook ended its own process{location}",
-            "killed": f"the notebook was stopped{location}: it took more than a notebook may ({limits.in_words})",
+            "killed": f"the notebook was stopped{location}: it took more than a notebook may ({limits.description})",
             "lost": f"the notebook killed the process that runs it{location}",
         }
         if self.end == "unbegun":
@@ -133,12 +133,12 @@ class Run:
         return f"{descriptions[self.end]}; cells after that one were not run" if self.end in descriptions else ""
 
 
-def _is_cell(number: object, cells: Sequence[str | None]) -> TypeGuard[int]:
+def _is_cell_index(number: object, cells: Sequence[str | None]) -> TypeGuard[int]:
     return type(number) is int and 0 <= number < len(cells)
 
 
-def _is_line(number: object) -> TypeGuard[int]:
-    return type(number) is int and 0 < number < MOST_LINES_OF_A_CELL
+def _is_line_number(number: object) -> TypeGuard[int]:
+    return type(number) is int and 0 < number < MAX_LINE_NUMBER
 
 
 def _replace_surrogates(text: str) -> str:
@@ -148,11 +148,11 @@ def _replace_surrogates(text: str) -> str:
 
 def _printable_error(message: object) -> str:
     """Return a notebook's error message as one printable line, without control characters."""
-    line = (" " if ch.isspace() else ch for ch in str(message)[:LONGEST_ERROR])
+    line = (" " if ch.isspace() else ch for ch in str(message)[:MAX_ERROR_LENGTH])
     return "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in line)
 
 
-NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
+STRICT_REQUIRED_MEASURES, STRICT_ALTERNATIVE_MEASURES = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 """Measures without which a strict sandbox runs nothing; `guarantees` tests all measures."""
 
 
@@ -160,9 +160,9 @@ NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 class _Message:
     """A message of the forking process: that it is ready, why it failed, what a notebook has used, or how it ended.
 
-    `lacking` maps each measure that is not available to the reason. `used` is a running notebook's processor time so
-    far in seconds. For a notebook that has ended, `signal` is the signal that ended it (0 for none), `seconds` its
-    processor time, and `memory` its memory in bytes.
+    `unavailable_measures` maps each measure that is not available to the reason. `used` is a running notebook's
+    processor time so far in seconds. For a notebook that has ended, `signal` is the signal that ended it (0 for none),
+    `seconds` its processor time, and `memory` its memory in bytes.
     """
 
     ready: bool = False
@@ -174,11 +174,11 @@ class _Message:
     memory: float = 0.0
 
 
-class _Lost(Exception):
+class _ForkingProcessEnded(Exception):
     """Raised if the forking process has ended."""
 
 
-class _Unbegun(_Lost):
+class _NotebookNotStarted(_ForkingProcessEnded):
     """Raised if a notebook's process ended or did not answer before it had read the notebook.
 
     The text is the reason, if known.
@@ -188,30 +188,31 @@ class _Unbegun(_Lost):
 class Sandbox:
     """Runs notebooks one after the other in isolation; close it, or use it in a `with` statement.
 
-    `lacking` maps each measure that this machine does not allow to the reason. A `strict` sandbox refuses to run
-    without the measures by which the system itself isolates a notebook. Tests switch off the measures in `without`.
-    With `loaded`, the libraries are loaded before the fork, which a probe does not need. With `warm`, they are also
-    warmed up, which a single notebook does not need. `unbegun` is the reason why a notebook was not run, if known.
+    `unavailable_measures` maps each measure that this machine does not allow to the reason. A `strict` sandbox refuses
+    to run without the measures by which the system itself isolates a notebook. Tests switch off the measures in
+    `without`. With `loaded`, the libraries are loaded before the fork, which a probe does not need. With `warm`, they
+    are also warmed up, which a single notebook does not need. `not_started_reason` is the reason why a notebook was not
+    run, if known.
     """
 
     def __init__(
-        self, limits: Limits | None = None, without: Iterable[str] = (), loaded: bool = True,
-        processor_seconds: int | None = None, strict: bool = False, warm: bool = True,
+        self, limits: Limits | None = None, disabled_measures: Iterable[str] = (), load_libraries: bool = True,
+        processor_seconds: int | None = None, strict: bool = False, warm_up: bool = True,
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
-        self.lacking: dict[str, str] = {}
-        self.unbegun = ""
+        self.unavailable_measures: dict[str, str] = {}
+        self.not_started_reason = ""
         self._left_running = False
         self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
-            "without": sorted(without), "loaded": loaded, "warm": warm,
+            "without": sorted(disabled_measures), "loaded": load_libraries, "warm": warm_up,
         }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
-        self._folder: OwnFolder | None = None
-        self._last: _Lines | None = None
-        self._unheard = b""
+        self._folder: TemporaryFolder | None = None
+        self._last_report: _ReportLines | None = None
+        self._unread_messages = b""
         self._cost = (0.0, 0.0)
 
     def __enter__(self) -> "Sandbox":
@@ -222,8 +223,8 @@ class Sandbox:
 
     def close(self) -> None:
         """End the forking process and everything that it started."""
-        self._unheard = b""
-        self._forget_last()
+        self._unread_messages = b""
+        self._close_last_report()
         if self._control is not None:
             self._control.close()  # the forking process then ends what is running, and itself
             self._control = None
@@ -253,55 +254,61 @@ class Sandbox:
         }  # fmt: skip
         run = Run(limits=self.limits)
 
-        def take(line: dict[str, Any]) -> None:
+        def record_line(line: dict[str, Any]) -> None:
             match line:
-                case {"begun": index} if _is_cell(index, cells):
-                    run.begun = index
+                case {"begun": index} if _is_cell_index(index, cells):
+                    run.last_begun_cell = index
                 case {"name": str(name), "text": str(text)} if name in names:
                     run.answers[name] = _replace_surrogates(text)
-                    run.failures.pop(name, None)
-                    run.earlier.setdefault(name, []).append(run.answers[name])
+                    run.unreadable_reasons.pop(name, None)
+                    run.earlier_values.setdefault(name, []).append(run.answers[name])
                 case {"name": str(name)} if name in names:
-                    run.failures[name] = _printable_error(line.get("error"))
+                    run.unreadable_reasons[name] = _printable_error(line.get("error"))
                     run.answers.pop(name, None)
-                case {"cell": index} if _is_cell(index, cells):
+                case {"cell": index} if _is_cell_index(index, cells):
                     run.cell_errors[index] = _printable_error(line.get("error"))
-                    if _is_line(line.get("line")):
-                        run.stopped_at[index] = line["line"]
-                case {"missed": index, "line": number} if _is_cell(index, cells) and _is_line(number):
-                    run.missed.setdefault(index, (number, _printable_error(line.get("error"))))
-                case {"lost": str(symbol), "set": index} if _is_cell(index, cells) and len(run.lost) < MOST_LOST:
-                    run.lost[_printable_error(symbol)[:40]] = index, _printable_error(line.get("value"))[:40]
+                    if _is_line_number(line.get("line")):
+                        run.stop_lines[index] = line["line"]
+                case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
+                    run.failed_imports.setdefault(index, (number, _printable_error(line.get("error"))))
+                case {"lost": str(symbol), "set": index} if (
+                    _is_cell_index(index, cells) and len(run.replaced_symbols) < MAX_REPLACED_SYMBOLS
+                ):
+                    run.replaced_symbols[_printable_error(symbol)[:40]] = (
+                        index,
+                        _printable_error(line.get("value"))[:40],
+                    )
 
-        run.end = self.exchange(request, take)
+        run.end = self.exchange(request, record_line)
         return run
 
-    def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
-        """Send a request to a child process, pass each line of its report to `take`, and return how the child ended.
+    def exchange(self, request: dict[str, Any], on_line: Callable[[dict[str, Any]], None]) -> str:
+        """Send a request to a child process, and return how the child ended.
 
-        "lost" means that the forking process has ended, possibly because the notebook killed it. "unbegun" means that
-        nothing was run, for a reason that lies outside the notebook.
+        `on_line` is called with each line of the child's report. "lost" means that the forking process has ended,
+        possibly because the notebook killed it. "unbegun" means that nothing was run, for a reason that lies outside
+        the notebook.
         """
         self._tidy_up()
         self._start()
         assert self._control is not None
         try:
-            receipts, report = self._pipes()
-            lines = self._last = _Lines(
-                report, self.limits.seconds, self._processor_time, len(request.get("cells", ()))
+            receipts, report = self._receive_pipes()
+            lines = self._last_report = _ReportLines(
+                report, self.limits.seconds, self._query_processor_time, len(request.get("cells", ()))
             )
             try:
-                end = _converse(request, lines, receipts, take)
+                end = _exchange_with_child(request, lines, receipts, on_line)
             finally:
                 os.close(receipts)
             self._control.sendall(b"c" if end == "closed" else b"s")
             if end == "done":  # the forking process cleans up while the grader marks the answers
                 return end
-            ending_signal = self._end_of_last()
-        except (_Lost, OSError) as error:
+            ending_signal = self._await_end_of_last()
+        except (_ForkingProcessEnded, OSError) as error:
             self.close()
-            self.unbegun = str(error) if isinstance(error, _Unbegun) else ""
-            return "unbegun" if isinstance(error, _Unbegun) else "lost"
+            self.not_started_reason = str(error) if isinstance(error, _NotebookNotStarted) else ""
+            return "unbegun" if isinstance(error, _NotebookNotStarted) else "lost"
         except BaseException:
             self.close()
             raise
@@ -309,80 +316,81 @@ class Sandbox:
             end = "killed" if ending_signal == signal.SIGKILL else "crashed"
         return end
 
-    def cost(self) -> tuple[float, float]:
+    def collect_cost(self) -> tuple[float, float]:
         """Return the processor time of all notebooks since the last call, and the largest memory of any, in bytes."""
         self._tidy_up()
         cost, self._cost = self._cost, (0.0, 0.0)
         return cost
 
     @property
-    def left_running(self) -> bool:
+    def has_left_processes(self) -> bool:
         """Whether any process of the last notebook continued to run after the notebook's end."""
         self._tidy_up()
         return self._left_running
 
     @property
-    def left_behind(self) -> bool:
+    def has_left_files(self) -> bool:
         """Whether earlier notebooks left files in the sandbox's folder, apart from the next notebook's folder."""
         self._tidy_up()
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
     def _tidy_up(self) -> None:
         """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
-        if self._last is not None:
+        if self._last_report is not None:
             try:
-                self._end_of_last()
-            except (_Lost, OSError):
+                self._await_end_of_last()
+            except (_ForkingProcessEnded, OSError):
                 self.close()
 
-    def _end_of_last(self) -> int:
-        """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _Lost."""
-        assert self._last is not None
+    def _await_end_of_last(self) -> int:
+        """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
+        assert self._last_report is not None
         message = self._receive()
         self._cost = self._cost[0] + message.seconds, max(self._cost[1], message.memory)
-        self._left_running = not self._last.are_at_an_end(within=1.0)
-        self._forget_last()
+        self._left_running = not self._last_report.ends_within(seconds=1.0)
+        self._close_last_report()
         return message.signal
 
-    def _forget_last(self) -> None:
-        lines, self._last = self._last, None
+    def _close_last_report(self) -> None:
+        lines, self._last_report = self._last_report, None
         if lines is not None:
             lines.close()
 
-    def _pipes(self) -> list[int]:
-        """Return the two pipes of the waiting child: the one into it and the one out of it. Raises _Unbegun."""
+    def _receive_pipes(self) -> list[int]:
+        """Return the pipe into the waiting child and the pipe out of it. Raises _NotebookNotStarted."""
         assert self._control is not None
         try:
             self._control.sendall(b"r")
             _, pipes, *_ = socket.recv_fds(self._control, 1, 2)
         except OSError:  # also raised if the answer takes too long
-            raise _Unbegun from None
+            raise _NotebookNotStarted from None
         for descriptor in pipes:
             os.set_inheritable(descriptor, False)
         if len(pipes) != 2:
             for descriptor in pipes:
                 os.close(descriptor)
-            raise _Unbegun
+            raise _NotebookNotStarted
         return pipes
 
-    def _processor_time(self) -> float:
-        """Return the processor time of the running notebook in seconds. Raises _Lost."""
+    def _query_processor_time(self) -> float:
+        """Return the processor time of the running notebook in seconds. Raises _ForkingProcessEnded."""
         assert self._control is not None
         self._control.sendall(b"t")
         return self._receive().used
 
     def _receive(self) -> _Message:
-        """Return the next message of the forking process; no notebook can write one. Raises _Lost.
+        """Return the next message of the forking process; no notebook can write one.
 
-        Another message may follow it: that the forking process failed to make a child for the next notebook.
+        Another message may follow it: that the forking process failed to make a child for the next notebook. Raises
+        _ForkingProcessEnded.
         """
         assert self._control is not None
-        while b"\n" not in self._unheard:
+        while b"\n" not in self._unread_messages:
             data = self._control.recv(1 << 16)  # times out with OSError
             if not data:
-                raise _Lost
-            self._unheard += data
-        line, _, self._unheard = self._unheard.partition(b"\n")
+                raise _ForkingProcessEnded
+            self._unread_messages += data
+        line, _, self._unread_messages = self._unread_messages.partition(b"\n")
         return from_json(_Message, line)
 
     def _start(self) -> None:
@@ -391,7 +399,7 @@ class Sandbox:
             return
         self.close()
         check_system()
-        self._folder = own_folder("qdot-sandbox-")
+        self._folder = make_temporary_folder("qdot-sandbox-")
         inherited = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {
             **inherited, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
@@ -401,14 +409,14 @@ class Sandbox:
         self._control, child_end = socket.socketpair()
         with child_end:
             self._process = subprocess.Popen(
-                [sys.executable, "-I", str(CONTAINED), json.dumps(config)], stdin=child_end.fileno(),
+                [sys.executable, "-I", str(CONTAINED_FOLDER), json.dumps(config)], stdin=child_end.fileno(),
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(),
                 start_new_session=True,
             )  # fmt: skip
         self._control.settimeout(60)
         try:
             greeting = self._receive()
-        except (_Lost, OSError):
+        except (_ForkingProcessEnded, OSError):
             greeting = _Message()
         if not greeting.ready:
             self.close()
@@ -416,26 +424,33 @@ class Sandbox:
                 "the process in which notebooks run does not start"
                 + (f": {greeting.failed}" if greeting.failed else "; is there enough memory?")
             )
-        self.lacking = dict(greeting.lacking)
-        if self._strict and (self.lacking.keys() & NEEDED or self.lacking.keys() >= ONE_OF):
+        self.unavailable_measures = dict(greeting.lacking)
+        if self._strict and (
+            self.unavailable_measures.keys() & STRICT_REQUIRED_MEASURES
+            or self.unavailable_measures.keys() >= STRICT_ALTERNATIVE_MEASURES
+        ):
             self.close()
-            raise QdotError(f"the process in which notebooks run is not contained: {self.lacking}; see `qdot doctor`")
+            raise QdotError(
+                f"the process in which notebooks run is not contained: {self.unavailable_measures}; see `qdot doctor`"
+            )
 
 
-class _Lines:
+class _ReportLines:
     """Lines of JSON from an untrusted pipe, with limits of time and size.
 
     `used` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the real time exceeds
-    `seconds` plus `BUSY` times the processor time. The size limit grows with the number of cells.
+    `seconds` plus `MAX_SLOWDOWN` times the processor time. The size limit grows with the number of cells.
     """
 
-    def __init__(self, descriptor: int, seconds: float, used: Callable[[], float], cells: int) -> None:
-        self._descriptor, self._seconds, self._used = descriptor, seconds, used
-        self._most_lines, self._most_bytes = MOST_LINES + cells, LONGEST_REPORT + BEGUN * cells
-        self._began = time.monotonic()
-        self._deadline = self._began + seconds
+    def __init__(
+        self, descriptor: int, seconds: float, get_processor_time: Callable[[], float], cell_count: int
+    ) -> None:
+        self._descriptor, self._seconds, self._get_processor_time = descriptor, seconds, get_processor_time
+        self._max_lines, self._max_bytes = MAX_REPORT_LINES + cell_count, LONGEST_REPORT + CELL_START_BYTES * cell_count
+        self._start_time = time.monotonic()
+        self._deadline = self._start_time + seconds
         self._lines: deque[bytes] = deque()
-        self._buffer, self._bytes, self._count = b"", 0, 0
+        self._buffer, self._byte_count, self._line_count = b"", 0, 0
 
     def close(self) -> None:
         os.close(self._descriptor)
@@ -451,8 +466,8 @@ class _Lines:
             data = os.read(self._descriptor, 1 << 16)
             *lines, self._buffer = (self._buffer + data).split(b"\n")
             self._lines.extend(lines)
-            self._bytes, self._count = self._bytes + len(data), self._count + len(lines)
-            if not data or self._bytes > self._most_bytes or self._count > self._most_lines:
+            self._byte_count, self._line_count = self._byte_count + len(data), self._line_count + len(lines)
+            if not data or self._byte_count > self._max_bytes or self._line_count > self._max_lines:
                 return "closed"
         try:
             content = json.loads(self._lines.popleft())
@@ -462,14 +477,14 @@ class _Lines:
 
     def _is_over(self) -> bool:
         """Return whether time is up; if not, set the next time at which it may be."""
-        used, now = self._used(), time.monotonic()
-        remaining = min(self._seconds - used, self._began + self._seconds + BUSY * used - now)
+        used, now = self._get_processor_time(), time.monotonic()
+        remaining = min(self._seconds - used, self._start_time + self._seconds + MAX_SLOWDOWN * used - now)
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
 
-    def are_at_an_end(self, within: float) -> bool:
-        """Return whether all processes that write into the pipe have ended, or end `within` so many seconds."""
-        deadline = time.monotonic() + within
+    def ends_within(self, seconds: float) -> bool:
+        """Return whether all processes that write into the pipe have ended, or end `seconds` so many seconds."""
+        deadline = time.monotonic() + seconds
         while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
             if not os.read(self._descriptor, 1 << 16):
                 return True
@@ -478,27 +493,30 @@ class _Lines:
         return False
 
 
-def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
-    """Send a child its request as soon as it is isolated, pass its report to `take`, and return how the report ended.
+def _exchange_with_child(
+    request: dict[str, Any], lines: _ReportLines, receipts: int, on_line: Callable[[dict[str, Any]], None]
+) -> str:
+    """Send a child its request as soon as it is isolated, and return how its report ended.
 
-    Raises _Unbegun if the child dies before it reads the request, which no notebook can cause. Raises QdotError, and
-    sends no request, if a measure fails that worked when the forking process started.
+    `on_line` is called with each line of the report. Raises _NotebookNotStarted if the child dies before it reads the
+    request, which no notebook can cause. Raises QdotError, and sends no request, if a measure fails that worked when
+    the forking process started.
     """
     greeting = lines.next()
     if isinstance(greeting, str):
-        raise _Unbegun
+        raise _NotebookNotStarted
     if "failed" in greeting:
-        raise _Unbegun(str(greeting["failed"])[:300])
+        raise _NotebookNotStarted(str(greeting["failed"])[:300])
     if not greeting.get("confined"):
         raise QdotError(f"a notebook could not be contained, and was not run: {greeting.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
     if isinstance(lines.next(), str):  # the next line reports that the notebook begins
-        raise _Unbegun
+        raise _NotebookNotStarted
     os.set_blocking(receipts, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:
             return "done"
-        take(line)
+        on_line(line)
         with contextlib.suppress(OSError):  # the child may have ended, or may no longer read receipts
             os.write(receipts, b".")
     return line

@@ -13,14 +13,14 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.difficulty import step
+from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.grader.statistics.statistics import chance_of_groups, holm
+from qdot.grader.statistics.statistics import holm_correction, permutation_p_value
 
-LEAST_IN_GROUP = 3
+MIN_GROUP_SIZE = 3
 """Minimum number of students in a group; smaller groups are merged into OTHERS."""
-OTHERS = "others"
-SMALL = 0.05
+OTHERS_GROUP = "others"
+SIGNIFICANCE_LEVEL = 0.05
 """A corrected p-value below this is reported as "hardly chance"."""
 
 
@@ -28,16 +28,16 @@ SMALL = 0.05
 class Comparison:
     """The shares of a problem's points (in %) of the students in each group, and the p-value of the differences.
 
-    `chance` is the p-value of the permutation test, and `corrected` the p-value after Holm's correction for all
-    comparisons of the class.
+    `p_value` is the p-value of the permutation test, and `corrected_p_value` the p-value after Holm's correction for
+    all comparisons of the class.
     """
 
     slot: str
     feature: str
     groups: tuple[str, ...]
     shares: tuple[tuple[float, ...], ...]
-    chance: float
-    corrected: float = 1.0
+    p_value: float
+    corrected_p_value: float = 1.0
 
     @property
     def shares_of_groups(self) -> dict[str, tuple[float, ...]]:
@@ -47,7 +47,7 @@ class Comparison:
     @property
     def verdict(self) -> str:
         """The meaning of the corrected p-value, in words."""
-        return describe_chance(self.corrected)
+        return describe_p_value(self.corrected_p_value)
 
 
 def _describe_kinds(chain: Chain) -> str:
@@ -82,10 +82,10 @@ def _describe_lengths(chain: Chain) -> str:
 
 
 def _describe_difficulty(chain: Chain) -> str:
-    return f"difficulty {step(chain)}"
+    return f"difficulty {difficulty_band(chain)}"
 
 
-def _describe_slopes(chain: Chain) -> str:
+def _describe_oblique_axes(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
     return f"{oblique} of {chain.n} axes at home along no axis of the space frame"
@@ -99,23 +99,23 @@ def _describe_senses_at_home(chain: Chain) -> str:
 
 FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _describe_kinds, "lengths": _describe_lengths}
 """Features in which the arms of any family may differ."""
-OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
+TABLE_FEATURES: Mapping[str, Callable[[Chain], str]] = {
     "joint offsets": _describe_offsets,
     "senses of the axes": _describe_senses,
     "base": _describe_base,
     "point of interest": _describe_point,
 }
 """Features in which arms described by a DH table may differ, in the frames of that table."""
-OF_AXES: Mapping[str, Callable[[Chain], str]] = {
-    "directions of the axes": _describe_slopes,
+SCREW_FEATURES: Mapping[str, Callable[[Chain], str]] = {
+    "directions of the axes": _describe_oblique_axes,
     "senses of the axes": _describe_senses_at_home,
 }
 """Features in which arms described by their axes, which have no frames, may differ."""
-OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
+STRUCTURE_FEATURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
 """Features in which arms differ only if their family samples the structure, too; they take time to compute."""
 
 
-def compare(
+def compare_groups(
     slot: str, chains: Sequence[Chain], shares: Sequence[float], seed: str, *, varied: bool
 ) -> list[Comparison]:
     """Return a comparison for every feature in which the arms of a slot of the assignment differ.
@@ -127,16 +127,16 @@ def compare(
     for feature, describe in {
         **FEATURES,
         **_features_of_convention(chains),
-        **(OF_STRUCTURES if varied else {}),
+        **(STRUCTURE_FEATURES if varied else {}),
     }.items():
         names = [describe(chain) for chain in chains]
         group_sizes = Counter(names)
-        small_groups = {name for name, size in group_sizes.items() if size < LEAST_IN_GROUP}
-        names = [OTHERS if name in small_groups else name for name in names]
-        groups = sorted(set(names), key=lambda name: (name == OTHERS, name))
-        if len(groups) < 2 or sum(name == OTHERS for name in names) in (1, 2) or len(set(shares)) < 2:
+        small_groups = {name for name, size in group_sizes.items() if size < MIN_GROUP_SIZE}
+        names = [OTHERS_GROUP if name in small_groups else name for name in names]
+        groups = sorted(set(names), key=lambda name: (name == OTHERS_GROUP, name))
+        if len(groups) < 2 or sum(name == OTHERS_GROUP for name in names) in (1, 2) or len(set(shares)) < 2:
             continue
-        chance = chance_of_groups(shares, names, f"{seed}/{slot}/{feature}")
+        chance = permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
         group_shares = tuple(
             tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups
         )
@@ -148,21 +148,21 @@ def compare(
 def _features_of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
     """Return the features that depend on how arms are described; none if some arms have frames and others don't."""
     show_tables = {convention_of(chain).shows_table for chain in chains}
-    return {} if len(show_tables) != 1 else OF_TABLES if show_tables == {True} else OF_AXES
+    return {} if len(show_tables) != 1 else TABLE_FEATURES if show_tables == {True} else SCREW_FEATURES
 
 
-def correct_for_number(comparisons: Sequence[Comparison]) -> list[Comparison]:
+def correct_p_values(comparisons: Sequence[Comparison]) -> list[Comparison]:
     """Return the comparisons with their corrected p-values, the smallest p-values first."""
-    values = holm([each.chance for each in comparisons])
-    corrected = [replace(each, corrected=value) for each, value in zip(comparisons, values, strict=True)]
-    return sorted(corrected, key=lambda each: (each.corrected, each.chance, each.slot, each.feature))
+    values = holm_correction([each.p_value for each in comparisons])
+    corrected = [replace(each, corrected_p_value=value) for each, value in zip(comparisons, values, strict=True)]
+    return sorted(corrected, key=lambda each: (each.corrected_p_value, each.p_value, each.slot, each.feature))
 
 
-def describe_chance(chance: float) -> str:
+def describe_p_value(p_value: float) -> str:
     """Return the meaning of a p-value in plain words.
 
-    >>> describe_chance(0.34), describe_chance(0.0002)
+    >>> describe_p_value(0.34), describe_p_value(0.0002)
     ('could be chance: p = 0.34', 'hardly chance: p < 0.001')
     """
-    p = "p < 0.001" if chance < 0.001 else f"p = {chance:.3f}" if chance < 0.1 else f"p = {chance:.2f}"
-    return f"{'hardly' if chance < SMALL else 'could be'} chance: {p}"
+    p = "p < 0.001" if p_value < 0.001 else f"p = {p_value:.3f}" if p_value < 0.1 else f"p = {p_value:.2f}"
+    return f"{'hardly' if p_value < SIGNIFICANCE_LEVEL else 'could be'} chance: {p}"

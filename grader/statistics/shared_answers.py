@@ -8,7 +8,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families.base import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
-MANY, SHARE = 3, 0.05
+MIN_SHARING_STUDENTS, MIN_SHARING_FRACTION = 3, 0.05
 """Minimum number of students, and fraction of the class that must be exceeded, for shared answers to be reported."""
 
 
@@ -41,7 +41,7 @@ def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
     for question in slot.questions:
         digest_counts = Counter(parts[question] for parts in digests if question in parts)
         students = sum(count for count in digest_counts.values() if count > 1)
-        if students >= MANY and students > SHARE * len(digests):
+        if students >= MIN_SHARING_STUDENTS and students > MIN_SHARING_FRACTION * len(digests):
             sharing.setdefault(students, []).append(question)
     if not sharing:
         return ""

@@ -12,11 +12,11 @@ import numpy as np
 
 from qdot.exercises.common.stream import Stream
 
-LEAST = 10
+MIN_STUDENTS = 10
 """Minimum number of students for a correlation or a reliability."""
 PERMUTATIONS = 4999
 """Number of random permutations of the marks in a test."""
-_ALIKE = 1e-9
+_TOLERANCE = 1e-9
 
 Numbers = Sequence[float]
 
@@ -38,27 +38,27 @@ def correlation(first: Numbers, second: Numbers) -> float | None:
     """
     x, y = (np.array(values) - statistics.fmean(values) for values in (first, second))
     scale = math.sqrt((x @ x) * (y @ y))
-    return None if scale <= _ALIKE else max(-1.0, min(1.0, float(x @ y) / scale))
+    return None if scale <= _TOLERANCE else max(-1.0, min(1.0, float(x @ y) / scale))
 
 
 def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
     """Return the corrected item-total correlation of a part: its correlation with the sum of the other parts.
 
-    Each of the `rows` has the points of one student. Return None if there are fewer than `LEAST` students or only one
-    part, or if the points don't vary.
+    Each of the `rows` has the points of one student. Return None if there are fewer than `MIN_STUDENTS` students or
+    only one part, or if the points don't vary.
     """
-    if len(rows) < LEAST or len(rows[0]) < 2:
+    if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
     r = correlation([row[part] for row in rows], [math.fsum(row) - row[part] for row in rows])
-    return None if r is None else fisher(r, len(rows))
+    return None if r is None else fisher_interval(r, len(rows))
 
 
-def fisher(r: float, n: int) -> Interval:
+def fisher_interval(r: float, n: int) -> Interval:
     """Return Fisher's 95 % confidence interval of a correlation, tanh(atanh r ± 1.96 / √(n − 3)).
 
     The interval is approximate, because it assumes that marks are normally distributed.
 
-    >>> [round(bound, 3) for bound in (fisher(0.5, 28).low, fisher(0.5, 28).high)]
+    >>> [round(bound, 3) for bound in (fisher_interval(0.5, 28).low, fisher_interval(0.5, 28).high)]
     [0.156, 0.736]
     """
     center, half_width = math.atanh(max(-0.999999, min(0.999999, r))), 1.959964 / math.sqrt(n - 3)
@@ -67,18 +67,18 @@ def fisher(r: float, n: int) -> Interval:
 
 def reliability(rows: Sequence[Numbers]) -> float | None:
     """Return Cronbach's alpha: k/(k − 1) · (1 − sum of the parts' variances / variance of the totals)."""
-    if len(rows) < LEAST or len(rows[0]) < 2:
+    if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
     k = len(rows[0])
     part_variances = math.fsum(statistics.variance(points) for points in zip(*rows, strict=True))
     total_variance = statistics.variance([math.fsum(row) for row in rows])
-    return None if total_variance <= _ALIKE else k / (k - 1) * (1 - part_variances / total_variance)
+    return None if total_variance <= _TOLERANCE else k / (k - 1) * (1 - part_variances / total_variance)
 
 
 # --- chance ---
 
 
-def chance_of_groups(values: Numbers, groups: Sequence[Hashable], seed: str) -> float | None:
+def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float | None:
     """Return the p-value of a permutation test: how often random groups differ in their means as much as these.
 
     The statistic is the variance between the groups' means, weighted by group size. No normal distribution is assumed.
@@ -92,38 +92,38 @@ def chance_of_groups(values: Numbers, groups: Sequence[Hashable], seed: str) -> 
     membership = np.array([[group == name for name in names] for group in groups], dtype=float)
     sizes = membership.sum(axis=0)
 
-    def between(dealt: np.ndarray) -> np.ndarray:
-        return np.asarray(((dealt @ membership) ** 2 / sizes).sum(axis=-1))
+    def between_group_variance(permuted: np.ndarray) -> np.ndarray:
+        return np.asarray(((permuted @ membership) ** 2 / sizes).sum(axis=-1))
 
-    observed = float(between(deviations))
-    scale = max(float((deviations**2).sum()), _ALIKE)
+    observed = float(between_group_variance(deviations))
+    scale = max(float((deviations**2).sum()), _TOLERANCE)
     exceeding_count = sum(
-        int((between(deviations[order]) >= observed - _ALIKE * scale).sum())
+        int((between_group_variance(deviations[order]) >= observed - _TOLERANCE * scale).sum())
         for order in _permutations(len(deviations), seed)
     )
     return (1 + exceeding_count) / (1 + PERMUTATIONS)
 
 
-def _permutations(n: int, seed: str, at_once: int = 500) -> Iterator[np.ndarray]:
-    """Yield arrays of up to `at_once` permutations of n numbers.
+def _permutations(n: int, seed: str, batch_size: int = 500) -> Iterator[np.ndarray]:
+    """Yield arrays of up to `batch_size` permutations of n numbers.
 
     They are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
     """
-    generator = np.random.PCG64(Stream(seed).below(1 << 62))
-    for start in range(0, PERMUTATIONS, at_once):
-        size = min(at_once, PERMUTATIONS - start)
+    generator = np.random.PCG64(Stream(seed).integer_below(1 << 62))
+    for start in range(0, PERMUTATIONS, batch_size):
+        size = min(batch_size, PERMUTATIONS - start)
         yield np.argsort(generator.random_raw((size, n)), axis=1, kind="stable")
 
 
-def holm(chances: Numbers) -> list[float]:
+def holm_correction(p_values: Numbers) -> list[float]:
     """Correct p-values by Holm's method, because the smallest of many p-values may be small by chance.
 
-    >>> holm([0.01, 0.04, 0.03])
+    >>> holm_correction([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
     """
-    order = sorted(range(len(chances)), key=lambda index: chances[index])
-    corrected, maximum = [0.0] * len(chances), 0.0
+    order = sorted(range(len(p_values)), key=lambda index: p_values[index])
+    corrected, maximum = [0.0] * len(p_values), 0.0
     for rank, index in enumerate(order):
-        maximum = max(maximum, min(1.0, (len(chances) - rank) * chances[index]))
+        maximum = max(maximum, min(1.0, (len(p_values) - rank) * p_values[index]))
         corrected[index] = maximum
     return corrected

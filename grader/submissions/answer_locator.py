@@ -12,18 +12,18 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from qdot.exercises.problem.problem import Problem, variable
-from qdot.grader.sandbox.contained.ipython import python_of
+from qdot.exercises.problem.problem import Problem, answer_variable
+from qdot.grader.sandbox.contained.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
 from qdot.grader.submissions.cells import Cell, OverLimit, first_syntax_error, parse_python, printable_name
 
-MOST = 50
+MAX_SEARCHED = 50
 """Maximum number of text cells, and of variables with similar names, that are searched for an answer."""
 
-LONGEST = 30_000
+MAX_CELL_CHARACTERS = 30_000
 """Maximum length in characters of a cell that is parsed for answers; longer cells are only run."""
 
-MOST_PARSED = 3_000_000
+MAX_PARSED_CHARACTERS = 3_000_000
 """Maximum total number of characters that are parsed for a notebook; each text is parsed only once."""
 
 RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
@@ -34,59 +34,61 @@ RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
 class Answers:
     """The answers of a notebook: its run, the reason why each missing answer is missing (by variable), and notes.
 
-    `refused` has a note for the staff on each cell that stopped because it tried something forbidden.
+    `forbidden_stops` has a note for the staff on each cell that stopped because it tried something forbidden.
     """
 
     run: Run
     reasons: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
+    forbidden_stops: list[str] = field(default_factory=list)
 
-    def of(self, slot: str, problem: Problem) -> dict[str, str]:
+    def texts_by_part(self, slot: str, problem: Problem) -> dict[str, str]:
         """Return the texts of the answers to a problem, by the name of the part."""
-        names = {part.name: variable(slot, part.name) for part in problem.parts}
+        names = {part.name: answer_variable(slot, part.name) for part in problem.parts}
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
-    def reason(self, slot: str, part: str) -> str:
+    def reason_missing(self, slot: str, part: str) -> str:
         """Return why there is no answer to a part; empty if there is one."""
-        return self.reasons.get(variable(slot, part), "")
+        return self.reasons.get(answer_variable(slot, part), "")
 
 
-def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
+def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCells) -> Answers:
     """Run a notebook and find the answers to `parts`, which have names such as "p1.jacobian".
 
     Raises OverLimit if the search would take too long.
     """
-    names = {part: variable(*part.split(".", 1)) for part in parts}
+    names = {part: answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, names)
     for part in parts:
         notebook.locate(part)
     sources = [notebook.sources.get(index) for index in range(len(cells))]
-    result = run(sources, list(names.values()))
+    result = run_cells(sources, list(names.values()))
     errors = result.cell_errors
     cells_lacking_name = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
 
     @functools.cache
     def run_again() -> Run:
         """Run the cells that lacked a name again after all others, because students can run cells in any order."""
-        return run([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
+        return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
 
-    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.missed})}
+    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.failed_imports})}
     answers = Answers(result, notes=notebook.notes)
     answers.notes += _find_first_stop(notebook, stops)
-    answers.refused += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
-    answers.notes += [_describe_lost_symbol(name, index, value) for name, (index, value) in result.lost.items()]
+    answers.forbidden_stops += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
+    answers.notes += [
+        _describe_lost_symbol(name, index, value) for name, (index, value) in result.replaced_symbols.items()
+    ]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
             _use_earlier_value(answers, name)
-        setters = [index for index in cells_lacking_name if index in notebook.setters(name)]
+        setters = [index for index in cells_lacking_name if index in notebook.find_setters(name)]
         if _is_missing(result, name) and setters and result.end == "done":
             _use_second_run(answers, name, setters, run_again())
         if name in result.answers:
             _note_several_values(answers, part, name, notebook)
         else:
-            answers.reasons[name] = _why_missing(part, name, notebook, result, stops)
+            answers.reasons[name] = _explain_missing(part, name, notebook, result, stops)
     return answers
 
 
@@ -111,11 +113,11 @@ class _Notebook:
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
         self.cells, self.names, self.notes = cells, names, list[str]()
-        self._trees, self._left = dict[str, ast.Module | None](), MOST_PARSED
+        self._trees, self._remaining_characters = dict[str, ast.Module | None](), MAX_PARSED_CHARACTERS
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
         slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
         self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
-        self.sets = {index: self._names_set_by(index) for index in self.sources}
+        self.names_set = {index: self._names_set_by(index) for index in self.sources}
 
     def _names_set_by(self, index: int) -> set[str]:
         """Return the names that a cell sets; an empty set if the cell can't contain an answer."""
@@ -124,21 +126,21 @@ class _Notebook:
             return set()
         tree = self._parse_cell(cell.source)
         if tree is None:  # guess the names; the run will report the error in the cell
-            return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
+            return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:MAX_CELL_CHARACTERS]))
         return set(_bound_names(tree, cell.source))
 
-    def setters(self, name: str) -> list[int]:
+    def find_setters(self, name: str) -> list[int]:
         """Return the indices of the cells that set a variable."""
-        return [index for index, names in self.sets.items() if name in names]
+        return [index for index, names in self.names_set.items() if name in names]
 
-    def marked_cells(self, part: str) -> list[int]:
+    def find_marked_cells(self, part: str) -> list[int]:
         """Return the indices of the cells whose metadata name them as the answer to a part, including text cells."""
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
     def locate(self, part: str) -> None:
         """If no cell sets the variable of a part, find the answer elsewhere and have the run source assign it."""
-        name, setters = self.names[part], self.setters(self.names[part])
-        marked_cells = [index for index in self.marked_cells(part) if index in self.sources]
+        name, setters = self.names[part], self.find_setters(self.names[part])
+        marked_cells = [index for index in self.find_marked_cells(part) if index in self.sources]
         assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
         if setters:
             if assigning_cells and not set(marked_cells) & set(setters):
@@ -156,18 +158,18 @@ class _Notebook:
             (index, cell) for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources
         )
         likely_cells = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
-        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MOST)):
-            self._use_misspelt(name)
+        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED)):
+            self._use_misspelt_variable(name)
 
-    def _use_misspelt(self, name: str) -> None:
+    def _use_misspelt_variable(self, name: str) -> None:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         candidates = [
             candidate
-            for candidate in sorted({set_name for names in self.sets.values() for set_name in names})
+            for candidate in sorted({set_name for names in self.names_set.values() for set_name in names})
             if abs(len(candidate) - len(name)) < 3
             and candidate not in self.names.values()
             and candidate[:2].casefold() == name[:2].casefold()
-        ][:MOST]
+        ][:MAX_SEARCHED]
         similar_names = [
             candidate
             for candidate in candidates
@@ -175,7 +177,7 @@ class _Notebook:
         ]
         if len(similar_names) != 1:
             return
-        index = self.setters(similar_names[0])[-1]
+        index = self.find_setters(similar_names[0])[-1]
         tree = self._parse_cell(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             targets = statement.targets if isinstance(statement, ast.Assign) else []
@@ -203,7 +205,7 @@ class _Notebook:
             return last_statement
         return max(statements.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
-    def _use_as_answer(self, index: int, part: str, because: str) -> bool:
+    def _use_as_answer(self, index: int, part: str, reason: str) -> bool:
         """Use the value of an answer cell as the answer to its part; return False if it has no value to use."""
         name, statement = self.names[part], self._answer_statement(index)
         if statement is None:
@@ -211,21 +213,21 @@ class _Notebook:
         target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
         assigned_name = target.id if isinstance(target, ast.Name) else ""
         if target is not None and assigned_name in self.names.values():
-            if self.setters(assigned_name) == [index]:
+            if self.find_setters(assigned_name) == [index]:
                 return False  # the value is the only answer to another part
             self._replace_text(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
         else:
             self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-        self.sets[index] = self.sets[index] | {name}
+        self.names_set[index] = self.names_set[index] | {name}
         statement_text = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
-        self.notes.append(f"{because} and {statement_text} was read for it")
+        self.notes.append(f"{reason} and {statement_text} was read for it")
         return True
 
-    def _replace_text(self, index: int, number: int, begin: int, end: int, text: str) -> None:
+    def _replace_text(self, index: int, line_number: int, begin: int, end: int, text: str) -> None:
         """Replace the bytes from `begin` to `end` of a line by a text; Python's syntax trees count bytes."""
-        lines = python_of(self.sources[index]).split("\n")
-        line = lines[number - 1].encode()
-        lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
+        lines = translate_to_python(self.sources[index]).split("\n")
+        line = lines[line_number - 1].encode()
+        lines[line_number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
 
     def _use_text_cell(self, index: int, part: str) -> bool:
@@ -236,35 +238,35 @@ class _Notebook:
             return False
         reason = f"{_name_cells([index])} is a text cell, not code"
         tree = self._parse(code)
-        self.sources[index], self.sets[index] = code, set(_bound_names(tree, code)) if tree else {name}
-        if name in self.sets[index]:
+        self.sources[index], self.names_set[index] = code, set(_bound_names(tree, code)) if tree else {name}
+        if name in self.names_set[index]:
             self.notes.append(f"{reason}; what it says was read for {name} as if it were code")
         elif not self._use_as_answer(index, part, f"{reason},"):
-            del self.sources[index], self.sets[index]
+            del self.sources[index], self.names_set[index]
             return False
         return True
 
     def _parse_cell(self, source: str) -> ast.Module | None:
         """Return the syntax tree of a cell as it is run; None if the cell is too long or not Python."""
-        return self._parse(python_of(source)) if len(source) <= LONGEST else None
+        return self._parse(translate_to_python(source)) if len(source) <= MAX_CELL_CHARACTERS else None
 
     def _parse(self, code: str) -> ast.Module | None:
         """Return the syntax tree of a text; None if it is not Python. Raises OverLimit if too much was parsed."""
         if code not in self._trees:
-            self._left -= len(code)
-            if self._left < 0:
+            self._remaining_characters -= len(code)
+            if self._remaining_characters < 0:
                 raise OverLimit(
                     "its cells have too much code in them for answers to be looked for; remove what is no answer"
                 )
-            self._trees[code] = parse_python(code, LONGEST)
+            self._trees[code] = parse_python(code, MAX_CELL_CHARACTERS)
         return self._trees[code]
 
     def _find_code(self, text: str, name: str) -> str | None:
         """Return the Python code in a text cell: the whole text without fences, else the text from `name =` on."""
-        lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
+        lines = [line for line in text[:MAX_CELL_CHARACTERS].split("\n") if not re.match(r"\s*(```|~~~)", line)]
         text_without_fences = "\n".join(lines).strip().strip("`")
         tree = self._parse(text_without_fences)
-        if tree is not None and any(map(_is_answer, tree.body)):
+        if tree is not None and any(map(_is_likely_code, tree.body)):
             return text_without_fences
         begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
         if begin is None:
@@ -288,11 +290,11 @@ def _bound_names(tree: ast.AST, source: str) -> Iterator[str]:
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
-            elif not isinstance(node, ast.Lambda) and (search_expressions or not isinstance(node, VALUES)):
+            elif not isinstance(node, ast.Lambda) and (search_expressions or not isinstance(node, VALUE_CLASSES)):
                 unvisited.append(node)
 
 
-VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
+VALUE_CLASSES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
 """Classes of expressions, common in answers, in which only a walrus or a comprehension can set a name."""
 
 
@@ -304,7 +306,7 @@ def _only_displays(statement: ast.Expr) -> bool:
     return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
 
 
-def _is_answer(statement: ast.stmt) -> bool:
+def _is_likely_code(statement: ast.stmt) -> bool:
     """Return whether a statement is likely to be code; a word or two of prose may be valid Python, too."""
     is_code = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
     return is_code or isinstance(statement, ast.Assign)
@@ -324,11 +326,15 @@ def _is_missing(run: Run, name: str) -> bool:
 def _use_earlier_value(answers: Answers, name: str) -> None:
     """Use the last real value of a variable that holds a placeholder or an unreadable value at the end."""
     run = answers.run
-    earlier_values = [text for text in run.earlier.get(name, ()) if not _is_blank(text)]
+    earlier_values = [text for text in run.earlier_values.get(name, ()) if not _is_blank(text)]
     if earlier_values:
-        state = "left blank" if name in run.answers else f"no value that can be read ({run.failures.get(name, '')})"
+        state = (
+            "left blank"
+            if name in run.answers
+            else f"no value that can be read ({run.unreadable_reasons.get(name, '')})"
+        )
         run.answers[name] = earlier_values[-1]
-        run.failures.pop(name, None)
+        run.unreadable_reasons.pop(name, None)
         answers.notes.append(f"{name} is {state} at the end of the notebook; its value before that was read")
 
 
@@ -346,11 +352,11 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
     """Add a note on which value was used if several cells set different ones."""
     errors = answers.run.cell_errors
-    setters = notebook.setters(name)
+    setters = notebook.find_setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
     stopped = [index for index in setters if index in errors]
-    values = {text for text in answers.run.earlier.get(name, ()) if not _is_blank(text)}
+    values = {text for text in answers.run.earlier_values.get(name, ()) if not _is_blank(text)}
     if stopped:
         answers.notes.append(
             f"{name} is set in {_name_cells(setters)}, and {_name_cells(stopped)} stopped ({errors[stopped[-1]]})"
@@ -372,14 +378,16 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     """Return a note on each cell that was stopped because it took too long, with the answers that it had set."""
     notes = []
     for index, error in run.cell_errors.items():
-        if error.startswith(OVERTIME):
-            read = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
+        if error.startswith(OVERTIME_ERRORS):
+            read = [
+                name for name in notebook.names.values() if name in notebook.names_set[index] and name in run.answers
+            ]
             effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
 
 
-OVERTIME = "it took longer than", "it waited longer than"
+OVERTIME_ERRORS = "it took longer than", "it waited longer than"
 """The beginnings of the errors of cells that took too long."""
 
 
@@ -387,40 +395,42 @@ def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
     """Return a note on where a cell stopped, or after which failed import it continued, and why."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
-        where = f" at {_quote_line(notebook, index, run.stopped_at[index])}" if index in run.stopped_at else ""
+        where = f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
         reasons.append(f"{_name_cells([index])} stopped{where} ({run.cell_errors[index]})")
     return "; ".join(filter(None, reasons))
 
 
 def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
     """Return a note on the failed import after which a cell continued, and why it failed; empty if none failed."""
-    if index not in run.missed:
+    if index not in run.failed_imports:
         return ""
-    number, error = run.missed[index]
+    number, error = run.failed_imports[index]
     return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({error})"
 
 
-def _quote_line(notebook: _Notebook, index: int, number: int) -> str:
+def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
     lines = notebook.sources[index].split("\n")
-    return f"line {number}" + (f", {printable_name(lines[number - 1].strip())}" if number <= len(lines) else "")
+    return f"line {line_number}" + (
+        f", {printable_name(lines[line_number - 1].strip())}" if line_number <= len(lines) else ""
+    )
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
     """Return the note on the first cell that stopped above all answers, as they may depend on it; empty if none did."""
-    first_answer = min((index for index, names in notebook.sets.items() if names), default=len(notebook.cells))
+    first_answer = min((index for index, names in notebook.names_set.items() if names), default=len(notebook.cells))
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 
 
-def _why_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
+def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
     """Return a phrase that says why a part has no answer."""
-    if name in run.failures:
-        return f"{name} has no value that can be read: {run.failures[name]}"
-    cells = [*notebook.setters(name), *notebook.marked_cells(part)]
+    if name in run.unreadable_reasons:
+        return f"{name} has no value that can be read: {run.unreadable_reasons[name]}"
+    cells = [*notebook.find_setters(name), *notebook.find_marked_cells(part)]
     stopped = next((index for index in cells if index in run.cell_errors), None)
     if stopped is not None:
         error = run.cell_errors[stopped]
         cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
-        cause = cause or next((advice for sign, advice in _ADVICE.items() if sign in error), "")
+        cause = cause or next((advice for sign, advice in _ADVICE_BY_ERROR.items() if sign in error), "")
         return f"its cell stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
         return _describe_end(run)
@@ -434,10 +444,10 @@ def _why_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Map
 
 def _describe_end(run: Run) -> str:
     """Return a note on how a run ended early, and in which cell; empty if it did not end early."""
-    return run.note() if run.begun is None else run.note(_name_cells([run.begun]))
+    return run.describe_end() if run.last_begun_cell is None else run.describe_end(_name_cells([run.last_begun_cell]))
 
 
-_ADVICE = {
+_ADVICE_BY_ERROR = {
     "for ^:": "in Python, a power is written **, as in a1**2; or put the answer into quotes, as text",
     "invalid character": "put an answer with such a character into quotes, as text",
 }

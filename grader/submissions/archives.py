@@ -21,17 +21,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from qdot.grader.sandbox.own_folder import own_folder
-from qdot.grader.submissions.cells import INSTEAD, LARGEST, OverLimit, Unreadable, printable_name
+from qdot.grader.sandbox.own_folder import make_temporary_folder
+from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, printable_name
 
-MOST_FILES = 10_000
+MAX_FILES = 10_000
 """Maximum number of files in an archive that a student submits."""
 
-LARGEST_CLASS, MOST_OF_CLASS = 20_000_000_000, 200_000
+MAX_CLASS_BYTES, MAX_CLASS_FILES = 20_000_000_000, 200_000
 """Maximum number of bytes, and of files, in a platform's download."""
 
-BROKEN = (zipfile.BadZipFile, tarfile.TarError, OSError, EOFError, ValueError, zlib.error, lzma.LZMAError, struct.error,
-          NotImplementedError, RuntimeError, IndexError, KeyError, OverflowError)  # fmt: skip
+ARCHIVE_ERRORS = (
+    zipfile.BadZipFile, tarfile.TarError, OSError, EOFError, ValueError, zlib.error, lzma.LZMAError, struct.error,
+    NotImplementedError, RuntimeError, IndexError, KeyError, OverflowError,
+)  # fmt: skip
 """The exceptions that the libraries raise for damaged or malicious archives."""
 
 
@@ -43,9 +45,9 @@ class ArchiveMember:
     size: int
 
 
-def is_archive(head: bytes) -> bool:
+def is_archive(first_bytes: bytes) -> bool:
     """Return whether the first 512 bytes of a file are those of an archive that qdot can open."""
-    return head.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or head[257:262] == b"ustar"
+    return first_bytes.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or first_bytes[257:262] == b"ustar"
 
 
 def list_members(path: Path) -> list[ArchiveMember]:
@@ -55,11 +57,11 @@ def list_members(path: Path) -> list[ArchiveMember]:
         with path.open("rb") as file:
             is_zip = file.read(2) == b"PK"
         members = _list_zip(path) if is_zip else _list_tar(path)
-    except BROKEN:
-        raise Unreadable(f"{label} is an archive that can't be opened: it is damaged; {INSTEAD}") from None
+    except ARCHIVE_ERRORS:
+        raise Unreadable(f"{label} is an archive that can't be opened: it is damaged; {NOTEBOOK_ADVICE}") from None
     names = {member.name for member in members}
     if "[Content_Types].xml" in names or "mimetype" in names:
-        raise Unreadable(f"{label} is a document of an office program, not a notebook; {INSTEAD}")
+        raise Unreadable(f"{label} is a document of an office program, not a notebook; {NOTEBOOK_ADVICE}")
     return members
 
 
@@ -67,28 +69,28 @@ def read_member(path: Path, name: str) -> bytes:
     """Return the content of a file in an archive. Raises Unreadable if it can't be unpacked."""
     label = f"{printable_name(name)} in {printable_name(path.name)}"
     try:
-        data = _read(path, name)
-    except BROKEN as error:
+        data = _read_content(path, name)
+    except ARCHIVE_ERRORS as error:
         if "encrypted" in str(error):
-            raise Unreadable(f"{label} needs a password; {INSTEAD}") from None
-        raise Unreadable(f"{label} can't be unpacked: the archive is damaged; {INSTEAD}") from None
-    if len(data) > LARGEST:
-        raise OverLimit(f"{label} is larger than {LARGEST // 1_000_000} MB; {INSTEAD}")
+            raise Unreadable(f"{label} needs a password; {NOTEBOOK_ADVICE}") from None
+        raise Unreadable(f"{label} can't be unpacked: the archive is damaged; {NOTEBOOK_ADVICE}") from None
+    if len(data) > MAX_FILE_BYTES:
+        raise OverLimit(f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; {NOTEBOOK_ADVICE}")
     return data
 
 
-def _read(path: Path, name: str) -> bytes:
+def _read_content(path: Path, name: str) -> bytes:
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive, archive.open(name) as file:
-            return file.read(LARGEST + 1)
-    for member, tar in _members(path):
+            return file.read(MAX_FILE_BYTES + 1)
+    for member, tar in _list_tar_members(path):
         if member.name == name and (content := tar.extractfile(member)) is not None:
-            return content.read(LARGEST + 1)
+            return content.read(MAX_FILE_BYTES + 1)
     raise KeyError(name)
 
 
 def _list_zip(path: Path) -> list[ArchiveMember]:
-    _check_directory(path)
+    _check_zip_directory(path)
     with zipfile.ZipFile(path) as archive:
         return [
             ArchiveMember(info.filename, info.file_size)
@@ -97,32 +99,34 @@ def _list_zip(path: Path) -> list[ArchiveMember]:
         ]
 
 
-def _check_directory(path: Path) -> None:
+def _check_zip_directory(path: Path) -> None:
     """Raise OverLimit if a zip's list of files would take too long to read; the last bytes of a zip have its length."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         last_bytes = file.read()
     position = last_bytes.rfind(b"PK\x05\x06")
-    if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MOST_FILES:
-        raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+    if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MAX_FILES:
+        raise OverLimit(f"{printable_name(path.name)} has more than {MAX_FILES} files in it; {NOTEBOOK_ADVICE}")
 
 
 def _list_tar(path: Path) -> list[ArchiveMember]:
-    return [ArchiveMember(member.name, member.size) for member, _ in _members(path) if member.isfile()]
+    return [ArchiveMember(member.name, member.size) for member, _ in _list_tar_members(path) if member.isfile()]
 
 
-def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
+def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
     """Yield the members of a tar archive, compressed or not. Raises OverLimit if it is too large."""
     with path.open("rb") as file:
         is_compressed = file.read(2) == b"\x1f\x8b"
     with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
-        content = io.BytesIO((unzipped if is_compressed else file).read(LARGEST + 1))
-    if content.getbuffer().nbytes > LARGEST:
-        raise OverLimit(f"{printable_name(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
+        content = io.BytesIO((unzipped if is_compressed else file).read(MAX_FILE_BYTES + 1))
+    if content.getbuffer().nbytes > MAX_FILE_BYTES:
+        raise OverLimit(
+            f"{printable_name(path.name)} unpacks to more than {MAX_FILE_BYTES // 1_000_000} MB; {NOTEBOOK_ADVICE}"
+        )
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, member in enumerate(tar):
-            if number >= MOST_FILES:
-                raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
+            if number >= MAX_FILES:
+                raise OverLimit(f"{printable_name(path.name)} has more than {MAX_FILES} files in it; {NOTEBOOK_ADVICE}")
             yield member, tar
 
 
@@ -135,21 +139,21 @@ def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
 
     Raises Unreadable if the zip can't be unpacked.
     """
-    with own_folder("qdot-submissions-") as folder:
+    with make_temporary_folder("qdot-submissions-") as folder:
         try:
             with zipfile.ZipFile(path) as archive:
                 left_out = _unpack(archive, folder)
-        except BROKEN as error:
+        except ARCHIVE_ERRORS as error:
             raise Unreadable(f"{path} can't be unpacked: {error}") from None
         yield folder, left_out
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
     left_out, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
-    if len(files) > MOST_OF_CLASS:
-        raise Unreadable(f"{archive.filename} has more than {MOST_OF_CLASS} files in it")
+    if len(files) > MAX_CLASS_FILES:
+        raise Unreadable(f"{archive.filename} has more than {MAX_CLASS_FILES} files in it")
     for info in files:
-        path = _place(info.filename)
+        path = _find_safe_path(info.filename)
         reason = (
             "its name leads out of the folder" if path is None
             else "it is a symbolic link" if stat.S_ISLNK(info.external_attr >> 16)
@@ -160,15 +164,15 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             left_out.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
             continue
         try:
-            total += _write(archive, info, folder / path)
-        except BROKEN:
+            total += _write_member(archive, info, folder / path)
+        except ARCHIVE_ERRORS:
             left_out.append(f"{printable_name(info.filename)}: it is damaged; not unpacked")
-        if total > LARGEST_CLASS:
-            raise Unreadable(f"{archive.filename} unpacks to more than {LARGEST_CLASS // 1_000_000_000} GB")
+        if total > MAX_CLASS_BYTES:
+            raise Unreadable(f"{archive.filename} unpacks to more than {MAX_CLASS_BYTES // 1_000_000_000} GB")
     return left_out
 
 
-def _place(name: str) -> PurePosixPath | None:
+def _find_safe_path(name: str) -> PurePosixPath | None:
     """Return the path of a file relative to the folder for unpacking; None if its name leads out of that folder."""
     path = PurePosixPath(name.replace("\\", "/"))
     if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
@@ -177,13 +181,13 @@ def _place(name: str) -> PurePosixPath | None:
     return PurePosixPath(*(unicodedata.normalize("NFC", part) for part in parts))
 
 
-def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
+def _write_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
     """Write a file with its time in the archive, and return the number of bytes written.
 
     If the file is too large, only its beginning is written, which is still over the limit.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    remaining = LARGEST + 1
+    remaining = MAX_FILE_BYTES + 1
     with archive.open(info) as source, target.open("wb") as file:
         while remaining > 0 and (block := source.read(min(remaining, 1 << 20))):
             file.write(block)
@@ -191,4 +195,4 @@ def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int
     with contextlib.suppress(ValueError, OverflowError):
         seconds = time.mktime(datetime.datetime(*info.date_time).timetuple())  # noqa: DTZ001 - a zip has no time zone
         os.utime(target, (seconds, seconds))
-    return LARGEST + 1 - remaining
+    return MAX_FILE_BYTES + 1 - remaining

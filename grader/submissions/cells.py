@@ -21,22 +21,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # this module is also run as a program, which must start quickly
     from qdot.exercises.notebook.self_check import Problems
 
-LARGEST = 200_000_000
+MAX_FILE_BYTES = 200_000_000
 """Maximum size of a file in bytes, which allows for a notebook with outputs of 100 MB."""
 
-MOST_VALUES = 12_000_000
+MAX_JSON_VALUES = 12_000_000
 """Maximum number of values in a JSON file; even a short value takes about 60 bytes of memory."""
 
-MOST_CODE, MOST_CELLS = 20_000_000, 25_000
+MAX_CODE_CHARACTERS, MAX_CELLS = 20_000_000, 25_000
 """Maximum number of characters of code in all cells together, and maximum number of cells."""
 
-LARGEST_HERE = 1_000_000
+MAX_BYTES_IN_THIS_PROCESS = 1_000_000
 """Maximum size in bytes of a file that this process parses itself, which then takes little memory and time."""
 
 MEMORY, SECONDS = 2_000_000_000, 20
 """Maximum memory in bytes, and processor time in seconds, for parsing a larger file in a separate process."""
 
-LONGEST_PARSED = 200_000
+MAX_SCRIPT_CHARACTERS = 200_000
 """Maximum length in characters of a script that is passed to Python's parser."""
 
 
@@ -59,20 +59,24 @@ class Cell:
 
 @dataclass(frozen=True)
 class Content:
-    """A file's content: its cells, qdot's metadata (`claims`), a note on its format, and keys of other metadata."""
+    """The content of a submitted file.
+
+    `qdot_metadata` is qdot's metadata in the file, and `unknown_metadata` has the keys of other metadata. `note` is a
+    note on the file's format.
+    """
 
     cells: tuple[Cell, ...]
-    claims: Mapping[str, Any]
+    qdot_metadata: Mapping[str, Any]
     note: str = ""
-    foreign: tuple[str, ...] = ()
+    unknown_metadata: tuple[str, ...] = ()
 
 
-SCRIPTS, TEXTS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
+SCRIPT_ENDINGS, MARKDOWN_ENDINGS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
 """Endings of the names of scripts and of Markdown files."""
 
-INSTEAD = "open it in Jupyter and hand in the notebook itself, the file that ends in .ipynb"
+NOTEBOOK_ADVICE = "open it in Jupyter and hand in the notebook itself, the file that ends in .ipynb"
 
-NO_NOTEBOOK = (
+OTHER_FILE_TYPES = (
     (b"%PDF", "a PDF"), (b"\xd0\xcf\x11\xe0", "a document of an office program"), (b"{\\rtf", "a text document (RTF)"),
     (b"Rar!", "a RAR archive"), (b"7z\xbc\xaf", "a 7-Zip archive"), (b"\x89PNG", "a picture"),
     (b"\xff\xd8\xff", "a picture"),
@@ -95,7 +99,11 @@ def read_cells(name: str, data: bytes) -> Content:
     label = printable_name(name)
     if not data.strip():
         raise Unreadable(f"{label} is empty")
-    return _read_within_limits(name, label, data) if len(data) <= LARGEST_HERE else _read_in_subprocess(label, data)
+    return (
+        _read_within_limits(name, label, data)
+        if len(data) <= MAX_BYTES_IN_THIS_PROCESS
+        else _read_in_subprocess(label, data)
+    )
 
 
 def _read_in_subprocess(label: str, data: bytes) -> Content:
@@ -105,14 +113,14 @@ def _read_in_subprocess(label: str, data: bytes) -> Content:
         process = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
         report = json.loads(process.stdout)
     except (subprocess.TimeoutExpired, ValueError):  # the process was killed, or ran out of memory
-        raise OverLimit(_TOO_MUCH.format(label)) from None
+        raise OverLimit(_TOO_LARGE.format(label)) from None
     if "why" in report:
         raise (OverLimit if report["is_over_limit"] else Unreadable)(report["why"])
     cells = tuple(Cell(**cell) for cell in report.pop("cells"))
     return Content(cells, **{**report, "foreign": tuple(report["foreign"])})
 
 
-def main(label: str, memory: str, seconds: str) -> None:
+def print_content(label: str, memory: str, seconds: str) -> None:
     """Print the content of the file on standard input as JSON, or why it is unreadable."""
     with contextlib.suppress(ImportError):  # raised on Windows
         import resource
@@ -126,35 +134,37 @@ def main(label: str, memory: str, seconds: str) -> None:
     json.dump(report, sys.stdout)
 
 
-_TOO_MUCH = "{} takes too much memory or time to be read; clear its outputs and hand it in again"
+_TOO_LARGE = "{} takes too much memory or time to be read; clear its outputs and hand it in again"
 
 
 def _read_within_limits(name: str, label: str, data: bytes) -> Content:
     content = _parse_content(name, label, data)
-    if sum(len(cell.source) for cell in content.cells if cell.is_code) > MOST_CODE:
-        raise OverLimit(f"{label} has more than {MOST_CODE // 1_000_000} MB of code in its cells, too much to be run")
-    if len(content.cells) > MOST_CELLS:
-        raise OverLimit(f"{label} has more than {MOST_CELLS} cells; hand in the notebook with your answers alone")
+    if sum(len(cell.source) for cell in content.cells if cell.is_code) > MAX_CODE_CHARACTERS:
+        raise OverLimit(
+            f"{label} has more than {MAX_CODE_CHARACTERS // 1_000_000} MB of code in its cells, too much to be run"
+        )
+    if len(content.cells) > MAX_CELLS:
+        raise OverLimit(f"{label} has more than {MAX_CELLS} cells; hand in the notebook with your answers alone")
     return content
 
 
 def _parse_content(name: str, label: str, data: bytes) -> Content:
-    for begin, kind in NO_NOTEBOOK:
+    for begin, kind in OTHER_FILE_TYPES:
         if data.startswith(begin):
-            raise Unreadable(f"{label} is {kind}, not a notebook; {INSTEAD}")
+            raise Unreadable(f"{label} is {kind}, not a notebook; {NOTEBOOK_ADVICE}")
     text = _decode(label, data)
     suffix = PurePath(name).suffix.lower()
     if text.lstrip()[:1] == "{":
         return _parse_notebook(label, text)
     if re.match(r"\s*<(!doctype|html|\?xml)", text[:200], re.IGNORECASE):
-        raise Unreadable(f"{label} is a web page, such as an export of a notebook; {INSTEAD}")
-    if suffix in TEXTS:
-        return _text_content(_split_markdown(text), "Markdown")
-    if suffix in SCRIPTS or (suffix == ".txt" and re.search(r"(?m)^p\d+_\w+ *=", text)):
-        return _text_content(_split_script(text), "a Python script")
+        raise Unreadable(f"{label} is a web page, such as an export of a notebook; {NOTEBOOK_ADVICE}")
+    if suffix in MARKDOWN_ENDINGS:
+        return _make_text_content(_split_markdown(text), "Markdown")
+    if suffix in SCRIPT_ENDINGS or (suffix == ".txt" and re.search(r"(?m)^p\d+_\w+ *=", text)):
+        return _make_text_content(_split_script(text), "a Python script")
     if suffix in (".ipynb", ".json"):
         raise Unreadable(f"{label} is not a Jupyter notebook, or was cut off (line 1)")
-    raise Unreadable(f"{label} is not a notebook; {INSTEAD}")
+    raise Unreadable(f"{label} is not a notebook; {NOTEBOOK_ADVICE}")
 
 
 def _decode(label: str, data: bytes) -> str:
@@ -179,8 +189,8 @@ def _decode(label: str, data: bytes) -> str:
 
 def _parse_notebook(label: str, text: str) -> Content:
     """Return the content of a notebook of any version. Raises Unreadable, with a message for students."""
-    if sum(map(text.count, ",[{")) > MOST_VALUES:
-        raise OverLimit(_TOO_MUCH.format(label))
+    if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
+        raise OverLimit(_TOO_LARGE.format(label))
     try:
         data = json.loads(text, object_pairs_hook=_drop_outputs, parse_int=float)
     except json.JSONDecodeError as error:
@@ -193,19 +203,20 @@ def _parse_notebook(label: str, text: str) -> Content:
     metadata = [_qdot_metadata(cell) for cell in raw_cells]
     parts = [part if isinstance(part := entry.get("part"), str) else None for entry in metadata]
     cells = (
-        Cell(_source(cell), part, cell.get("cell_type") == "code") for cell, part in zip(raw_cells, parts, strict=True)
+        Cell(_cell_text(cell), part, cell.get("cell_type") == "code")
+        for cell, part in zip(raw_cells, parts, strict=True)
     )
     items = [item for entry in metadata for item in entry.items()]
     foreign = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
     return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign)))
 
 
-_CONFLICT = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
+_CONFLICT_MARKER = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
 
 
 def _describe_json_error(text: str, error: json.JSONDecodeError) -> str:
     """Return a phrase that says what is wrong with a text that is not valid JSON."""
-    line_numbers = [text.count("\n", 0, marker.start()) + 1 for marker in islice(_CONFLICT.finditer(text), 6)]
+    line_numbers = [text.count("\n", 0, marker.start()) + 1 for marker in islice(_CONFLICT_MARKER.finditer(text), 6)]
     if line_numbers:
         lines = f"line {line_numbers[0]}" if len(line_numbers) == 1 else f"lines {', '.join(map(str, line_numbers))}"
         return (
@@ -229,7 +240,7 @@ def _list_cells(data: dict[str, Any]) -> list[dict[str, Any]] | None:
     return [cell for cells in cell_lists for cell in cells if isinstance(cell, dict)] if cell_lists else None
 
 
-def _source(cell: dict[str, Any]) -> str:
+def _cell_text(cell: dict[str, Any]) -> str:
     """Return a cell's text; up to format version 3, the text of a code cell is called input."""
     source = cell.get("source", cell.get("input", ""))
     text = "".join(map(str, source)) if isinstance(source, list) else str(source)
@@ -250,25 +261,25 @@ def _dict_or_empty(value: Any) -> dict[str, Any]:
 
 # --- scripts and Markdown ---
 
-_PART = re.compile(r"""\bpart['"]?\s*[:=]\s*['"]?([A-Za-z0-9]+\.[A-Za-z0-9-]+)""")
-_PERCENT = re.compile(r"# ?%%((?:\s.*)?)")
-_FENCE = re.compile(r"\s*(`{3,}|~{3,})\s*(.*)")
-_CODE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|py|sympy)\b", re.IGNORECASE)
+_PART_NAME = re.compile(r"""\bpart['"]?\s*[:=]\s*['"]?([A-Za-z0-9]+\.[A-Za-z0-9-]+)""")
+_CELL_HEADER = re.compile(r"# ?%%((?:\s.*)?)")
+_FENCE_LINE = re.compile(r"\s*(`{3,}|~{3,})\s*(.*)")
+_PYTHON_FENCE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|py|sympy)\b", re.IGNORECASE)
 
 
-def _text_content(cells: Iterator[Cell], kind: str) -> Content:
-    return Content(tuple(islice(cells, MOST_CELLS + 1)), {}, f"it is {kind}, which was read as a notebook")
+def _make_text_content(cells: Iterator[Cell], kind: str) -> Content:
+    return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {kind}, which was read as a notebook")
 
 
 def _find_part(text: str) -> str | None:
-    match = _PART.search(text)
+    match = _PART_NAME.search(text)
     return match.group(1) if match else None
 
 
 def _split_script(text: str) -> Iterator[Cell]:
     """Yield the cells of a script, split at lines with `# %%`, else at gaps between statements."""
     lines = text.split("\n")
-    headers = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _PERCENT.fullmatch(line))]
+    headers = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _CELL_HEADER.fullmatch(line))]
     if not headers:
         yield from _split_statements(text, lines)
         return
@@ -284,7 +295,9 @@ def _split_script(text: str) -> Iterator[Cell]:
 
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
     """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell."""
-    starts = [n for n in _statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")]
+    starts = [
+        n for n in _find_statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")
+    ]
     for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         top = begin
         while top and lines[top - 1].startswith("#") and not lines[top].startswith("# +"):
@@ -293,9 +306,9 @@ def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
         yield Cell("\n".join(lines[begin:end]).strip("\n"), part)
 
 
-def _statements(text: str, lines: list[str]) -> list[int]:
+def _find_statements(text: str, lines: list[str]) -> list[int]:
     """Return the indices of the lines on which statements begin; guess by indentation if the script can't be parsed."""
-    tree = parse_python(text, LONGEST_PARSED)
+    tree = parse_python(text, MAX_SCRIPT_CHARACTERS)
     if tree is not None:
         starts = (min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body)
         return sorted({number - 1 for number in starts})
@@ -303,9 +316,9 @@ def _statements(text: str, lines: list[str]) -> list[int]:
     return [number for number, line in enumerate(lines) if line and not re.match(continuation, line)]
 
 
-def parse_python(source: str, longest: int) -> ast.Module | None:
-    """Return the syntax tree of a text; None if it is not Python or longer than `longest`. Nothing is executed."""
-    tree = _parse(source) if len(source) <= longest else None
+def parse_python(source: str, max_length: int) -> ast.Module | None:
+    """Return the syntax tree of a text; None if it is not Python or longer than `max_length`. Nothing is executed."""
+    tree = _parse(source) if len(source) <= max_length else None
     return tree if isinstance(tree, ast.Module) else None
 
 
@@ -328,8 +341,8 @@ def _split_markdown(text: str) -> Iterator[Cell]:
     """Yield each fenced block of Python code as a code cell, and the text between blocks as text cells."""
     fence, info, body = "", "", list[str]()
     for line in text.split("\n"):
-        match = _FENCE.fullmatch(line)
-        if not fence and match and _CODE.match(match.group(2)):
+        match = _FENCE_LINE.fullmatch(line)
+        if not fence and match and _PYTHON_FENCE.match(match.group(2)):
             yield Cell("\n".join(body), None, False)
             (fence, info), body = match.groups(), []
         elif fence and match and match.group(1).startswith(fence) and not match.group(2):
@@ -353,14 +366,14 @@ def _fenced_cell(info: str, body: list[str]) -> Cell:
 # --- cells that need not be run ---
 
 
-def without_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[Cell]:
+def empty_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[Cell]:
     """Return the cells with qdot's self-checks emptied; unchanged if the code of another cell mentions self-checks.
 
     Self-checks only print results, but take half of the time of all cells together.
     """
-    from qdot.exercises.notebook.self_check import SELF_CHECK, cells_of
+    from qdot.exercises.notebook.self_check import SELF_CHECK, self_check_cells
 
-    function, checks = cells_of(problems)
+    function, checks = self_check_cells(problems)
     generated = {function, *checks} - {""}
     if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in generated):
         return cells
@@ -368,4 +381,4 @@ def without_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    print_content(*sys.argv[1:])

@@ -30,10 +30,10 @@ class SubmittedPath:
     late: bool | None = None
 
 
-def safe_check(is_so: Callable[[], bool]) -> bool:
+def safe_check(check: Callable[[], bool]) -> bool:
     """Return the result of a check of a path; False if it raises OSError, as for a link to a name that is too long."""
     try:
-        return is_so()
+        return check()
     except OSError:
         return False
 
@@ -42,7 +42,7 @@ Layout = Callable[[Path, Sequence[Path]], list[SubmittedPath]]
 """A function that returns the submissions that it recognises among the entries of a folder."""
 
 
-def _match(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[Path, re.Match[str]]]:
+def _match_names(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[Path, re.Match[str]]]:
     """Return the paths whose names match a pattern, each with its match."""
     return [(path, match) for path in paths if (match := pattern.fullmatch(path.name))]
 
@@ -67,7 +67,7 @@ def _moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """
     return [
         SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
-        for path, match in _match(_MOODLE, entries)
+        for path, match in _match_names(_MOODLE, entries)
     ]
 
 
@@ -82,7 +82,7 @@ def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     files = [path for path in entries if not safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["user"],), match["name"], "Canvas", None, match["late"] is not None)
-        for path, match in _match(_CANVAS, files)
+        for path, match in _match_names(_CANVAS, files)
     ]
 
 
@@ -96,11 +96,11 @@ def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
         return []
     by_name = {path.name: path for path in entries}
     submitted = [SubmittedPath(listing, platform="Gradescope")]
-    for record in _records(listing):
+    for record in _read_gradescope_records(listing):
         for person in (record.people or [{}]) if record.folder in by_name else ():
             ids = tuple(value for key in ("sid", "email") if (value := person.get(key)))
             path, name = by_name[record.folder], person.get("name", "")
-            submitted.append(SubmittedPath(path, ids, name, "Gradescope", record.created))
+            submitted.append(SubmittedPath(path, ids, name, "Gradescope", record.created_at))
     return submitted
 
 
@@ -109,7 +109,7 @@ _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DO
 
 def _brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Brightspace's submissions, NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and index.html, without an owner."""
-    matches = _match(_BRIGHTSPACE, entries)
+    matches = _match_names(_BRIGHTSPACE, entries)
     listing = [SubmittedPath(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
     return listing + [SubmittedPath(path, (match["number"],), match["name"], "Brightspace") for path, match in matches]
 
@@ -124,8 +124,8 @@ def _blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     roster can show where the assignment's name ends.
     """
     return [
-        SubmittedPath(path, _suffixes(match["named"], "_") if match["file"] else (), platform="Blackboard")
-        for path, match in _match(_BLACKBOARD, entries)
+        SubmittedPath(path, _list_suffixes(match["named"], "_") if match["file"] else (), platform="Blackboard")
+        for path, match in _match_names(_BLACKBOARD, entries)
     ]
 
 
@@ -137,7 +137,7 @@ def _ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     folders = [path for path in entries if safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["login"], match["number"]), match["name"].replace("_", " "), "ILIAS")
-        for path, match in _match(_ILIAS, folders)
+        for path, match in _match_names(_ILIAS, folders)
     ]
 
 
@@ -149,14 +149,14 @@ def _github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     folders = [path for path in entries if safe_check(path.is_dir)]
     share_prefix = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
     suffixes = [
-        (path, _suffixes(path.name, "-")) for path in folders if share_prefix or safe_check((path / ".git").exists)
+        (path, _list_suffixes(path.name, "-")) for path in folders if share_prefix or safe_check((path / ".git").exists)
     ]
     return [SubmittedPath(path, ids, platform="GitHub") for path, ids in suffixes if ids]
 
 
-def _suffixes(text: str, sign: str) -> tuple[str, ...]:
-    """Return the text after each separator `sign`, the longest first."""
-    return tuple(text.split(sign, n)[-1] for n in range(1, text.count(sign) + 1))
+def _list_suffixes(text: str, separator: str) -> tuple[str, ...]:
+    """Return the text after each separator `separator`, the longest first."""
+    return tuple(text.split(separator, n)[-1] for n in range(1, text.count(separator) + 1))
 
 
 LAYOUTS: dict[str, Layout] = {
@@ -166,15 +166,15 @@ LAYOUTS: dict[str, Layout] = {
 """The layouts in order: the first one that recognises a file or folder determines its owner."""
 
 
-def only_folder(root: Path) -> Path | None:
+def find_only_folder(root: Path) -> Path | None:
     """Return the only entry of a folder if it is a folder, as in an unpacked export; else None."""
-    entries = _entries(root)
+    entries = _list_entries(root)
     return entries[0] if len(entries) == 1 and not entries[0].is_symlink() and safe_check(entries[0].is_dir) else None
 
 
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:
     """Return the submitted files and folders in a folder of submissions, with what their names say about the owner."""
-    unrecognised, submissions = _entries(root), list[SubmittedPath]()
+    unrecognised, submissions = _list_entries(root), list[SubmittedPath]()
     for layout in LAYOUTS.values():
         recognised = layout(root, unrecognised)
         submissions += recognised
@@ -182,7 +182,7 @@ def find_submitted_paths(root: Path) -> list[SubmittedPath]:
     return [submitted for submitted in submissions if submitted.ids or submitted.name]
 
 
-def _entries(root: Path) -> list[Path]:
+def _list_entries(root: Path) -> list[Path]:
     return sorted(path for path in root.iterdir() if not path.name.startswith((".", "__MACOSX")))
 
 
@@ -190,36 +190,36 @@ def _entries(root: Path) -> list[Path]:
 
 
 @dataclass
-class _Record:
+class _GradescopeRecord:
     """A submission in Gradescope's list: its folder, the time of submission, and the people who submitted it."""
 
     folder: str
-    created: datetime.datetime | None = None
+    created_at: datetime.datetime | None = None
     people: list[dict[str, str]] = field(default_factory=list)
 
 
-def _records(path: Path) -> Iterator[_Record]:
+def _read_gradescope_records(path: Path) -> Iterator[_GradescopeRecord]:
     """Yield the records of submission_metadata.yml; only the needed lines are parsed, in the YAML that Ruby writes."""
-    record, section = _Record(""), ""
+    record, section = _GradescopeRecord(""), ""
     with path.open(encoding="utf-8", errors="replace") as file:
         for line in map(str.rstrip, file):
             if match := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):
                 if record.folder:
                     yield record
-                record, section = _Record(match.group(2)), ""
+                record, section = _GradescopeRecord(match.group(2)), ""
             elif match := re.match(r"  :(\w+):\s*(.*)", line):
                 section = match.group(1)
                 if section == "created_at":
-                    record.created = _time(_scalar(match.group(2)))
+                    record.created_at = _parse_time(_parse_scalar(match.group(2)))
             elif section == "submitters" and (match := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):
                 if match.group(1) or not record.people:
                     record.people.append({})
-                record.people[-1][match.group(2)] = _scalar(match.group(3))
+                record.people[-1][match.group(2)] = _parse_scalar(match.group(3))
     if record.folder:
         yield record
 
 
-def _scalar(text: str) -> str:
+def _parse_scalar(text: str) -> str:
     """Return the value of a YAML scalar as text."""
     if text[:1] == '"':
         try:
@@ -229,7 +229,7 @@ def _scalar(text: str) -> str:
     return text[1:-1].replace("''", "'") if text[:1] == "'" and text[-1:] == "'" else text
 
 
-def _time(text: str) -> datetime.datetime | None:
+def _parse_time(text: str) -> datetime.datetime | None:
     """Return a time parsed from Ruby's format or ISO 8601, such as 2026-11-21 22:05:07.123456789 Z; None if invalid."""
     match = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
     if not match:

@@ -14,7 +14,9 @@ from qdot.grader.submissions.layouts import SubmittedPath
 if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import Student
 
-_IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
+_IDENTIFIER_COLUMNS = re.compile(
+    r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)"
+)
 """Names of the roster columns that may identify a student to a platform; a seat number does not."""
 
 
@@ -23,12 +25,12 @@ class PossibleOwners:
     """The students who may have made a submission: one if that is certain, else all who fit, and why."""
 
     students: tuple[str, ...]
-    why: str = ""
+    reason: str = ""
 
     @property
     def is_certain(self) -> bool:
         """Whether exactly one student can have made the submission."""
-        return len(self.students) == 1 and not self.why
+        return len(self.students) == 1 and not self.reason
 
 
 class Roster:
@@ -39,14 +41,14 @@ class Roster:
         self._other_ids: dict[str, set[str]] = {}
         self._names: dict[str, set[str]] = {}
         for student in students:
-            identifiers = [value for column, value in student.others if _IDENTIFIES.search(column)]
+            identifiers = [value for column, value in student.other_columns if _IDENTIFIER_COLUMNS.search(column)]
             for text in (student.email, student.email.partition("@")[0], *identifiers):
                 if text.strip():
                     self._other_ids.setdefault(_fold_case(text), set()).add(student.id)
-            for name in set(_spellings(student.name)):
+            for name in set(_list_spellings(student.name)):
                 self._names.setdefault(name, set()).add(student.id)
 
-    def find_identifier(self, text: str) -> PossibleOwners | None:
+    def find_by_identifier(self, text: str) -> PossibleOwners | None:
         """Return the student with this identifier in the roster, ignoring case; None if there is none."""
         student_id = self._student_ids.get(_fold_case(text))
         return None if student_id is None else PossibleOwners((student_id,))
@@ -57,7 +59,7 @@ class Roster:
             self._student_ids[text] for text in map(_fold_case, submitted.ids) if text in self._student_ids
         }
         ids = by_student_id or {owner for text in submitted.ids for owner in self._other_ids.get(_fold_case(text), ())}
-        names = self._students_called(submitted.name)
+        names = self._find_by_name(submitted.name)
         if len(ids) == 1 and (by_student_id or not names or ids <= names):
             return PossibleOwners(tuple(ids))
         if len(ids) > 1 and len(ids & names) == 1:
@@ -68,7 +70,7 @@ class Roster:
             return PossibleOwners(tuple(sorted(ids)), "what it is called fits several students")
         return PossibleOwners(tuple(sorted(names)), "several students have this name" if len(names) > 1 else "")
 
-    def _students_called(self, name: str) -> set[str]:
+    def _find_by_name(self, name: str) -> set[str]:
         """Return the students with this name.
 
         The name is tried unchanged, then without accents, then without a group's name before it.
@@ -87,17 +89,17 @@ def _strip_accents(name: str) -> str:
     return "".join(ch for ch in unicodedata.normalize("NFKD", name) if not unicodedata.combining(ch))
 
 
-def _words(name: str) -> list[str]:
+def _split_words(name: str) -> list[str]:
     return re.findall(r"[^\W_]+", unicodedata.normalize("NFC", name).casefold())
 
 
 def _join_words(name: str) -> str:
-    return "".join(_words(name))
+    return "".join(_split_words(name))
 
 
-def _spellings(name: str) -> Iterator[str]:
+def _list_spellings(name: str) -> Iterator[str]:
     """Yield the spellings of a name that platforms use: without accents, or "Ada King Lovelace" as kinglovelaceada."""
     for spelling in (name, _strip_accents(name)):
-        words = _words(spelling)
+        words = _split_words(spelling)
         for first in range(len(words)):
             yield "".join(words[first:] + words[:first])

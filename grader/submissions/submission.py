@@ -18,26 +18,26 @@ from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.submissions.archives import ArchiveMember, is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
-    LARGEST,
-    SCRIPTS,
-    TEXTS,
+    MARKDOWN_ENDINGS,
+    MAX_FILE_BYTES,
+    SCRIPT_ENDINGS,
     Cell,
     OverLimit,
     Unreadable,
     printable_name,
     read_cells,
 )
-from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths, only_folder, safe_check
+from qdot.grader.submissions.layouts import SubmittedPath, find_only_folder, find_submitted_paths, safe_check
 from qdot.grader.submissions.roster import PossibleOwners, Roster
 
 if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
     from qdot.exercises.assignment.assignment import Assignment, Student
 
-DEEPEST = 5
+MAX_DEPTH = 5
 """Maximum number of nested folders, each the only entry of its parent, that are opened in search of submissions."""
-MOST_FILES, MOST_ATTEMPTS = 20_000, 50
+MAX_FILES, MAX_NOTEBOOKS = 20_000, 50
 """Maximum number of files that a student may submit, and maximum number of notebooks of theirs that are graded."""
-NOT_FETCHED = ".not-fetched.csv"
+NOT_FETCHED_FILE = ".not-fetched.csv"
 """A table (columns student, why) in the folder of submissions: the students whose work could not be fetched.
 
 They get no mark, rather than zero points for submitting nothing. Layouts ignore this file because it is hidden.
@@ -46,9 +46,10 @@ They get no mark, rather than zero points for submitting nothing. Layouts ignore
 
 @dataclass(frozen=True)
 class Submission:
-    """A submitted notebook: its cells, its metadata about the assignment (`claims`), and notes on how it was parsed.
+    """A submitted notebook: its file, when it was received, and its content.
 
-    `received_from` is the source of the time: a platform, or "file". `late` is whether the platform itself flagged it
+    `qdot_metadata` is its metadata about the assignment. `notes` say what was unusual when it was parsed.
+    `time_source` is the source of the time: a platform, or "file". `late` is whether the platform itself flagged it
     as late, None if the platform doesn't say. `modules` are the Python files beside it, which its cells may import.
     """
 
@@ -56,10 +57,10 @@ class Submission:
     sha256: str
     received: datetime.datetime
     cells: tuple[Cell, ...]
-    claims: Mapping[str, Any]
+    qdot_metadata: Mapping[str, Any]
     notes: tuple[str, ...] = ()
-    foreign: tuple[str, ...] = ()
-    received_from: str = "file"
+    unknown_metadata: tuple[str, ...] = ()
+    time_source: str = "file"
     late: bool | None = None
     modules: Mapping[str, str] = field(default_factory=dict)
 
@@ -68,13 +69,13 @@ class Submission:
 class StudentFiles:
     """The files of a student, in the order in which they are candidates for grading.
 
-    `obstacle` is the reason why none of them can be graded; `over_limit` means that this reason is a limit. `failure`
-    is an error of qdot or of the machine during the search.
+    `ungraded_reason` is the reason why none of them can be graded; `over_limit` means that this reason is a limit.
+    `failure` is an error of qdot or of the machine during the search.
     """
 
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
-    obstacle: str = ""
+    ungraded_reason: str = ""
     platform: str = ""
     received: datetime.datetime | None = None
     late: bool | None = None
@@ -84,11 +85,15 @@ class StudentFiles:
 
 @dataclass(frozen=True)
 class SubmissionFolder:
-    """A folder of submissions: each student's files, files of `strangers`, and messages on files of `unsure` owners."""
+    """The files in a folder of submissions, by the students to whom they belong.
+
+    `not_on_roster` has the names of files that belong to no student on the roster. `uncertain_owners` has a message
+    on each file whose owner is uncertain.
+    """
 
     by_student: dict[str, StudentFiles]
-    strangers: list[str] = field(default_factory=list)
-    unsure: list[str] = field(default_factory=list)
+    not_on_roster: list[str] = field(default_factory=list)
+    uncertain_owners: list[str] = field(default_factory=list)
 
 
 def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
@@ -109,23 +114,27 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         try:
             owner = find_owner(submitted)
         except Exception as error:  # a problem with one submission must not affect the others
-            folder.unsure.append(f"{name}: whose it is can't be found out ({error}); not graded")
+            folder.uncertain_owners.append(f"{name}: whose it is can't be found out ({error}); not graded")
             continue
         if owner.is_certain:
             certain[owner.students[0]].append(submitted)
         elif (
-            safe_check(submitted.path.is_dir) or submitted.platform or _kind(submitted.path.name) < _LAST_KIND
+            safe_check(submitted.path.is_dir)
+            or submitted.platform
+            or _rank_by_ending(submitted.path.name) < _DOCUMENT_RANK
         ):  # other files, such as a README or a list of grades, are ignored
             for student in owner.students:
                 doubtful[student].append(submitted.path)
             if owner.students:
-                folder.unsure.append(f"{name} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
+                folder.uncertain_owners.append(
+                    f"{name} may be of {' or '.join(owner.students)}: {owner.reason}; not graded"
+                )
             else:
-                folder.strangers.append(name)
+                folder.not_on_roster.append(name)
     for student in dict.fromkeys((*certain, *doubtful)):
         if files := _select_files(certain[student], assignment.key, doubtful[student]):
             folder.by_student[student] = files
-    folder.by_student.update(_read_not_fetched(root / NOT_FETCHED))
+    folder.by_student.update(_read_not_fetched(root / NOT_FETCHED_FILE))
     return folder
 
 
@@ -136,20 +145,20 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     """
     roster = Roster(students)
 
-    def owner_of(submitted: SubmittedPath) -> PossibleOwners:
+    def find_owner(submitted: SubmittedPath) -> PossibleOwners:
         path = submitted.path
         name = path.name if safe_check(path.is_dir) else path.stem
-        return roster.find_identifier(name) or roster.find_owner(replace(submitted, ids=(*submitted.ids, name)))
+        return roster.find_by_identifier(name) or roster.find_owner(replace(submitted, ids=(*submitted.ids, name)))
 
     inner, depth = root, 0
     while not any(
-        owner_of(submitted).students for submitted in find_submitted_paths(inner)
+        find_owner(submitted).students for submitted in find_submitted_paths(inner)
     ):  # if an entry has an owner, `inner` is the folder of submissions
-        only_entry = only_folder(inner)
-        if only_entry is None or depth >= DEEPEST:
-            return root, owner_of
+        only_entry = find_only_folder(inner)
+        if only_entry is None or depth >= MAX_DEPTH:
+            return root, find_owner
         inner, depth = only_entry, depth + 1
-    return inner, owner_of
+    return inner, find_owner
 
 
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
@@ -204,7 +213,7 @@ def open_submissions(submissions: Path) -> Iterator[Path]:
         raise QdotError(str(error)) from None
 
 
-MAY_BE = (
+UNCERTAIN_OWNER = (
     "what may be yours was handed in under a name that fits another student, too; it was not graded: "
     "tell your instructor which is yours"
 )
@@ -223,10 +232,10 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
         late=any(late_flags) if late_flags else None,
     )
     try:
-        refusals = {path: _refusal(path) for entry in submitted for path in _files_in(entry.path)}
+        refusals = {path: _refusal_reason(path) for entry in submitted for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
-        if len(files) > MOST_FILES:
-            message = f"more than {MOST_FILES:,} files were handed in; hand in the notebook alone"
+        if len(files) > MAX_FILES:
+            message = f"more than {MAX_FILES:,} files were handed in; hand in the notebook alone"
             return select(tuple(files[:1]), (), message, over_limit=True)
         files = sort_candidates(files, lambda path: path.name, _read_small, key)
     except Exception as error:  # the other students have to be graded nonetheless
@@ -239,10 +248,10 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
         return select(tuple(files), (message,) if refused else ())
     if refused:
         return select(tuple(refused), (), message)
-    return StudentFiles(tuple(doubtful), (), MAY_BE) if doubtful else None
+    return StudentFiles(tuple(doubtful), (), UNCERTAIN_OWNER) if doubtful else None
 
 
-def _refusal(path: Path) -> str:
+def _refusal_reason(path: Path) -> str:
     """Return a phrase that says why a path is not opened; empty for a regular file."""
     try:
         mode = path.lstat().st_mode
@@ -255,7 +264,7 @@ def _refusal(path: Path) -> str:
     return "" if stat.S_ISREG(mode) else "a pipe, a socket or a device is not read"
 
 
-def _files_in(path: Path) -> Iterator[Path]:
+def _list_files(path: Path) -> Iterator[Path]:
     """Yield the path itself if it is a file, or all files below it if it is a folder.
 
     Links are yielded but not followed. A folder that can't be read is yielded itself.
@@ -277,7 +286,7 @@ def _files_in(path: Path) -> Iterator[Path]:
         for name in (name for name, is_folder in contents if not is_folder):
             yield folder / name
             count += 1
-            if count > MOST_FILES:
+            if count > MAX_FILES:
                 return
         unvisited += [folder / name for name, is_folder in reversed(contents) if is_folder]
     yield from unreadable
@@ -291,21 +300,29 @@ def _is_hidden(name: str) -> bool:
 # --- choosing among several files ---
 
 
-_KINDS = (
-    (".ipynb",), (".ipynb.txt", ".ipynb.json", ".json"), (".zip", ".tgz", ".tar.gz", ".tar"), (*SCRIPTS, *TEXTS),
+_ENDINGS_BY_RANK = (
+    (".ipynb",),
+    (".ipynb.txt", ".ipynb.json", ".json"),
+    (".zip", ".tgz", ".tar.gz", ".tar"),
+    (*SCRIPT_ENDINGS, *MARKDOWN_ENDINGS),
     (".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"),
-)  # fmt: skip
-_LAST_KIND = 4
-"""The index in `_KINDS` of documents that are not notebooks; files with unknown endings come after it."""
+)
+_DOCUMENT_RANK = 4
+"""The index in `_ENDINGS_BY_RANK` of documents that are not notebooks; files with unknown endings come after it."""
 
 
-def _kind(name: str) -> int:
-    """Return how unlikely a file with this name is to be the notebook: an index in `_KINDS`, 0 for the most likely."""
+def _rank_by_ending(name: str) -> int:
+    """Return how unlikely a file with this name is to be the notebook.
+
+    This is an index in `_ENDINGS_BY_RANK`, 0 for the most likely, or its length if the ending is not in it.
+    """
     lower = name.lower()
-    return next((kind for kind, endings in enumerate(_KINDS) if lower.endswith(endings)), len(_KINDS))
+    return next(
+        (kind for kind, endings in enumerate(_ENDINGS_BY_RANK) if lower.endswith(endings)), len(_ENDINGS_BY_RANK)
+    )
 
 
-def _depth(name: str) -> int:
+def _archive_depth(name: str) -> int:
     """Return the depth of a path in an archive; a path that leads out of the archive counts as the deepest."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     return 1000 if ".." in parts else len(parts)
@@ -320,8 +337,14 @@ def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Calla
 
     def rank(file: T) -> tuple[int, bool, bool, int, str]:
         name = name_of(file)
-        is_unmarked = len(files) > 1 and _kind(name) <= 1 and marker not in read(file)
-        return _kind(name), PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _depth(name), name
+        is_unmarked = len(files) > 1 and _rank_by_ending(name) <= 1 and marker not in read(file)
+        return (
+            _rank_by_ending(name),
+            PurePosixPath(name).name != f"{key}.ipynb",
+            is_unmarked,
+            _archive_depth(name),
+            name,
+        )
 
     return sorted(files, key=rank)
 
@@ -329,7 +352,7 @@ def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Calla
 def _read_small(path: Path) -> bytes:
     """Return the content of a file; empty if it is very large or unreadable."""
     try:
-        return path.read_bytes() if path.stat().st_size <= LARGEST // 4 else b""
+        return path.read_bytes() if path.stat().st_size <= MAX_FILE_BYTES // 4 else b""
     except OSError:
         return b""
 
@@ -337,7 +360,7 @@ def _read_small(path: Path) -> bytes:
 def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
     """Return the content of a file in an archive; empty if it is very large or unreadable."""
     try:
-        return read_member(archive, member.name) if member.size <= LARGEST // 4 else b""
+        return read_member(archive, member.name) if member.size <= MAX_FILE_BYTES // 4 else b""
     except Unreadable:
         return b""  # the error is reported later if this is the file to grade
 
@@ -347,14 +370,16 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
 
     If there are more than MOST_ATTEMPTS, return the first one and the newest of the others; the note says so.
     """
-    kinds = [_kind(path.name) for path in files]
-    likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
-    if len(likely) <= MOST_ATTEMPTS:
+    kinds = [_rank_by_ending(path.name) for path in files]
+    likely = [
+        path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _DOCUMENT_RANK
+    ]
+    if len(likely) <= MAX_NOTEBOOKS:
         return tuple(likely) or tuple(files[:1]), ""
-    newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MOST_ATTEMPTS - 1]}
+    newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
     note = (
-        f"{len(likely)} notebooks were handed in, and at most {MOST_ATTEMPTS} are read: {likely[0].name} and the "
-        f"{MOST_ATTEMPTS - 1} newest of the others"
+        f"{len(likely)} notebooks were handed in, and at most {MAX_NOTEBOOKS} are read: {likely[0].name} and the "
+        f"{MAX_NOTEBOOKS - 1} newest of the others"
     )
     return tuple(path for path in likely if path in newest), note
 
@@ -373,7 +398,7 @@ def _modification_time(path: Path) -> int:
 def find_python_files(path: Path) -> tuple[Path, ...]:
     """Return the Python files in a notebook's folder, without links. All of them must be the same student's."""
     try:
-        return tuple(sorted(file for file in path.parent.glob("*.py") if not _refusal(file)))
+        return tuple(sorted(file for file in path.parent.glob("*.py") if not _refusal_reason(file)))
     except OSError:
         return ()
 
@@ -388,15 +413,17 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             raise Unreadable(f"{label} is no file")
-        data = path.read_bytes() if status.st_size <= LARGEST else None
+        data = path.read_bytes() if status.st_size <= MAX_FILE_BYTES else None
     except OSError as error:
         raise Unreadable(f"{label} can't be read: {error.strerror}") from None
     if data is None:
-        raise OverLimit(f"{label} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
+        raise OverLimit(
+            f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs and hand it in again"
+        )
     notes, digest = [], hashlib.sha256(data).hexdigest()
     name = path.name
     same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
-    neighbours: list[_Near] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
+    neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
     if is_archive(data[:512]):
         name, data, note, neighbours = _read_from_archive(path, key)
         notes.append(note)
@@ -409,63 +436,67 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         digest,
         modification_time(status),
         content.cells,
-        content.claims,
+        content.qdot_metadata,
         tuple(notes),
-        content.foreign,
+        content.unknown_metadata,
         modules=modules,
     )
 
 
-MOST_MODULES, LARGEST_MODULE = 20, 200_000
+MAX_MODULES, MAX_MODULE_BYTES = 20, 200_000
 """Maximum number of Python files that a notebook may import, and maximum size in bytes of each of them."""
 
 
-_Near = tuple[str, Callable[[], bytes]]
+_Neighbour = tuple[str, Callable[[], bytes]]
 """A file in the same folder as a notebook: its name, and a function that returns its content."""
 
 
-def _read_modules(files: Sequence[_Near]) -> dict[str, str]:
+def _read_modules(neighbours: Sequence[_Neighbour]) -> dict[str, str]:
     """Return the texts of the files that Python can import, by file name."""
     importable = [
-        (name, read_content) for name, read_content in files if name.endswith(".py") and name[:-3].isidentifier()
+        (name, read_content) for name, read_content in neighbours if name.endswith(".py") and name[:-3].isidentifier()
     ]
-    contents = [(name, read_content()) for name, read_content in importable[:MOST_MODULES]]
-    return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= LARGEST_MODULE}
+    contents = [(name, read_content()) for name, read_content in importable[:MAX_MODULES]]
+    return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= MAX_MODULE_BYTES}
 
 
-LAST_TIME = 253_370_764_800
+MAX_TIME = 253_370_764_800
 """The beginning of the year 9999 in seconds since 1970; a file's time may be later than Python's datetime allows."""
 
 
 def modification_time(status: os.stat_result) -> datetime.datetime:
     """Return the time at which a file was last changed, or the nearest time that datetime can represent."""
-    return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
+    return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), MAX_TIME), datetime.UTC)
 
 
-def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Near]]:
+def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Neighbour]]:
     """Return the name and content of the notebook in an archive, a note, and the files in the notebook's folder.
 
     Raises Unreadable if there is no notebook or it can't be unpacked.
     """
     files = [member for member in list_members(path) if not any(map(_is_hidden, PurePosixPath(member.name).parts))]
     label = printable_name(path.name)
-    candidates = [member for member in files if _kind(member.name) in (0, 1, 3)]
+    candidates = [member for member in files if _rank_by_ending(member.name) in (0, 1, 3)]
     if not candidates:
-        has_archive = any(_kind(member.name) == 2 for member in files)
+        has_archive = any(_rank_by_ending(member.name) == 2 for member in files)
         content = "only another archive, which is not opened" if has_archive else "no notebook"
         raise Unreadable(f"{label} has {content} in it; hand in the notebook itself, the file that ends in .ipynb")
 
-    shallow = sorted(candidates, key=lambda member: (_kind(member.name), _depth(member.name), member.name))[:20]
+    shallow = sorted(
+        candidates, key=lambda member: (_rank_by_ending(member.name), _archive_depth(member.name), member.name)
+    )[:20]
     best, *others = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
-    if best.size > LARGEST:
+    if best.size > MAX_FILE_BYTES:
         raise OverLimit(
-            f"{printable_name(best.name)} in {label} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
+            f"{printable_name(best.name)} in {label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs"
         )
     note = f"{label} is an archive; {printable_name(best.name)} in it was read"
-    names = [printable_name(member.name) for member in others if _kind(member.name) <= _kind(best.name)]
+    names = [
+        printable_name(member.name) for member in others if _rank_by_ending(member.name) <= _rank_by_ending(best.name)
+    ]
     note += f", not {', '.join(names[:5])}" if names else ""
     notebook_path = PurePosixPath(best.name)
-    neighbours: list[_Near] = [
+    neighbours: list[_Neighbour] = [
         (PurePosixPath(member.name).name, partial(_read_small_member, path, member))
         for member in files
         if PurePosixPath(member.name).parent == notebook_path.parent and member != best
@@ -478,47 +509,47 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nea
 
 def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
     """Return a message if, according to its metadata, a notebook belongs to another assignment; else None."""
-    claimed_key = submission.claims.get("assignment")
+    claimed_key = submission.qdot_metadata.get("assignment")
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
         return f"this notebook belongs to the assignment {claimed_key[:80]!r}, and {assignment.key!r} is graded here"
     return None
 
 
-OTHER_EDITION = "made from another assignment.toml, redrawn.csv or secret than what is graded with"
+OTHER_VERSION = "made from another assignment.toml, redrawn.csv or secret than what is graded with"
 """The staff's note on a notebook of another version of the assignment."""
 
 
 @dataclass(frozen=True)
-class Note:
+class MetadataNote:
     """A peculiarity of a submission: a message for the staff, and one for the student, which may be empty."""
 
-    staff: str
-    student: str = ""
+    staff_message: str
+    student_message: str = ""
 
 
-def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
+def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[MetadataNote]:
     """Return notes on peculiar metadata. They don't affect marks: the student's own problems are graded in any case."""
-    claims, notes = submission.claims, []
+    claims, notes = submission.qdot_metadata, []
     claimed, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed, str) and claimed != student:
         message = (
             "this notebook was handed out to somebody else; it was graded against your own problems, and no answer in "
             "it earns points for following from a wrong one"
         )
-        notes.append(Note(f"the notebook was handed out to {claimed[:80]!r}", message))
+        notes.append(MetadataNote(f"the notebook was handed out to {claimed[:80]!r}", message))
     if claims.get("kind") == "solution":
-        notes.append(Note("the notebook is the staff's, with the solutions"))
+        notes.append(MetadataNote("the notebook is the staff's, with the solutions"))
     if isinstance(digest, str) and digest not in (assignment.digest_of(student), assignment.digest_of(str(claimed))):
         message = "this notebook was made from another version of the assignment; ask your instructor for the right one"
-        notes.append(Note(OTHER_EDITION, message))
+        notes.append(MetadataNote(OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - parts)
     if unknown:
         listing = ", ".join(printable_name(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
-        notes.append(Note(f"cells are marked as answers to what is not asked: {listing}"))
-    if submission.foreign:
-        changed_keys = ", ".join(submission.foreign[:5])
-        notes.append(Note(f"its cells' metadata were changed, which decides nothing: {changed_keys}"))
+        notes.append(MetadataNote(f"cells are marked as answers to what is not asked: {listing}"))
+    if submission.unknown_metadata:
+        changed_keys = ", ".join(submission.unknown_metadata[:5])
+        notes.append(MetadataNote(f"its cells' metadata were changed, which decides nothing: {changed_keys}"))
     if submission.late:
-        notes.append(Note("the platform has marked it as late"))
+        notes.append(MetadataNote("the platform has marked it as late"))
     return notes

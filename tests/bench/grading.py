@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.grader.cli.demo import EDITS, fill_in_answers
 from qdot.grader.grading.certify import CERTIFIER
-from qdot.grader.submissions.cells import without_self_checks
+from qdot.grader.submissions.cells import empty_self_checks
 from qdot.grader.submissions.submission import find_submissions, read_submission
 
 SLOT = """
@@ -33,7 +33,7 @@ def a_class(folder: Path, size: int) -> Assignment:
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, CERTIFIER, 2, lambda _: None)
+    release_notebooks(assignment, CERTIFIER, 2, lambda _: None)
     return assignment
 
 
@@ -57,7 +57,7 @@ def floor(assignment: Assignment, submissions: Path, checked: bool = True) -> li
     notebooks = []
     for name, found in find_submissions(assignment, submissions).by_student.items():
         cells = read_submission(found.files[0]).cells
-        kept_cells = cells if checked else without_self_checks(cells, load_stored_problems(assignment, name).problems)
+        kept_cells = cells if checked else empty_self_checks(cells, load_stored_problems(assignment, name).problems)
         notebooks.append([cell.source for cell in kept_cells if cell.is_code])
     command = [sys.executable, "-m", "tests.bench.floor"]
     done = subprocess.run(command, input=json.dumps(notebooks), capture_output=True, text=True, check=True)

@@ -12,9 +12,9 @@ from nbformat.v4 import new_code_cell
 
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.problem.problem import variable
+from qdot.exercises.problem.problem import answer_variable
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.certify import CERTIFIER
 
@@ -43,7 +43,7 @@ def a_class(folder: Path, size: int) -> Assignment:
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, CERTIFIER, 2, lambda _: None)
+    release_notebooks(assignment, CERTIFIER, 2, lambda _: None)
     for student in students:
         target = folder / "submitted" / student.id / "bench.ipynb"
         target.parent.mkdir(parents=True)
@@ -60,7 +60,7 @@ def checks(assignment: Assignment) -> dict[str, str]:
     ((slot, problem),) = assignment.problems("s00")
     found = {}
     for part in problem.parts:
-        name = variable(slot, part.name)
+        name = answer_variable(slot, part.name)
         if isinstance(part.answer, (Expression, Matrix)):
             found[part.name] = " ".join(f"assert same({name}, {part.answer.reference!r})".split())
         else:

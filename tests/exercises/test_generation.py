@@ -17,19 +17,26 @@ from hypothesis import strategies as st
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.difficulty import BANDS, HARDEST, _is_multiplied_out, _terms, difficulty, step
+from qdot.exercises.arm.difficulty import (
+    BAND_MINIMUMS,
+    HARDEST_BAND,
+    _count_jacobian_terms,
+    _is_multiplied_out,
+    difficulty,
+    difficulty_band,
+)
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import check_questions, generate, questions_of, sample_chain, student_problem_id
-from qdot.exercises.problem.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
+from qdot.exercises.generation import check_questions, generate, questions_of_family, sample_chain, student_problem_id
+from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS, recursion, screws
 from tests.support.suites import of_families, several
 
 STUDENTS = several(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
-FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 SECRET = "a secret for tests only"
 
 OF_CONVENTIONS = {question.name for module in (recursion, screws) for question in module.QUESTIONS}
@@ -101,7 +108,7 @@ def test_a_part_is_the_same_whatever_else_is_asked(
 def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str, int], Problem]) -> None:
     problem = drawn(family, 0)
     names = [part.name for part in problem.parts]
-    assert names == list(questions_of(family))
+    assert names == list(questions_of_family(family))
     assert all(need in names for part in problem.parts for need in part.needs)
     assert problem.max_points == sum(part.points for part in problem.parts)
 
@@ -109,10 +116,10 @@ def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str,
 def test_ids_are_read_and_written() -> None:
     assert str(ProblemId.parse("planar-2r/7")) == "planar-2r/7"
     assert ProblemId.parse("planar-2r/7") == ProblemId("planar-2r", 7)
-    for text, seed in (("0" * 5000 + "7", 7), ("0", 0), (str(LARGEST_SEED), LARGEST_SEED)):
+    for text, seed in (("0" * 5000 + "7", 7), ("0", 0), (str(MAX_SEED), MAX_SEED)):
         assert ProblemId.parse(f"planar-2r/{text}").seed == seed
-    for text in (str(LARGEST_SEED + 1), "1" + "0" * 25, "9" * 5000):
-        with pytest.raises(QdotError, match=rf"^planar-2r/{text[:25]}…?: .* {LARGEST_SEED}$"):
+    for text in (str(MAX_SEED + 1), "1" + "0" * 25, "9" * 5000):
+        with pytest.raises(QdotError, match=rf"^planar-2r/{text[:25]}…?: .* {MAX_SEED}$"):
             ProblemId.parse(f"planar-2r/{text}")
     for wrong in ("planar-2r", "planar-2r/-1", "planar-2r/x", "/7", "planar-2r/7/8", "planar-2r/7@@zeros", "Planär/7"):
         with pytest.raises(QdotError, match="FAMILY/SEED"):
@@ -169,8 +176,8 @@ def test_a_question_of_another_convention_is_refused_with_the_convention_it_need
 
 
 def test_every_question_can_be_asked_of_some_family() -> None:
-    told = {name: questions_of("planar-2r", name) for name in CONVENTIONS}
-    assert set().union(*(questions_of(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)
+    told = {name: questions_of_family("planar-2r", name) for name in CONVENTIONS}
+    assert set().union(*(questions_of_family(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)
     assert set(told["screws"]) & OF_CONVENTIONS == {question.name for question in screws.QUESTIONS}
 
 
@@ -199,7 +206,7 @@ def test_a_class_has_different_answers(family: str) -> None:
     whole = Counter(repr([part.answer for part in problem.parts]) for problem in problems)
     assert sum(count for count in whole.values() if count > 1) <= STUDENTS // 100
     all_letters: Counter[str] = Counter()
-    for number, name in enumerate(questions_of(family)):
+    for number, name in enumerate(questions_of_family(family)):
         parts = [problem.parts[number] for problem in problems]
         if name not in FEW:
             assert len({repr(part.answer) for part in parts}) >= LEAST_DISTINCT * min(STUDENTS, 40), name
@@ -213,16 +220,16 @@ def test_a_class_has_different_answers(family: str) -> None:
 def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pytest.MonkeyPatch) -> None:
     """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
     arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
-    assert difficulty(arm) >= BANDS[-1]
+    assert difficulty(arm) >= BAND_MINIMUMS[-1]
     monkeypatch.setattr("qdot.exercises.arm.difficulty.singular_set", None)  # called, it fails
-    assert step(arm) == HARDEST
+    assert difficulty_band(arm) == HARDEST_BAND
 
 
 def test_terms_are_counted_as_if_all_were_multiplied_out(family: str) -> None:
     for seed in range(several(1, 4)):
         chain = sample_chain(ProblemId(family, seed, variation="full"))
         entries = [sp.expand(entry) for entry in derive(chain).jacobian]
-        assert _terms(chain) == sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+        assert _count_jacobian_terms(chain) == sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
 
 
 def test_a_bracket_is_multiplied_out_before_its_terms_are_counted() -> None:
@@ -233,7 +240,7 @@ def test_a_bracket_is_multiplied_out_before_its_terms_are_counted() -> None:
 
 def test_a_seed_gives_the_same_numbers_for_good() -> None:
     stream = Stream("qdot")
-    assert [stream.below(10) for _ in range(20)] == [5, 8, 1, 3, 5, 4, 0, 1, 0, 4, 6, 9, 0, 3, 7, 7, 3, 0, 1, 3]
+    assert [stream.integer_below(10) for _ in range(20)] == [5, 8, 1, 3, 5, 4, 0, 1, 0, 4, 6, 9, 0, 3, 7, 7, 3, 0, 1, 3]
     assert Stream("qdot").uniform(0, 1) == 0.2965712178569676
     assert Stream("qdot").permutation("abcdef") == list("abcedf")
     assert derive_seed("secret", "anna", "p1") == 1761065311792996335
@@ -242,19 +249,19 @@ def test_a_seed_gives_the_same_numbers_for_good() -> None:
 def test_streams_of_other_seeds_are_others_and_long() -> None:
     assert len({Stream(f"planar-2r/{seed}").integer(0, 999) for seed in range(200)}) > 150
     stream = Stream("long")  # it outlasts its first block
-    assert len({stream.below(1 << 64) for _ in range(1000)}) == 1000
+    assert len({stream.integer_below(1 << 64) for _ in range(1000)}) == 1000
     with pytest.raises(ValueError, match="positive"):
-        stream.below(0)
+        stream.integer_below(0)
 
 
 @given(st.text(st.characters(codec="utf-8"), max_size=20), st.integers(min_value=1, max_value=1 << 64))
 def test_below_stays_below(seed: str, n: int) -> None:
-    assert 0 <= Stream(seed).below(n) < n
+    assert 0 <= Stream(seed).integer_below(n) < n
 
 
 def test_draws_are_fair() -> None:
     stream = Stream("fair")
-    counts = Counter(stream.below(6) for _ in range(6000))
+    counts = Counter(stream.integer_below(6) for _ in range(6000))
     assert set(counts) == set(range(6))
     assert max(abs(count - 1000) for count in counts.values()) < 150
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from qdot.exercises.answers import LETTERS
-from qdot.exercises.exports.items import Choose, Item, Match, Numeric, items
-from qdot.exercises.exports.markup import decimal, file_name, limits, pictures
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.markup import find_pictures, format_decimal, format_limits, name_picture_file
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
@@ -32,7 +32,7 @@ def run(software: Path, work: Path) -> Record:
     counts = Counts()
     for which, variants in ((EVERYTHING, 1), (PLAIN, 3)):
         made = order(work / which, which, variants)
-        (file,) = EXPORT_FORMATS["canvas"].files(made)
+        (file,) = EXPORT_FORMATS["canvas"].export(made)
         archive, converted = work / f"{which}.zip", work / f"{which}-converted"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
         with zipfile.ZipFile(archive) as opened:
@@ -42,33 +42,33 @@ def run(software: Path, work: Path) -> Record:
         said = [line for line in done.stdout.splitlines() if re.match("Warning|Unsupported|Error|Problem", line)]
         for line in said or [""]:
             counts.add("no other warnings", not line or EXPECTED.match(line) is not None, line)
-        for one in items(made):
+        for one in make_items(made):
             _hold(one, f"{made.assignment.key}-{one.key}", converted, counts)
     told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
     return Record("canvas", f"Instructure's QTIMigrationTool of {told.stdout.strip()}", today(), counts.told())
 
 
-def _hold(whole: Item, ident: str, converted: Path, counts: Counts) -> None:
-    path, one = converted / "assessmentItems" / f"{ident}.xml", whole.number or whole
+def _hold(whole: QuizItem, ident: str, converted: Path, counts: Counts) -> None:
+    path, one = converted / "assessmentItems" / f"{ident}.xml", whole.single_number_item or whole
     counts.add("imported", path.exists(), ident)
     if path.exists():
         item = ElementTree.fromstring(path.read_text(encoding="utf-8"))
         counts.add("answers kept", _right(item) == _due(one, ident), f"{ident}: {_right(item)}, not {_due(one, ident)}")
         body = path.read_text(encoding="utf-8")
-        drawn = {file_name(picture) for picture in pictures(one.body)}
+        drawn = {name_picture_file(picture) for picture in find_pictures(one.body)}
         counts.add("figures kept", all(name in body for name in drawn), ident)
 
 
-def _due(one: Item, ident: str) -> list[str]:
+def _due(one: QuizItem, ident: str) -> list[str]:
     """Return right answers as they are named in the package: options, pairs, a number and its bounds."""
     form = one.form
-    if isinstance(form, Choose):
-        return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.right]
-    if isinstance(form, Match):
-        return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct)]
-    assert isinstance(form, Numeric)
+    if isinstance(form, ChoiceForm):
+        return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.is_correct]
+    if isinstance(form, MatchingForm):
+        return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct_options)]
+    assert isinstance(form, NumberForm)
     (field,) = form.fields
-    return [decimal(field.value), *limits(field.value, field.tolerance)]
+    return [format_decimal(field.value), *format_limits(field.value, field.tolerance)]
 
 
 def _right(item: ElementTree.Element) -> list[str]:

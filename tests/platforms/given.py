@@ -5,8 +5,8 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.generation import applicable_questions, questions_of, sample_chain
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
@@ -32,19 +32,19 @@ def assignment(folder: Path, which: str) -> Assignment:
     return load_assignment(folder)
 
 
-def order(folder: Path, which: str, variants: int = 1) -> Order:
+def order(folder: Path, which: str, variants: int = 1) -> ExportRequest:
     """Return the order of such an export."""
-    return Order(assignment(folder, which), find_failures, variants=variants, solutions=True)
+    return ExportRequest(assignment(folder, which), find_failures, variant_count=variants, has_solutions=True)
 
 
 def _puma() -> str:
-    return _problem(PUMA_560, [name for name in questions_of(PUMA_560) if name in QUESTIONS])
+    return _problem(PUMA_560, [name for name in questions_of_family(PUMA_560) if name in QUESTIONS])
 
 
 def _everything() -> str:
     left, problems = [*QUESTIONS, *QUIZZES], []
     for family in FAMILIES:
-        can = {*questions_of(family), *applicable_questions(sample_chain(ProblemId(family, 0)), QUIZZES)}
+        can = {*questions_of_family(family), *applicable_questions(sample_chain(ProblemId(family, 0)), QUIZZES)}
         asked = [name for name in left if name in can]
         left = [name for name in left if name not in can]
         for few in ([name for name in asked if name in among] for among in (QUESTIONS, QUIZZES)):

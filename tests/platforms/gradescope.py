@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.exports.otter import parts_of
+from qdot.exercises.exports.otter import list_parts
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold
 from tests.platforms.records import Counts, Record, today
@@ -154,7 +154,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     total = results["score"]
     counts.add("total as ours", abs(total - ours.result["score"]) < 1e-6, f"{ours.student}: {total}")
     rows = {row.part: row for row in make_rows(ours.result, ours.assignment.feedback)}
-    for part, _, points, title in parts_of(ours.assignment):
+    for part, _, points, title in list_parts(ours.assignment):
         test = tests.get(part, {})
         shown = (test.get("name"), test.get("max_score")) == (title, points) and rows[part].message in test["output"]
         counts.add("shown", shown, f"{ours.student}: {test}, {rows[part].message}")

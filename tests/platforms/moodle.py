@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.exports.export_format import File
-from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
-from qdot.exercises.exports.markup import decimal
-from qdot.exercises.exports.moodle import WEIGHTS, export_moodle
+from qdot.exercises.exports.export_format import ExportedFile
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.markup import format_decimal
+from qdot.exercises.exports.moodle import FIELD_WEIGHTS, export_moodle
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.handing_in import a_class, hand_in, right
@@ -57,7 +57,7 @@ def run(software: Path, work: Path) -> Record:
     software_name = ""
     for which, variants in VARIANTS.items():
         one = order(work / which, which, variants)
-        asked = list(items(one))
+        asked = list(make_items(one))
         bank, quiz = [_written(work, file) for file in export_moodle(one)]
         tries = {item.title: list(tries_of(item)) for item in asked}
         requests = {name: [one.request() for one in given] for name, given in tries.items()}
@@ -72,7 +72,7 @@ def run(software: Path, work: Path) -> Record:
     return Record("moodle", software_name, today(), counts.told())
 
 
-def _written(work: Path, file: File) -> Path:
+def _written(work: Path, file: ExportedFile) -> Path:
     path = work / file.path
     path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
     return path
@@ -91,20 +91,20 @@ def ask(software: Path, **request: object) -> Json:
 # --- what is answered ---
 
 
-def tries_of(item: Item) -> Iterator[Try]:
+def tries_of(item: QuizItem) -> Iterator[Try]:
     """Yield answers to a question: right ones in several forms, each wrong one that we know of, and none."""
     form = item.form
-    if isinstance(form, Numeric):
+    if isinstance(form, NumberForm):
         yield from _in_numbers(form)
-    elif isinstance(form, Choose):
+    elif isinstance(form, ChoiceForm):
         yield from _chosen(form)
     else:
         yield from _matched(form)
 
 
-def _in_numbers(form: Numeric) -> Iterator[Try]:
+def _in_numbers(form: NumberForm) -> Iterator[Try]:
     fields = form.fields
-    full, short = [decimal(field.value) for field in fields], [_rounded(field) for field in fields]
+    full, short = [format_decimal(field.value) for field in fields], [_rounded(field) for field in fields]
     comma = [number.replace(".", ",") for number in short]
     for numbers, language in (
         (short, POINT),
@@ -114,31 +114,31 @@ def _in_numbers(form: Numeric) -> Iterator[Try]:
         (short, COMMA),
     ):
         yield Try("right = full", 1.0, numbers=tuple(numbers), language=language)
-    weights = [WEIGHTS[round(field.value, 9) == 0] for field in fields]
+    weights = [FIELD_WEIGHTS[round(field.value, 9) == 0] for field in fields]
     for index, field in enumerate(fields):
-        for wrong in field.wrong:
-            numbers = [*short[:index], decimal(wrong.value), *short[index + 1 :]]
+        for wrong in field.wrong_values:
+            numbers = [*short[:index], format_decimal(wrong.value), *short[index + 1 :]]
             earned = 1 - weights[index] / sum(weights)
-            yield Try("wrong < full", earned, numbers=tuple(numbers), advice=wrong.advice)
+            yield Try("wrong < full", earned, numbers=tuple(numbers), advice=wrong.feedback)
     yield Try("blank = 0", 0.0, numbers=("",) * len(fields))
 
 
-def _rounded(field: Field) -> str:
+def _rounded(field: NumberField) -> str:
     """Return a number as a student types it, to three digits."""
-    return decimal(field.value, 3) if field.tolerance else decimal(field.value)
+    return format_decimal(field.value, 3) if field.tolerance else format_decimal(field.value)
 
 
-def _chosen(form: Choose) -> Iterator[Try]:
-    right = tuple(index for index, option in enumerate(form.options) if option.right)
+def _chosen(form: ChoiceForm) -> Iterator[Try]:
+    right = tuple(index for index, option in enumerate(form.options) if option.is_correct)
     yield Try("right = full", 1.0, chosen=right)
     for index, option in enumerate(form.options):
-        if not option.right:
+        if not option.is_correct:
             yield Try("wrong < full", 0.0, chosen=(index,), advice=option.feedback)
     yield Try("blank = 0", 0.0)
 
 
-def _matched(form: Match) -> Iterator[Try]:
-    right = tuple(form.options[index] for index in form.correct)
+def _matched(form: MatchingForm) -> Iterator[Try]:
+    right = tuple(form.options[index] for index in form.correct_options)
     other = next(option for option in form.options if option != right[0])
     yield Try("right = full", 1.0, options=right)
     yield Try("wrong < full", 1 - 1 / len(right), options=(other, *right[1:]))
@@ -148,7 +148,7 @@ def _matched(form: Match) -> Iterator[Try]:
 # --- what came of it ---
 
 
-def _see(counts: Counts, what: str, asked: Sequence[Item], made: Json, tries: Mapping[str, Sequence[Try]]) -> None:
+def _see(counts: Counts, what: str, asked: Sequence[QuizItem], made: Json, tries: Mapping[str, Sequence[Try]]) -> None:
     """Count what became of the questions of a `bank`, or of those of a `quiz`."""
     boxes = 0
     for item in asked:
@@ -160,7 +160,7 @@ def _see(counts: Counts, what: str, asked: Sequence[Item], made: Json, tries: Ma
         there = float(stored["defaultmark"])
         as_assigned = abs(there - item.points) < 1e-6
         counts.add(f"points of the {what}", as_assigned, f"{name}: {there}, not {item.points}")
-        boxes += not as_assigned and isinstance(item.form, Numeric) and len(item.form.fields) > 1
+        boxes += not as_assigned and isinstance(item.form, NumberForm) and len(item.form.fields) > 1
         faults = faults_of(item, results[0]["blank"])
         counts.add("shown", not faults, f"{what}: {name}: {faults}")
         for one, result in zip(tries[name], results, strict=True):
@@ -173,7 +173,7 @@ def _see(counts: Counts, what: str, asked: Sequence[Item], made: Json, tries: Ma
         counts.excuse("points of the bank", boxes, why)
 
 
-def _see_quiz(counts: Counts, asked: Sequence[Item], made: Json) -> None:
+def _see_quiz(counts: Counts, asked: Sequence[QuizItem], made: Json) -> None:
     """Count the slots of a quiz: their order, points, and what was drawn."""
     wanted = list({item.category: item for item in asked}.values())
     counts.add("slots of the quiz", len(made["slots"]) == len(wanted), f"{len(made['slots'])} slots")
@@ -190,17 +190,17 @@ def plain(page: str) -> str:
     return " ".join(re.sub(r"<[^>]*>", " ", html.unescape(html.unescape(page))).split())
 
 
-def faults_of(item: Item, page: str) -> list[str]:
+def faults_of(item: QuizItem, page: str) -> list[str]:
     """Return what a student would not see as we wrote it."""
     form = item.form
     text_boxes = re.findall(r'<input type="text"[^>]*>', page)
     sizes = {int(size) for box in text_boxes for size in re.findall(r'size="(\d+)"', box)}
     faults = [f"left: {sign}" for sign in ("@@PLUGINFILE@@", ":NUMERICAL:", "]]>", "<table>") if sign in page]
     faults += [f"no figure {name}" for name in ("arm.svg",) if name not in page]
-    if isinstance(form, Numeric):
+    if isinstance(form, NumberForm):
         faults += [f"{len(text_boxes)} boxes"] if len(text_boxes) != len(form.fields) else []
         faults += [f"boxes of {sizes}"] if sizes and max(sizes) > 1.15 * min(sizes) else []
-    elif isinstance(form, Match):
+    elif isinstance(form, MatchingForm):
         faults += [] if page.count("<select") == len(form.stems) else ["stems"]
     return faults
 

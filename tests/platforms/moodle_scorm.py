@@ -35,7 +35,7 @@ def run(software: Path, work: Path) -> Record:
     """Export a set that is ready-made, add both of its packages to a course, and have two students do them."""
     counts, packages = Counts(), work / "packages"
     files = {}
-    for file in EXPORT_FORMATS["scorm"].files(order(work / PLAIN, PLAIN, VARIANTS)):
+    for file in EXPORT_FORMATS["scorm"].export(order(work / PLAIN, PLAIN, VARIANTS)):
         name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
         archive = work / f"{name}.zip"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.exports.nbgrader import grade_id
-from qdot.exercises.exports.otter import parts_of
+from qdot.exercises.exports.nbgrader import make_grade_id
+from qdot.exercises.exports.otter import list_parts
 from qdot.grader.grading.batch import find_student
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.jupyter import jupyter, page, variables
@@ -148,10 +148,10 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
     rows = {row.part: row for row in make_rows(ours.result, assignment.feedback)}
-    for part, name, points, _ in parts_of(assignment):
+    for part, name, points, _ in list_parts(assignment):
         said = "" if rows[part].points == points else _words(html.escape(rows[part].message))
         for what, text in pages.items():
             counts.add(
                 what, f"#Markedbyqdot:{part}," in text and said in text, f"{student} {name}: {rows[part].message}"
             )
-    hold(counts, ours, {part: grades[grade_id(part)] for part in ours.parts if grade_id(part) in grades})
+    hold(counts, ours, {part: grades[make_grade_id(part)] for part in ours.parts if make_grade_id(part) in grades})

@@ -14,11 +14,11 @@ from qdot.exercises.answers import ConditionSet
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.known_wrong import known_wrong
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.known_wrong import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
-from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits
@@ -40,7 +40,7 @@ def a_class(folder: Path, *students: str) -> Assignment:
 
 def exported(assignment: Assignment, outlet: str, to: Path) -> Path:
     """Export an assignment into a folder, and return it."""
-    for file in EXPORT_FORMATS[outlet].files(Order(assignment, find_failures)):
+    for file in EXPORT_FORMATS[outlet].export(ExportRequest(assignment, find_failures)):
         path = to / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
@@ -93,7 +93,7 @@ def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
 
 def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
     return {
-        f"{slot}.{part.name}": f"{variable(slot, part.name)} = {code(problem, part)}"
+        f"{slot}.{part.name}": f"{answer_variable(slot, part.name)} = {code(problem, part)}"
         for slot, problem in assignment.problems(student)
         for part in problem.parts
     }
@@ -101,7 +101,7 @@ def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], 
 
 def _mistake(problem: Problem, part: Part) -> str:
     """Return what a known mistake makes of an answer, as code; zero where none is known."""
-    known = next(iter(known_wrong(problem, part, 1)), None)
+    known = next(iter(find_known_wrong_answers(problem, part, 1)), None)
     if known is None:
         return "0"
     if isinstance(part.answer, ConditionSet):

@@ -10,8 +10,8 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.exports.nbgrader import grade_id
-from qdot.exercises.exports.otter import parts_of
+from qdot.exercises.exports.nbgrader import make_grade_id
+from qdot.exercises.exports.otter import list_parts
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.notebooks import (
     BLANK,
@@ -38,7 +38,7 @@ def run(software: Path, work: Path) -> Record:
     call(software, folder, "assign", f"{KEY}.ipynb", "dist")
     (autograder,) = (folder / "dist" / "autograder").glob("*.zip")
     made = _tests_of(autograder)
-    for _, name, _, _ in parts_of(assignment):
+    for _, name, _, _ in list_parts(assignment):
         counts.add("imported", name in made, name)
     for student in (one.id for one in assignment.roster):
         notebook, out = work / student / f"{KEY}.ipynb", work / student / "out"
@@ -76,9 +76,11 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     tests = {test["name"]: test for test in results["tests"]}
     assignment = ours.assignment
     said = {row.part: row.message for row in make_rows(ours.result, assignment.feedback)}
-    for part, name, points, _ in parts_of(assignment):
+    for part, name, points, _ in list_parts(assignment):
         test = tests.get(name, {})
         is_full = ours.parts[part]["points"] == points
         shown = test.get("max_score") == points and (is_full or said[part] in test.get("output", ""))
         counts.add("shown", shown, f"{ours.student} {name}: {test}")
-    hold(counts, ours, {part: tests[grade_id(part)]["score"] for part in ours.parts if grade_id(part) in tests})
+    hold(
+        counts, ours, {part: tests[make_grade_id(part)]["score"] for part in ours.parts if make_grade_id(part) in tests}
+    )

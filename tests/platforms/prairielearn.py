@@ -31,12 +31,12 @@ from qdot.exercises.answers import LETTERS, Answer, ConditionSet, Letters, Match
 from qdot.exercises.answers.formulas import type_rows
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.assignment.draws import Variant
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.known_wrong import known_wrong
-from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACTLY, input_names, question_id
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.known_wrong import find_known_wrong_answers
+from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACT_TOLERANCE, list_input_names, make_question_id
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.formula.sympy_text import rows_of_text
+from qdot.exercises.formula.sympy_text import matrix_rows_as_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.marking import MarkingRules, mark
@@ -61,12 +61,12 @@ def run(software: Path, work: Path) -> Record:
     """Load an export as a course; Ada answers everything in the homework, Henri takes the exam."""
     made = order(work / "assignment", EVERYTHING)
     course = work / "course"
-    for file in EXPORT_FORMATS["prairielearn"].files(made):
+    for file in EXPORT_FORMATS["prairielearn"].export(made):
         path = course / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(str(file.content), encoding="utf-8")
     counts = Counts()
-    variants = list(bank(made))
+    variants = list(iterate_bank(made))
     with running(software, course, work) as site:
         _load(site, counts)
         ada, henri = (site.visitor(*person) for person in (ADA, HENRI))
@@ -269,7 +269,7 @@ def _right(part: Part) -> list[str]:
         return [answer.letters]
     if isinstance(answer, Number):
         values = [float(value) for value in answer.as_matrix()]
-        if answer.tolerance < EXACTLY:
+        if answer.tolerance < EXACT_TOLERANCE:
             return [_listed(str(round(value)) for value in values)]
         return [_listed(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
     typed = answer.as_typed()
@@ -284,7 +284,7 @@ def _wrong(problem: Problem, part: Part) -> list[str]:
         return [turned]
     if isinstance(answer, Letters):
         return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MOST_WRONG]
-    known = [_typed(answer, one.answer) for one in known_wrong(problem, part, MOST_WRONG)]
+    known = [_typed(answer, one.answer) for one in find_known_wrong_answers(problem, part, MOST_WRONG)]
     rows, columns = answer.shape or (1, 1)
     sevens = type_rows([["7"] * columns] * rows) if answer.shape else "7"
     return known or [_listed(["7"] * rows) if isinstance(answer, Number) else sevens]
@@ -295,7 +295,7 @@ def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
         return replace(answer, components=wrong).as_typed()
     if isinstance(answer, Number):
         return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
-    rows = rows_of_text(sp.Matrix(wrong))
+    rows = matrix_rows_as_text(sp.Matrix(wrong))
     return type_rows(rows) if answer.shape else rows[0][0]
 
 
@@ -341,9 +341,9 @@ class Asked:
         return self.student.site.row(query), page
 
 
-def _answer(asked: Asked, variant: Variant, made: Order, counts: Counts) -> None:
+def _answer(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts) -> None:
     """Answer a question of the homework, right in several forms, wrong, in part, and not at all."""
-    problem, name = variant.problem, question_id(made.assignment, variant.slot)
+    problem, name = variant.problem, make_question_id(made.assignment, variant.slot)
     print(name, flush=True)
     page = asked.page()
     _show(name, page, asked.variant(), problem, counts)
@@ -364,9 +364,9 @@ def _answer(asked: Asked, variant: Variant, made: Order, counts: Counts) -> None
         counts.add("solution when done", solution in words(page), f"{name}.{part.name}")
 
 
-def _examine(asked: Asked, variant: Variant, made: Order, counts: Counts) -> None:
+def _examine(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts) -> None:
     """Take a question of the exam, in three attempts: the best counts, and no more are given."""
-    problem, name = variant.problem, question_id(made.assignment, variant.slot)
+    problem, name = variant.problem, make_question_id(made.assignment, variant.slot)
     page, best = asked.page(), 0.0
     only = asked.variant()["id"]
     several = [of_the_first(problem, _right), of_the_first(problem, partial(_wrong, problem))]
@@ -423,7 +423,7 @@ def _show(name: str, page: str, variant: Data, problem: Problem, counts: Counts)
     read = words(page)
     for part in problem.parts:
         counts.add("imported", part.name in variant["params"]["shown"], f"{name}.{part.name}")
-        fields = all(f'name="{box}"' in page for box in input_names(part))
+        fields = all(f'name="{box}"' in page for box in list_input_names(part))
         solution = words(variant["true_answer"]["solutions"][part.name]["solution"])
         shown = fields and ASKED[part.kind].title in read and solution not in read
         counts.add("shown", shown, f"{name}.{part.name}")
@@ -435,7 +435,7 @@ def _see_clean(page: str, name: str, counts: Counts) -> None:
     counts.add("clean pages", not left, f"{name}: {left}")
 
 
-def _marks(problem: Problem, made: Order, texts: Mapping[str, str]) -> dict[str, float]:
+def _marks(problem: Problem, made: ExportRequest, texts: Mapping[str, str]) -> dict[str, float]:
     """Return what we give for answers, by part."""
     assignment = made.assignment
     rules = MarkingRules(assignment.follow_through)
@@ -447,7 +447,13 @@ def _marks(problem: Problem, made: Order, texts: Mapping[str, str]) -> dict[str,
 
 
 def _submit(
-    asked: Asked, page: str, problem: Problem, made: Order, texts: Mapping[str, str], counts: Counts, what: str = ""
+    asked: Asked,
+    page: str,
+    problem: Problem,
+    made: ExportRequest,
+    texts: Mapping[str, str],
+    counts: Counts,
+    what: str = "",
 ) -> str:
     """Hand in answers to some parts, and blanks to the others; hold every score against ours, and return the page."""
     page = page if GRADE in page else asked.page()

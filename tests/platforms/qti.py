@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.answers import LETTERS
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
-from qdot.exercises.exports.qti import TRIES
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.qti import DEFAULT_ATTEMPTS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
@@ -37,8 +37,8 @@ def run(software: Path, work: Path) -> Record:
     return Record("qti", f"TAO's QTI SDK of {told.stdout.strip()}", today(), counts.told())
 
 
-def _package(made: Order, folder: Path) -> Path:
-    (file,) = EXPORT_FORMATS["qti"].files(made)
+def _package(made: ExportRequest, folder: Path) -> Path:
+    (file,) = EXPORT_FORMATS["qti"].export(made)
     archive = folder.with_suffix(".zip")
     archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
     with zipfile.ZipFile(archive) as opened:
@@ -58,18 +58,18 @@ class _Attempt:
     worth: float
 
 
-def _attempts(one: Item) -> list[_Attempt]:
+def _attempts(one: QuizItem) -> list[_Attempt]:
     """Return attempts, the first of them wrong: nothing is told after it."""
     form = one.form
-    if isinstance(form, Choose):
+    if isinstance(form, ChoiceForm):
         return _chosen(form)
-    return _matched(form) if isinstance(form, Match) else _typed(form)
+    return _matched(form) if isinstance(form, MatchingForm) else _typed(form)
 
 
-def _chosen(form: Choose) -> list[_Attempt]:
-    right = [LETTERS[k] for k, option in enumerate(form.options) if option.right]
-    wrong = [LETTERS[k] for k, option in enumerate(form.options) if not option.right]
-    if not form.several:
+def _chosen(form: ChoiceForm) -> list[_Attempt]:
+    right = [LETTERS[k] for k, option in enumerate(form.options) if option.is_correct]
+    wrong = [LETTERS[k] for k, option in enumerate(form.options) if not option.is_correct]
+    if not form.allows_several:
         tries = [_Attempt("wrong < full", {"RESPONSE": letter}, 0) for letter in wrong[:MOST_WRONG]]
         return [
             *tries,
@@ -86,19 +86,19 @@ def _chosen(form: Choose) -> list[_Attempt]:
     ]
 
 
-def _matched(form: Match) -> list[_Attempt]:
-    turned = [*form.correct[1:], form.correct[0]]
-    hits = sum(mine == due for mine, due in zip(turned, form.correct, strict=True))
+def _matched(form: MatchingForm) -> list[_Attempt]:
+    turned = [*form.correct_options[1:], form.correct_options[0]]
+    hits = sum(mine == due for mine, due in zip(turned, form.correct_options, strict=True))
     return [
         _Attempt(
             "wrong < full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(turned)]}, hits / len(turned)
         ),
-        _Attempt("right = full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(form.correct)]}, 1),
+        _Attempt("right = full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(form.correct_options)]}, 1),
         _Attempt("blank = 0", {"RESPONSE": []}, 0),
     ]
 
 
-def _typed(form: Numeric) -> list[_Attempt]:
+def _typed(form: NumberForm) -> list[_Attempt]:
     fields = form.fields
     made = []
     for number in range(MOST_WRONG):
@@ -109,13 +109,13 @@ def _typed(form: Numeric) -> list[_Attempt]:
     return [*made, _Attempt("blank = 0", {f"R{k}": None for k in range(1, len(fields) + 1)}, 0)]
 
 
-def _wrong(field: Field, number: int) -> float:
+def _wrong(field: NumberField, number: int) -> float:
     """Return what a mistake makes of a number; where it is none that a mistake makes otherwise, another number."""
-    known = next(islice(field.wrong, number, None), None)
+    known = next(islice(field.wrong_values, number, None), None)
     return known.value if known is not None else field.value + (number + 1) * max(1.0, abs(field.value))
 
 
-def _numbers(what: str, fields: Iterable[Field], values: list[float]) -> _Attempt:
+def _numbers(what: str, fields: Iterable[NumberField], values: list[float]) -> _Attempt:
     near = [abs(value - field.value) <= field.tolerance for field, value in zip(fields, values, strict=True)]
     return _Attempt(what, {f"R{k}": value for k, value in enumerate(values, 1)}, sum(near) / len(near))
 
@@ -123,8 +123,8 @@ def _numbers(what: str, fields: Iterable[Field], values: list[float]) -> _Attemp
 # --- what becomes of it ---
 
 
-def _score(software: Path, package: Path, made: Order, counts: Counts) -> None:
-    asked = list(items(made))
+def _score(software: Path, package: Path, made: ExportRequest, counts: Counts) -> None:
+    asked = list(make_items(made))
     tried = [_attempts(one) for one in asked]
     told = [[one.key, [attempt.given for attempt in attempts]] for one, attempts in zip(asked, tried, strict=True)]
     command = ["php", "-d", "memory_limit=2G", str(SCRIPT), str(software), str(package)]
@@ -138,23 +138,23 @@ def _score(software: Path, package: Path, made: Order, counts: Counts) -> None:
     _drawn(results["tests"], asked, made, counts)
 
 
-def _is_shown(one: Item, page: str) -> bool:
-    if isinstance(one.form, Numeric):
+def _is_shown(one: QuizItem, page: str) -> bool:
+    if isinstance(one.form, NumberForm):
         return page.count("qti-textEntryInteraction") >= len(one.form.fields)
-    return "qti-matchInteraction" in page if isinstance(one.form, Match) else "qti-choiceInteraction" in page
+    return "qti-matchInteraction" in page if isinstance(one.form, MatchingForm) else "qti-choiceInteraction" in page
 
 
-def _hold(one: Item, attempts: list[_Attempt], results: list[dict[str, Any]], counts: Counts) -> None:
+def _hold(one: QuizItem, attempts: list[_Attempt], results: list[dict[str, Any]], counts: Counts) -> None:
     for number, (attempt, result) in enumerate(zip(attempts, results, strict=True), 1):
         share, where = result["score"] / one.points, f"{one.key} {attempt.given}: {result}"
         is_due = {"right = full": share > 1 - NEAR, "wrong < full": share < 1 - NEAR, "blank = 0": share == 0}
         counts.add(attempt.what, is_due[attempt.what], where)
         counts.add("scores as ours", abs(share - attempt.worth) < NEAR, f"{where}, {attempt.worth} is due")
-        told_now = number >= TRIES or attempt.worth == 1
+        told_now = number >= DEFAULT_ATTEMPTS or attempt.worth == 1
         counts.add("solution when done", ("solution" in result["told"]) == told_now, where)
 
 
-def _drawn(tests: Any, asked: list[Item], made: Order, counts: Counts) -> None:
+def _drawn(tests: Any, asked: list[QuizItem], made: ExportRequest, counts: Counts) -> None:
     """Hold that a student is given one variant of each place, with all of its parts in their order."""
     counts.add("test loaded", isinstance(tests, list), f"test: {tests}")
     for test in tests if isinstance(tests, list) else ():
@@ -162,4 +162,4 @@ def _drawn(tests: Any, asked: list[Item], made: Order, counts: Counts) -> None:
         due = [one.key for variant in variants for one in asked if one.key.startswith(f"{variant}-")]
         places = [variant.split("-")[0] for variant in variants]
         whole = places == [slot.name for slot in made.assignment.slots] and test["items"] == due
-        counts.add("one variant a place", whole and test["attempts"] == TRIES, f"{test}")
+        counts.add("one variant a place", whole and test["attempts"] == DEFAULT_ATTEMPTS, f"{test}")

@@ -11,7 +11,7 @@ from pathlib import Path
 from zipfile import ZipFile
 
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.exports.scorm import VERSIONS
+from qdot.exercises.exports.scorm import PACKAGE_NAMES
 from tests.platforms.given import PLAIN, order
 from tests.platforms.records import Counts, Record, today
 
@@ -21,7 +21,7 @@ SCRIPT = Path(__file__).with_name("scorm_page.mjs")
 def run(software: Path, work: Path) -> Record:
     """Export a set that is ready-made, launch both packages, and answer each question of each."""
     counts, packages = Counts(), work / "packages"
-    for file in EXPORT_FORMATS["scorm"].files(order(work / PLAIN, PLAIN, 1)):
+    for file in EXPORT_FORMATS["scorm"].export(order(work / PLAIN, PLAIN, 1)):
         name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
         archive = work / f"{name}.zip"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
@@ -40,6 +40,6 @@ def run(software: Path, work: Path) -> Record:
             counts.add("shown", one["shown"], f"{which}: {one['errors']}")
             counts.add("right = full", one["right"] == "correct", f"{which}: {one['right']}")
             counts.add("wrong < full", one["wrong"] in ("wrong", "incorrect"), f"{which}: {one['wrong']}")
-    assert {told["version"] for told in json.loads(done.stdout)} == set(VERSIONS.values())
+    assert {told["version"] for told in json.loads(done.stdout)} == set(PACKAGE_NAMES.values())
     package = json.loads((software / "package.json").read_text(encoding="utf-8"))
     return Record("scorm", f"scorm-again {package['version']}, in Chromium", today(), counts.told())

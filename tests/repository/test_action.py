@@ -12,7 +12,7 @@ from ruamel.yaml import YAML
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.exports.repositories import ACTIONS
-from qdot.exercises.exports.wheel import wheel
+from qdot.exercises.exports.wheel import make_wheel
 from tests.support import ROOT
 from tests.support.ci import Machine, git, hosted, read_yaml
 from tests.support.handing_in import Cells, right
@@ -135,7 +135,7 @@ def gitlab(name: str, machine: Machine, clone: Path, **given: object) -> "subpro
 @pytest.fixture
 def own(clone: Path) -> str:
     """qdot as a wheel in the repository, where no index has it."""
-    name, content = wheel()
+    name, content = make_wheel()
     (clone / name).write_bytes(content)
     return f"./{name}"
 

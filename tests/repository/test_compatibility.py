@@ -16,11 +16,11 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.problem.problem import ENGINE
 from qdot.grader.cli.reference_pages import compatibility_page
-from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class
-from qdot.grader.grading.certificates import Kind
-from qdot.grader.grading.certify import certify_all, list_tasks
-from qdot.grader.grading.history import find_moves, read_earlier_results
+from qdot.grader.grading.certificates import FailureKind
+from qdot.grader.grading.certify import list_tasks, verify_all
+from qdot.grader.grading.history import find_mark_changes, read_previous_results
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
@@ -49,12 +49,12 @@ def is_promised(archive: Path) -> bool:
 @archives
 def test_an_archived_class_has_the_same_problems(archive: Path, tmp_path: Path) -> None:
     assignment = load_assignment(Path(shutil.copytree(archive, tmp_path / "class")))
-    every = list(certify_all(list_tasks(assignment), 1))
-    kinds = {failure.kind for _, failures in every for failure in failures} - {Kind.NO_NOTEBOOK}
-    assert len({task.owner for task, _ in every}) == 2
+    every = list(verify_all(list_tasks(assignment), 1))
+    kinds = {failure.kind for _, failures in every for failure in failures} - {FailureKind.NO_NOTEBOOK}
+    assert len({task.student for task, _ in every}) == 2
     if is_promised(archive):
         assert about(archive)["engine"] == ENGINE, ANEW
-    assert kinds == (set() if about(archive)["engine"] == ENGINE else {Kind.OTHER_ENGINE}), ANEW
+    assert kinds == (set() if about(archive)["engine"] == ENGINE else {FailureKind.OTHER_ENGINE}), ANEW
 
 
 @archives
@@ -62,8 +62,8 @@ def test_an_archived_class_has_the_same_marks(archive: Path, tmp_path: Path) -> 
     assignment = load_assignment(Path(shutil.copytree(archive, tmp_path / "class")))
     looked = find_submissions(assignment, assignment.folder / "submitted")
     results = grade_class(assignment, looked.by_student, 0, Limits())
-    if archive.name == UNRELEASED or about(archive)["grader"] == GRADER:
-        assert find_moves(read_earlier_results(assignment), results) == [], ANEW
+    if archive.name == UNRELEASED or about(archive)["grader"] == GRADER_VERSION:
+        assert find_mark_changes(read_previous_results(assignment), results) == [], ANEW
 
 
 # --- names ---

@@ -15,8 +15,8 @@ from packaging.requirements import Requirement
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common import extras
-from qdot.exercises.common.extras import EXTRAS, explain_missing, install_words, need
-from qdot.grader.cli.main import COMMANDS, SITE, needed_part, program
+from qdot.exercises.common.extras import EXTRAS, explain_missing, install_command, require_extra
+from qdot.grader.cli.main import COMMANDS, SITE_COMMANDS, find_needed_part, make_program
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -37,12 +37,12 @@ INSTALL = re.compile(r"""pip install (['"]?)(?:qdot|qdot-robotics|\.)(?:\[([a-z,
 def test_everybody_is_told_to_install_in_the_same_words(page: Path) -> None:
     """README and docs, as in messages; steps of a CI install as they like."""
     text = re.sub(r"(?m)^.*- run:.*$", "", page.read_text(encoding="utf-8"))
-    assert all(match[0] == install_words(match[2] or "") for match in INSTALL.finditer(text))
+    assert all(match[0] == install_command(match[2] or "") for match in INSTALL.finditer(text))
 
 
 def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extras, "RELEASED", True)
-    assert install_words() == "pip install qdot-robotics"
+    monkeypatch.setattr(extras, "IS_RELEASED", True)
+    assert install_command() == "pip install qdot-robotics"
     monkeypatch.setitem(sys.modules, "typst", None)
     assert (
         explain_missing("pdf", "PDF")
@@ -85,7 +85,7 @@ def test_a_library_that_is_missing_is_told_before_anything_is_done(
 def test_what_is_there_is_not_asked_for() -> None:
     for extra in EXTRAS:
         assert explain_missing(extra, "it") == "", "the development environment has all extras"
-        need(extra, "it")
+        require_extra(extra, "it")
 
 
 # --- libraries ---
@@ -96,7 +96,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| ([\w-]+) \| [^|]+ \|.*\| 20\d\d-\d\d-\d\d \|$", page)
     assert sorted(rows) == sorted(Requirement(line).name for line in lines)
-    assert all(f"## `{name}`: " in page and f"\n\n    {install_words(name)}\n" in page for name in EXTRAS)
+    assert all(f"## `{name}`: " in page and f"\n\n    {install_command(name)}\n" in page for name in EXTRAS)
 
 
 def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
@@ -107,15 +107,15 @@ def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
 
 # --- help and completion ---
 
-WHOLE_PROGRAM: Any = typer.main.get_command(program())
-NAMES = [*COMMANDS, *(f"site {name}" for name in SITE)]
+WHOLE_PROGRAM: Any = typer.main.get_command(make_program())
+NAMES = [*COMMANDS, *(f"site {name}" for name in SITE_COMMANDS)]
 
 
 def command_named(name: str) -> Any:
     """Return a command by its whole name, as "site build"."""
     command = WHOLE_PROGRAM
     for word in name.split():
-        command = command.commands[word]
+        command = command.command_reference[word]
     return command
 
 
@@ -163,7 +163,7 @@ def test_the_tab_key_completes_commands_options_and_names(
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     with pytest.raises(SystemExit):
-        program(needed_part([], os.environ))(prog_name="qdot")
+        make_program(find_needed_part([], os.environ))(prog_name="qdot")
     assert sorted(capsys.readouterr().out.split()) == sorted(names)
 
 

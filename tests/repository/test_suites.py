@@ -12,7 +12,9 @@ from tests.support.suites import SHAPES, families_for, few_of, left_out, shape_o
 
 
 def test_every_family_is_of_a_shape_for_which_one_stands() -> None:
-    shapes = {name: shape_of(sample_chain(ProblemId(name, 0)), FAMILIES[name].varied) for name in FAMILIES}
+    shapes = {
+        name: shape_of(sample_chain(ProblemId(name, 0)), FAMILIES[name].has_varied_structure) for name in FAMILIES
+    }
     assert set(shapes.values()) == set(SHAPES)
     assert all(shapes[name] == shape for shape, name in SHAPES.items())
 

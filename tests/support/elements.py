@@ -3,7 +3,7 @@
 from typing import Any
 
 from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, AnswerVisitor, Letters, Matching, Number, Selection
-from qdot.exercises.exports.prairielearn import input_names
+from qdot.exercises.exports.prairielearn import list_input_names
 from qdot.exercises.problem.problem import Part
 
 Data = dict[str, Any]
@@ -16,30 +16,30 @@ def filled(part: Part, text: str, params: Data) -> Data:
 
 def left_blank(part: Part) -> Data:
     """Return what a browser sends for a part that is left alone: nothing for what was not ticked."""
-    if part.answer.offered and not part.answer.matched:
+    if part.answer.offered_options and not part.answer.matched_items:
         return {}
-    return dict.fromkeys(input_names(part), "-1" if part.answer.matched else "")
+    return dict.fromkeys(list_input_names(part), "-1" if part.answer.matched_items else "")
 
 
 class _Filled(AnswerVisitor[Data]):
     def __init__(self, part: Part, text: str, params: Data) -> None:
         self.part, self.text, self.params = part, text, params
 
-    def one_of(self, answer: Letters) -> Data:
+    def choice(self, answer: Letters) -> Data:
         if self.text in TRUE_FALSE:
             self.text = LETTERS[TRUE_FALSE.index(self.text)]
         return {self.part.name: self._keys()[0]}
 
-    def some_of(self, answer: Selection) -> Data:
+    def selection(self, answer: Selection) -> Data:
         keys = self._keys()
         return {self.part.name: keys if len(keys) > 1 else keys[0]}
 
     def matching(self, answer: Matching) -> Data:
-        return dict(zip(input_names(self.part), (str(LETTERS.index(letter)) for letter in self.text), strict=True))
+        return dict(zip(list_input_names(self.part), (str(LETTERS.index(letter)) for letter in self.text), strict=True))
 
     def numbers(self, answer: Number) -> Data:
         numbers = self.text.replace("[", "").replace("]", "").split(", ")
-        return dict(zip(input_names(self.part), numbers, strict=True))
+        return dict(zip(list_input_names(self.part), numbers, strict=True))
 
     def default(self, answer: Answer) -> Data:
         return {self.part.name: self.text}

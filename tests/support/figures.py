@@ -5,11 +5,11 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.figure.plane import camera
-from qdot.exercises.figure.pose import segments, skeletons
-from qdot.exercises.figure.shapes import Figure, Pair, Polyline, Text
+from qdot.exercises.figure.plane import choose_view
+from qdot.exercises.figure.pose import compute_skeletons, list_segments
+from qdot.exercises.figure.shapes import Figure, Polyline, Text, Vector2D
 
-Segment = tuple[Pair, ...]
+Segment = tuple[Vector2D, ...]
 MOST_LED = 0.35
 """The part of a figure's labels that may have a leader."""
 
@@ -57,8 +57,8 @@ def faults(figure: Figure) -> list[str]:
 
 def crossings(chain: Chain, arm: Chain, entries: np.ndarray) -> int:
     """Count the pairs of links that lie across each other in the drawing, by where lines through them meet."""
-    frames, corners, path = skeletons(arm, entries[None])
-    links = segments(frames, corners, path, arm.point.frame)[0] @ camera(chain)[:2].T
+    frames, corners, path = compute_skeletons(arm, entries[None])
+    links = list_segments(frames, corners, path, arm.point.frame)[0] @ choose_view(chain)[:2].T
     found = 0
     for i, j in combinations(range(len(links)), 2):
         (a, b), (c, d) = links[i], links[j]

@@ -11,8 +11,8 @@ from unittest.mock import patch
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import Certifier, init_assignment
-from qdot.exercises.notebook.notebook import claims
-from qdot.exercises.problem.problem import Problem, variable
+from qdot.exercises.notebook.notebook import notebook_claims
+from qdot.exercises.problem.problem import Problem, answer_variable
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -54,7 +54,7 @@ def one_process() -> Iterator[None]:
     with (
         patch("qdot.exercises.common.parallel._run_pool", _done_here),
         patch("qdot.grader.grading.batch.Sandbox", _sandbox),
-        patch("qdot.grader.grading.batch._Worker.close", lambda _: None),
+        patch("qdot.grader.grading.batch._GradingWorker.close", lambda _: None),
     ):  # fmt: skip
         yield
 
@@ -91,13 +91,13 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
         text("# T"),
         code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})\nblank = Symbol('blank')"),
     ]
-    cells += [code(f"{variable(slot, p.name)} = {p.answer.code()}", f"{slot}.{p.name}") for p in problem.parts]
+    cells += [code(f"{answer_variable(slot, p.name)} = {p.answer.code()}", f"{slot}.{p.name}") for p in problem.parts]
     return cells
 
 
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
-    said = claims("student", assignment.key, student, assignment.problems(student))
+    said = notebook_claims("student", assignment.key, student, assignment.problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": said}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 

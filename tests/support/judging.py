@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis import diagnosis
 from qdot.grader.grading import partial_credit
 from qdot.grader.judging import choices, formulas
 from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix, read_numbers
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement
 
 
@@ -18,7 +18,7 @@ def judge_expression(
     student: str, reference: str, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
     return formulas.judge_expression(
-        read_formula(student, domain), read(reference, domain.roles), domain, seed, rounding
+        read_formula(student, domain), parse_formula(reference, domain.roles), domain, seed, rounding
     )
 
 
@@ -26,7 +26,7 @@ def judge_matrix(
     student: str, reference: Sequence[Sequence[str]], domain: Domain, seed: str, labels: Sequence[str] = (),
     rounding: Rounding | None = None,
 ) -> Judgement:  # fmt: skip
-    rows = [[read(entry, domain.roles) for entry in row] for row in reference]
+    rows = [[parse_formula(entry, domain.roles) for entry in row] for row in reference]
     given = read_matrix(student, (len(rows), len(rows[0])), domain, labels)
     return formulas.judge_matrix(given, rows, domain, seed, rounding)
 
@@ -42,13 +42,13 @@ def judge_singular(
     student: str, reference: Sequence[str], joints: Sequence[str], domain: Domain, seed: str,
     rounding: Rounding | None = None,
 ) -> Judgement:  # fmt: skip
-    pieces = [read(text, domain.roles) for text in reference]
-    due = formulas.by_joints(pieces, joints)
+    pieces = [parse_formula(text, domain.roles) for text in reference]
+    due = formulas.group_by_joints(pieces, joints)
     return formulas.judge_singular(read_conditions(student, domain), due, joints, domain, seed, rounding)
 
 
 def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
-    return formulas.judge_angles(read_conditions(student, domain), read(reference, domain.roles), domain, seed)
+    return formulas.judge_angles(read_conditions(student, domain), parse_formula(reference, domain.roles), domain, seed)
 
 
 def judge_direction(
@@ -56,7 +56,7 @@ def judge_direction(
     labels: Sequence[str] = (),
 ) -> Judgement:  # fmt: skip
     given = read_matrix(student, (len(reference), 1), domain, labels)
-    due = [read(entry, domain.roles) for entry in reference]
+    due = [parse_formula(entry, domain.roles) for entry in reference]
     return formulas.judge_direction(given, due, domain, seed, tolerance)
 
 
@@ -79,4 +79,4 @@ def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: st
 def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
     given = read_answer(problem, part, text)
     answer = partial_credit.AnswerToCredit(problem, part, given, seed)
-    return partial_credit.give_partial_credit(answer, judge_given(problem, part, given, seed))
+    return partial_credit.give_partial_credit(answer, judge_parsed(problem, part, given, seed))

@@ -72,7 +72,7 @@ def run_on(
             os.setresuid(user, user, user)
         if refused:
             kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-            kernel.seccomp(_filter(refused))
+            kernel.install_seccomp_filter(_filter(refused))
 
     environment = {**os.environ, **({"TMPDIR": str(home), "HOME": str(home)} if home else {})}
     return subprocess.run(

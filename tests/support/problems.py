@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of
+from qdot.exercises.generation import questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from tests.support.kept import kept
@@ -76,7 +76,7 @@ def with_answer(problem: Problem, answer: Answer) -> Problem:
 @cache
 def seldom_asked() -> set[str]:
     """Return the questions that only one or two families can be asked."""
-    often = Counter(name for family in FAMILIES for name in questions_of(family))
+    often = Counter(name for family in FAMILIES for name in questions_of_family(family))
     return {name for name in QUESTIONS if often[name] <= 2}
 
 
@@ -94,9 +94,13 @@ def some_parts(problem: Problem) -> list[Part]:
 def _turns() -> dict[str, frozenset[str]]:
     """Give every question to two of the families that every sweep takes, to those with the fewest so far."""
     given: dict[str, list[str]] = {family: [] for family in SHAPES.values()}
-    rarest = sorted(QUESTIONS, key=lambda name: sum(name in questions_of(family) for family in given))
+    rarest = sorted(QUESTIONS, key=lambda name: sum(name in questions_of_family(family) for family in given))
     for name in rarest:
-        can = [family for family in given if name in questions_of(family) and not FAMILIES[family].varied]
+        can = [
+            family
+            for family in given
+            if name in questions_of_family(family) and not FAMILIES[family].has_varied_structure
+        ]
         for family in sorted(can, key=lambda family: len(given[family]) * (3 if family in LONG_ARMS else 1))[:2]:
             given[family].append(name)
     return {family: frozenset(names) for family, names in given.items()}

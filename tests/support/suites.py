@@ -14,7 +14,7 @@ import pytest
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.plane import is_flat
+from qdot.exercises.figure.plane import is_drawn_flat
 from tests.support import ROOT
 
 Value = TypeVar("Value")
@@ -40,7 +40,7 @@ def shape_of(chain: Chain, is_random: bool) -> str:
         return "six joints" if chain.n == 6 else "seven joints"
     if all(row.startswith("w") for row in chain.task):
         return "wrist"
-    where = "planar" if is_flat(chain) else "spatial"
+    where = "planar" if is_drawn_flat(chain) else "spatial"
     if any(joint.kind == "P" for joint in chain.joints):
         return f"{where}, with slides"
     return f"{where}, square" if len(chain.task) == chain.n else f"{where}, not square"

@@ -25,19 +25,19 @@ from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import TOP_KEYS
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.sets import SETS
 from qdot.exercises.common.console import say
-from qdot.exercises.common.variation import AXES, STEPS
+from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import ENGINE
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.history import results_path
-from qdot.grader.grading.overrides import OVERRIDES
+from qdot.grader.grading.overrides import OVERRIDES_FILE
 from qdot.grader.reports.formats import FORMATS
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.sandbox.sandbox import Limits
@@ -117,9 +117,9 @@ def interface() -> dict[str, Any]:
     """Return every name that people write, or that their programs use: none of them goes or changes its meaning."""
     import typer
 
-    from qdot.grader.cli.main import program
+    from qdot.grader.cli.main import make_program
 
-    whole = typer.main.get_command(program())
+    whole = typer.main.get_command(make_program())
     of_joints = {f"[[joint]] of {name}": sorted(convention.joint_keys) for name, convention in REGISTRY.items()}
     return {
         "commands": dict(_options(whole, "qdot")),
@@ -127,8 +127,8 @@ def interface() -> dict[str, Any]:
         "[[problem]]": sorted(ProblemEntry.model_fields),
         "ROBOT.toml": {"": sorted(TOP_KEYS), **of_joints},
         "library": sorted(qdot.__all__),
-        "conventions": sorted(CONVENTIONS), "variation": sorted((*STEPS, *AXES)), "sets": sorted(SETS),
-        "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
+        "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
+        "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
         "outlets": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 
@@ -136,7 +136,7 @@ def interface() -> dict[str, Any]:
 def _options(command: Any, name: str) -> list[tuple[str, list[str]]]:
     """Return each command by its whole name with its arguments and options."""
     if hasattr(command, "commands"):
-        return [pair for each, inner in command.commands.items() for pair in _options(inner, f"{name} {each}")]
+        return [pair for each, inner in command.command_reference.items() for pair in _options(inner, f"{name} {each}")]
     return [(name, sorted(written for one in command.params for written in one.opts))]
 
 
@@ -149,13 +149,13 @@ def write(archive: Path) -> None:
         _handed_out_and_graded(folder)
         for kept in ("certificates", "submitted"):
             shutil.copytree(folder / kept, archive / kept)
-        for kept in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES, "redrawn.csv"):
+        for kept in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE, "redrawn.csv"):
             if (folder / kept).exists():
                 shutil.copyfile(folder / kept, archive / kept)
         (archive / "graded").mkdir()
         shutil.copyfile(folder / "graded" / "results.jsonl", archive / "graded" / "results.jsonl")
     shutil.copytree(SCHEMAS, archive / "schemas")
-    about = {"qdot": version_of(ROOT), "engine": ENGINE, "grader": GRADER}
+    about = {"qdot": version_of(ROOT), "engine": ENGINE, "grader": GRADER_VERSION}
     for file, content in (("about.json", about), ("interface.json", interface())):
         (archive / file).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -164,8 +164,10 @@ def _handed_out_and_graded(folder: Path) -> None:
     init_assignment(folder, "Archived", KEY, STUDENTS, secret="an archive's secret")
     (folder / "arm.toml").write_text(ARM, encoding="utf-8")
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
-    (folder / OVERRIDES).write_text("student,part,points,comment\nbo,p3.joint-axes,0.5,on paper\n", encoding="utf-8")
-    assignment = release(load_assignment(folder), CERTIFIER, 1, lambda _: None)
+    (folder / OVERRIDES_FILE).write_text(
+        "student,part,points,comment\nbo,p3.joint-axes,0.5,on paper\n", encoding="utf-8"
+    )
+    assignment = release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     for student in STUDENTS:
         solved = json.loads(notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
         handed_in = folder / "submitted" / student.id / f"{KEY}.ipynb"

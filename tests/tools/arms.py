@@ -26,20 +26,20 @@ import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from qdot.exercises.arm.classification import Kind
+from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import with_lengths
+from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.robot_file import Robot, default_task
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.solve.solver import solve
 from qdot.exercises.solve.time_limited import write_solution
-from qdot.exercises.verify.appearance import holds, is_of_kind
+from qdot.exercises.verify.appearance import all_have_kind, statement_holds
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 FAMILIES = ("random-2", "random-3", "random-4")
@@ -65,19 +65,19 @@ def arm(number: int, seed: str) -> Robot:
     name = f"{seed}/{number}"
     draws = Stream(f"arms/{name}")
     n = draws.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
-    is_open = draws.below(3) == 0
-    joints = tuple(_joint(draws, i, is_open, oblique=draws.below(4) == 0) for i in range(1, n + 1))
+    is_open = draws.integer_below(3) == 0
+    joints = tuple(_joint(draws, i, is_open, oblique=draws.integer_below(4) == 0) for i in range(1, n + 1))
     tool = None
-    if draws.below(4) == 0:
+    if draws.integer_below(4) == 0:
         tool = Point(draws.choice(range(1, n + 1)), tuple(_length(draws, is_open, "b") for _ in range(3)))
-    base = Base(yaw=sp.pi / 6, tilt=draws.choice((sp.S.Zero, sp.pi / 2))) if draws.below(5) == 0 else Base()
+    base = Base(yaw=sp.pi / 6, tilt=draws.choice((sp.S.Zero, sp.pi / 2))) if draws.integer_below(5) == 0 else Base()
     chain = Chain(name, joints, ("vx",), base, tool, name)
     return Robot(chain.with_task(*_task(chain, draws)))
 
 
 def _joint(draws: Stream, i: int, is_open: bool, oblique: bool) -> Joint:
-    alpha = draws.choice(OBLIQUE if oblique and draws.below(2) else (0, 0, 90, -90, 90, 180)) * sp.pi / 180
-    own, a, other = draws.below(4) == 0, _length(draws, is_open, "a"), _length(draws, is_open, "d")
+    alpha = draws.choice(OBLIQUE if oblique and draws.integer_below(2) else (0, 0, 90, -90, 90, 180)) * sp.pi / 180
+    own, a, other = draws.integer_below(4) == 0, _length(draws, is_open, "a"), _length(draws, is_open, "d")
     offset = draws.choice((0, 0, 0, 90, 180, 30)) * sp.pi / 180
     if own:
         theta = draws.choice((0, 0, 90, 45 if oblique else 0)) * sp.pi / 180
@@ -86,18 +86,18 @@ def _joint(draws: Stream, i: int, is_open: bool, oblique: bool) -> Joint:
 
 
 def _length(draws: Stream, is_open: bool, letter: str) -> sp.Expr:
-    if draws.below(5) < 2:
+    if draws.integer_below(5) < 2:
         return sp.S.Zero
-    if is_open and draws.below(3):
-        return sp.Symbol(f"{letter if letter != 'd' else 'h'}{1 + draws.below(3)}")
+    if is_open and draws.integer_below(3):
+        return sp.Symbol(f"{letter if letter != 'd' else 'h'}{1 + draws.integer_below(3)}")
     return sp.Rational(draws.choice(LENGTHS)) * draws.choice((1, 1, 1, -1))
 
 
 def _task(chain: Chain, draws: Stream) -> tuple[str, ...]:
     usual = default_task(chain)
-    if draws.below(3) or len(usual) == 1:
+    if draws.integer_below(3) or len(usual) == 1:
         return usual
-    return tuple(row for row in TASK_ROWS if row in usual and draws.below(4)) or usual
+    return tuple(row for row in TASK_ROWS if row in usual and draws.integer_below(4)) or usual
 
 
 # --- what is false ---
@@ -132,7 +132,7 @@ def outcome(robot: Robot, seconds: float) -> Outcome:
 def _false(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> Iterator[str]:
     draws = Stream(f"looked at/{chain.name}")
     for _ in range(3):
-        values = {s.name: 0.3 + draws.below(900) / 1000 for s in chain.parameters}
+        values = {s.name: 0.3 + draws.integer_below(900) / 1000 for s in chain.parameters}
         joints = {q.name: draws.uniform(-3, 3) for q in chain.q}
         arm, q = NumericChain(chain, values), np.array([joints[s.name] for s in chain.q])
         known = {**values, **joints}
@@ -159,7 +159,7 @@ def _numbers(told: Any, values: Mapping[str, float]) -> Any:
 
 
 def _read(text: str) -> sp.Expr:
-    return to_sympy(read(text))
+    return to_sympy(parse_formula(text))
 
 
 def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> Iterator[str]:
@@ -172,7 +172,7 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> I
     parts = content["singular"]
     ways = [[_read(text) for text in part["conditions"]] for part in parts]
     out = check_rank_loss(chain, ways, STARTS)
-    for k in out.wrong:
+    for k in out.full_rank_branches:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
         # For other lengths there may be some.
@@ -180,8 +180,11 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any], untested: bool) -> I
         if not out.samples[k] and not chain.parameters and not is_told:
             yield f"no configuration was found in which {part['condition']} = 0"
         yield from _false_solutions(chain, part, ways[k])
-    if out.unexplained and "is not complete" not in note:
-        yield f"{len(out.unexplained)} of {out.searches} searches ended elsewhere, as at {out.unexplained[0].round(5)}"
+    if out.unexplained_configurations and "is not complete" not in note:
+        yield (
+            f"{len(out.unexplained_configurations)} of {out.search_count} searches ended elsewhere, as at "
+            f"{out.unexplained_configurations[0].round(5)}"
+        )
 
 
 def _false_words(chain: Chain, singular: Sequence[SingularComponent], content: Mapping[str, Any]) -> Iterator[str]:
@@ -194,8 +197,8 @@ def _false_words(chain: Chain, singular: Sequence[SingularComponent], content: M
     for special in content.get("special_lengths", ()):
         length, value = map(_read, special["lengths"].split(" = "))
         for part in special["singular"]:
-            kind = Kind(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
-            there = with_lengths(chain, {length: value})
+            kind = Classification(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
+            there = substitute_arm_lengths(chain, {length: value})
             for false in _false_of_looks(there, [_read(text) for text in part["conditions"]], kind):
                 yield f"for {special['lengths']}: {false}"
 
@@ -205,14 +208,14 @@ def _equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
     return [sp.sin(turn), sp.cos(turn) - 1] if joint.name.startswith("theta") else [turn]
 
 
-def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Kind) -> Iterator[str]:
-    out = check_rank_loss(chain, [conditions], STARTS, stream="looks")
+def _false_of_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Classification) -> Iterator[str]:
+    out = check_rank_loss(chain, [conditions], STARTS, seed="looks")
     samples = [Sample(out.arms[arm], q) for arm, q in out.samples[0]]
     where = " and ".join(f"{condition} = 0" for condition in conditions)
-    false = [sample for sample in samples if kind.meaning and not holds(chain, kind.meaning, sample)]
+    false = [sample for sample in samples if kind.meaning and not statement_holds(chain, kind.meaning, sample)]
     if false:
         yield f"{kind.meaning}, is said where {where}, and is not so at {false[0].q.round(5)}, nor at {len(false) - 1}"
-    others = [sample for sample in samples if not is_of_kind(chain, kind, [sample])]
+    others = [sample for sample in samples if not all_have_kind(chain, kind, [sample])]
     if len(others) > len(samples) // 25:  # some are next to where a condition more holds, and taken for that
         yield f"{kind.kind}, is said where {where}, and there are others"
 

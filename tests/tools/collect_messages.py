@@ -21,18 +21,18 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.languages import (
-    ARM,
+    ARM_HEADING,
+    ARM_IN_SENTENCE,
     FAMILY,
     LANGUAGES,
     LOCALE,
     PHRASE,
     QUESTION,
-    SHOWN,
     SOURCE,
     Catalogue,
-    is_formula,
+    is_formula_number,
     mistake_context,
-    read,
+    read_catalogue,
 )
 from qdot.exercises.writing.render import EXTENSIONS, template_folder
 from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
@@ -70,8 +70,8 @@ def _find_messages() -> Iterator[FoundMessage]:
     for path in sorted(template_folder().rglob("*.j2")):
         yield from _extract_messages("jinja2", path, f"templates/{path.relative_to(template_folder()).as_posix()}")
     for name in ARMS:
-        yield "exercises/writing/translatable_phrases.py", name, ARM
-        yield "exercises/writing/translatable_phrases.py", name, SHOWN
+        yield "exercises/writing/translatable_phrases.py", name, ARM_HEADING
+        yield "exercises/writing/translatable_phrases.py", name, ARM_IN_SENTENCE
     for phrase in PHRASES:
         yield "exercises/writing/translatable_phrases.py", phrase, PHRASE
     for family in FAMILIES.values():
@@ -80,8 +80,14 @@ def _find_messages() -> Iterator[FoundMessage]:
         yield f"exercises/{'questions' if question.form == 'chapter' else 'quizzes'}", question.title, QUESTION
     for mistake in CATALOGUE.values():
         yield "exercises/mistakes", mistake.title, mistake_context(mistake.name)
-        yield "exercises/mistakes", mistake.says, mistake_context(mistake.name)
-    for where in sorted({mistake.where for mistake in CATALOGUE.values() if not is_formula(mistake.where)}):
+        yield "exercises/mistakes", mistake.message, mistake_context(mistake.name)
+    for where in sorted(
+        {
+            mistake.chapter_reference
+            for mistake in CATALOGUE.values()
+            if not is_formula_number(mistake.chapter_reference)
+        }
+    ):
         yield "exercises/mistakes", where, SOURCE
     for text in _errata_texts():
         yield "exercises/chapter/errata.toml", text, "erratum"
@@ -248,7 +254,7 @@ def main() -> None:
         path = LOCALE / f"{code}.po"
         catalog = merge_messages(path, messages)
         write_atomically(path, po_text(catalog))
-        write_atomically(SITE / f"{code}.ts", site_text(code, read(path)))
+        write_atomically(SITE / f"{code}.ts", site_text(code, read_catalogue(path)))
         print(f"{path.relative_to(_ROOT)}: {len(messages)} messages")
         for fault in find_faults(code, catalog, messages):
             print(f"  {fault}")

@@ -19,17 +19,23 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.exercises.arm.arithmetic import determinant
-from qdot.exercises.arm.derivation_graph import RESULT, Working, as_formulas, formulas, numbers
-from qdot.exercises.arm.trigonometry import textbook
+from qdot.exercises.arm.derivation_graph import RESULT, Working, numeric_working, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.sympy_text import text_of
-from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely_mistakes, make_mistake, mistaken_answers
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.mistakes.catalogue import (
+    CATALOGUE,
+    PredictedAnswer,
+    apply_mistake,
+    generate_mistaken_answers,
+    list_likely_mistakes,
+)
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.results import is_derived, result
-from qdot.grader.diagnosis.numbers import says_something
+from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.grader.diagnosis.numbers import is_distinctive
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import diagnose
@@ -62,30 +68,30 @@ def answers_with(
     """Return what mistakes make of an answer, `only` some, `few` of them drawn; none is right, zero or undefined."""
     told = [
         Made(problem, part, mistake.name, _told(replace(part, answer=slip.answer)))
-        for mistake, slip in mistaken_answers(problem.chain, part)
+        for mistake, slip in generate_mistaken_answers(problem.chain, part)
         if mistake.name in only
     ]
     if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
         values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
-        rough = numbers(problem.chain, values)
-        right, is_direction = result(rough, part), isinstance(part.answer, Direction)
+        rough = numeric_working(problem.chain, values)
+        right, is_direction = compute_answer(rough, part), isinstance(part.answer, Direction)
         variants = [
             (mistake, key)
-            for mistake in likely_mistakes(part)
+            for mistake in list_likely_mistakes(part)
             if mistake.name in only
-            for key, wrong in _numbered(make_mistake(mistake, rough, part))
+            for key, wrong in _numbered(apply_mistake(mistake, rough, part))
             if _applies(wrong.answer, right, is_direction)
         ]
-        w = rough if _is_numeric(part) else formulas(problem.chain)
+        w = rough if _is_numeric(part) else symbolic_working(problem.chain)
         for mistake, key in _drawn(variants, few, f"{problem.id}/{part.name}"):
-            wrong = dict(_numbered(make_mistake(mistake, w, part))).get(key)
+            wrong = dict(_numbered(apply_mistake(mistake, w, part))).get(key)
             text = None if wrong is None else _written(part, wrong, w)
             if text is not None:
                 told.append(Made(problem, part, mistake.name, text))
     return _drawn(told, few, f"{problem.id}/{part.name}")
 
 
-def _numbered(answers: Iterable[Wrong]) -> Iterator[tuple[tuple[str, int], Wrong]]:
+def _numbered(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
     """Yield each wrong answer with its words and its number among those with the same words.
 
     Numbers show that a mistake at a joint changes nothing where formulas may not, and then have fewer variants.
@@ -114,7 +120,7 @@ def _applies(found: np.ndarray, right: np.ndarray, is_direction: bool) -> bool:
     """Tell whether a wrong answer differs from the right one, and says something."""
     if not np.isfinite(found).all() or not np.abs(found).max() > 1e-6 or np.abs(found).max() > 1e9:
         return False
-    if not says_something(found):
+    if not is_distinctive(found):
         return False
     if found.shape != right.shape:
         return True
@@ -138,21 +144,21 @@ def _told(part: Part) -> str:
     return str([float(value) for value in answer.reference])
 
 
-def _written(part: Part, wrong: Wrong, w: Working) -> str | None:
+def _written(part: Part, wrong: PredictedAnswer, w: Working) -> str | None:
     """Return a wrong answer as a student writes it; None where it would be too long, or is none of the options."""
     if isinstance(part.answer, Choice):
         return _option(part, wrong.answer)
     if _is_numeric(part):
         return str([[float(f"{value:.5g}") for value in row] for row in wrong.answer[..., 0].tolist()])
-    matrix = _short_determinant(wrong) if part.kind == "determinant" and w.n > 3 else as_formulas(wrong.answer)
+    matrix = _short_determinant(wrong) if part.kind == "determinant" and w.n > 3 else to_sympy_matrix(wrong.answer)
     if isinstance(part.answer, Expression):
-        text = text_of(matrix[0])
+        text = expression_text(matrix[0])
     else:
-        text = "[" + ", ".join(f"[{', '.join(map(text_of, row))}]" for row in matrix.tolist()) + "]"
+        text = "[" + ", ".join(f"[{', '.join(map(expression_text, row))}]" for row in matrix.tolist()) + "]"
     return None if len(text) > LONGEST or "nan" in text or "zoo" in text else text
 
 
-def _short_determinant(wrong: Wrong) -> sp.Matrix:
+def _short_determinant(wrong: PredictedAnswer) -> sp.Matrix:
     """Return the determinant of a wrong Jacobian of many joints, from entries in their shortest form."""
     if "determinant" in wrong.variant.changes or RESULT in wrong.variant.changes:
         return sp.Matrix([[sp.nan]])
@@ -162,7 +168,7 @@ def _short_determinant(wrong: Wrong) -> sp.Matrix:
 
 def _short(entry: sp.Expr) -> sp.Expr:
     try:
-        return textbook(sp.expand(entry))
+        return textbook_form(sp.expand(entry))
     except ValueError:  # of angles in degrees, or with a constant in them
         return sp.expand(entry)
 
@@ -196,13 +202,13 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
     answer = part.answer
     for _ in range(count):
         if isinstance(answer, Expression):
-            yield spoiled(text_of(answer.reference))
+            yield spoiled(expression_text(answer.reference))
         elif isinstance(answer, Number):
             yield str([float(f"{float(v) * rng.uniform(0.3, 3):.5g}") for v in answer.reference])
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
-            rows = [[text_of(entry) for entry in row] for row in answer.as_matrix().tolist()]
+            rows = [[expression_text(entry) for entry in row] for row in answer.as_matrix().tolist()]
             places = [(i, j) for i, row in enumerate(rows) for j, entry in enumerate(row) if entry != "0"]
             for i, j in rng.sample(places, min(len(places), rng.randint(1, 3))):
                 rows[i][j] = spoiled(rows[i][j])

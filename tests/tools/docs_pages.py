@@ -17,11 +17,11 @@ from qdot.exercises.arm.library import robots
 from qdot.exercises.chapter import corrections, examples, planar_2r, scorbot_arm
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.variation import DEFAULT, STEPS
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.listing import LISTING, FamilyListing
+from qdot.exercises.families.listing import LISTING_FILE, FamilyListing
 from qdot.exercises.figure.arm_figure import figure_svg, singular_svg, thumbnail_svg
-from qdot.exercises.generation import find_out, sample_chain
+from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -42,7 +42,7 @@ def documents() -> Mapping[str, str]:
         "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
         "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
     }
-    shown = [(name, DEFAULT) for name in FAMILIES] + [(SHOWN, step) for step in STEPS]
+    shown = [(name, DEFAULT_VARIATION) for name in FAMILIES] + [(SHOWN, step) for step in VARIATION_STEPS]
     for name, step in shown:
         arm = sample_chain(ProblemId(name, 0, variation=step))
         drawings[thumbnail_path(name, step)] = thumbnail_svg(arm, name)
@@ -61,7 +61,7 @@ def documents() -> Mapping[str, str]:
 def write(folder: Path) -> list[Path]:
     """Write the generated files into a docs folder, and return their paths. Raises QdotError."""
     texts = documents()
-    write_atomically(LISTING, listing_text())
+    write_atomically(LISTING_FILE, listing_text())
     for name, text in texts.items():
         write_atomically(folder / name, text)
     return [folder / name for name in texts]
@@ -119,17 +119,17 @@ def variation_page() -> str:
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
-        steps=STEPS,
-        default=DEFAULT,
+        steps=VARIATION_STEPS,
+        default=DEFAULT_VARIATION,
         shown=SHOWN,
-        tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in STEPS],
-        thumbnails={step: thumbnail_path(SHOWN, step) for step in STEPS},
+        tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in VARIATION_STEPS],
+        thumbnails={step: thumbnail_path(SHOWN, step) for step in VARIATION_STEPS},
         groups=GROUPS,
         sharing=measured["formulas"],
-        varied=[name for name, family in FAMILIES.items() if family.varied],
+        varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
         difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
-        has={name: FAMILIES[name].has_axes for name in FAMILIES},
+        has={name: FAMILIES[name].variation_names for name in FAMILIES},
     )
 
 
@@ -152,15 +152,15 @@ def _first_arm(family: str) -> Chain:
     return sample_chain(ProblemId(family, 0))
 
 
-def thumbnail_path(family: str, step: str = DEFAULT) -> str:
+def thumbnail_path(family: str, step: str = DEFAULT_VARIATION) -> str:
     """Return the path of the drawing of a family's first arm at a step of variation."""
-    return f"families/{family}.svg" if step == DEFAULT else f"families/{family}-{step}.svg"
+    return f"families/{family}.svg" if step == DEFAULT_VARIATION else f"families/{family}-{step}.svg"
 
 
 @cache
 def list_families() -> dict[str, FamilyListing]:
     """Return what is to be listed of each family, found out from its arms."""
-    return {name: find_out(family) for name, family in FAMILIES.items()}
+    return {name: compute_listing(family) for name, family in FAMILIES.items()}
 
 
 def listing_text() -> str:

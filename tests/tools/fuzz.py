@@ -26,12 +26,12 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import names, trees
 from qdot.exercises.formula import parser as expression
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
-from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
+from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
 from qdot.grader.judging import answer
-from qdot.grader.judging.answer import read_conditions, with_joint
+from qdot.grader.judging.answer import assign_values_to_joint, read_conditions
 from qdot.grader.judging.compare import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
@@ -119,7 +119,7 @@ def printing(text: str) -> None:
     """What was read prints as a text that reads as the same; what is plain Python means what Python says."""
     for known in KNOWN[:3]:
         tree = _tree(text, known)
-        if tree is None or not _scalar(tree) or not all(map(_is_plain, trees.names(tree))):
+        if tree is None or not _scalar(tree) or not all(map(_is_plain, trees.find_names(tree))):
             continue
         again = _tree(node_text(tree), known)
         if again is None:
@@ -137,15 +137,15 @@ def _alone(tree: Node) -> Node:
 
 def judging(text: str) -> None:
     """Every judgement ends in an outcome, and in full marks only where many digits agree."""
-    rows = [[read(entry, DOMAIN.roles) for entry in row] for row in MATRIX]
-    due = [[read(EXPRESSION, DOMAIN.roles)]]
+    rows = [[parse_formula(entry, DOMAIN.roles) for entry in row] for row in MATRIX]
+    due = [[parse_formula(EXPRESSION, DOMAIN.roles)]]
     judged = _judged(lambda: judge_expression(text, EXPRESSION, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT:
-        answers = (text, answer.with_points(text))
-        if all(_differ([[_alone(_right(read(answer, DOMAIN.roles)))]], due) for answer in answers):
+        answers = (text, answer.replace_decimal_commas(text))
+        if all(_differ([[_alone(_right(parse_formula(answer, DOMAIN.roles)))]], due) for answer in answers):
             raise Find("this expression is not the reference")
     judged = _judged(lambda: judge_matrix(text, MATRIX, DOMAIN, text_seed(text)))
-    if judged.outcome is Outcome.CORRECT and _differ(as_matrix(_right(read(text, DOMAIN.roles))), rows):
+    if judged.outcome is Outcome.CORRECT and _differ(as_matrix(_right(parse_formula(text, DOMAIN.roles))), rows):
         raise Find("this matrix is not the reference")
     judged = _judged(lambda: judge_singular(text, SINGULAR, JOINTS, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT and not _holds_where_due(text):
@@ -198,20 +198,20 @@ def _judged(judgement: Callable[[], Judgement]) -> Judgement:
 
 def _tree(text: str, known: frozenset[str]) -> Node | None:
     try:
-        return read(text, known)
-    except ReadError:
+        return parse_formula(text, known)
+    except ParseError:
         return None
 
 
 def _is_plain(name: str) -> bool:
     """Tell whether a name is one of which nothing is taken away when it is read: theta__2 is theta_2."""
-    return name.isidentifier() and names.plain_name(name) == name
+    return name.isidentifier() and names.normalize_name(name) == name
 
 
 def _scalar(tree: Node) -> bool:
     try:
         compile_program([tree])
-    except ReadError:
+    except ParseError:
         return False
     return True
 
@@ -231,8 +231,8 @@ def _right(tree: Node) -> Node:
 
 def _apart(one: Node, other: Node) -> bool:
     """Tell whether two trees have different values at random points, or different symbols."""
-    used = trees.names(one)
-    if used != trees.names(other):
+    used = trees.find_names(one)
+    if used != trees.find_names(other):
         return True
     values = DOMAIN.sample(used, 12, Stream("fuzz/printing"))
     (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 12) for tree in (one, other))
@@ -360,13 +360,13 @@ def _holds_where_due(text: str) -> bool:
     """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
-    claimed = parse_pieces(with_joint(tree, JOINTS), JOINTS)
+    claimed = parse_pieces(assign_values_to_joint(tree, JOINTS), JOINTS)
 
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
 
     def gap(atom: Atom, at: Mapping[str, Any]) -> Any:
-        value = _precise(atom.zero, at)
+        value = _precise(atom.expression, at)
         if not mpmath.isfinite(value):
             return mpmath.inf
         if atom.joint is None:
@@ -389,10 +389,10 @@ _PARTS = re.compile(r"\\?[a-zA-Z]+|\d+|\s+|.", re.DOTALL)
 def changed(text: str, rng: Stream, tokens: tuple[str, ...], most: int = LONGEST) -> str:
     """Return a text with a few of its parts put in, taken out, exchanged, repeated or bracketed."""
     parts = _PARTS.findall(text)
-    for _ in range(1 + rng.below(4)):
-        at = rng.below(len(parts) + 1)
-        end = min(len(parts), at + 1 + rng.below(5))
-        way = rng.below(8)
+    for _ in range(1 + rng.integer_below(4)):
+        at = rng.integer_below(len(parts) + 1)
+        end = min(len(parts), at + 1 + rng.integer_below(5))
+        way = rng.integer_below(8)
         if way <= 1:
             parts.insert(at, rng.choice(tokens))
         elif way == 2:
@@ -400,15 +400,15 @@ def changed(text: str, rng: Stream, tokens: tuple[str, ...], most: int = LONGEST
         elif way == 3:
             parts[at:end] = [rng.choice(tokens)]
         elif way == 4:
-            parts[at:at] = parts[at:end] * (1 + rng.below(3))
+            parts[at:at] = parts[at:end] * (1 + rng.integer_below(3))
         elif way == 5:
-            there = rng.below(len(parts) + 1)
+            there = rng.integer_below(len(parts) + 1)
             parts[there:there] = parts[at:end]
         elif way == 6:
             parts.insert(end, ")")
             parts.insert(at, "(")
-        elif rng.below(20) == 0:  # what takes long shows where there is much of it
-            parts[at:at] = parts[at:end] * 2 ** rng.below(12)
+        elif rng.integer_below(20) == 0:  # what takes long shows where there is much of it
+            parts[at:at] = parts[at:end] * 2 ** rng.integer_below(12)
     return "".join(parts)[:most]
 
 
@@ -421,8 +421,8 @@ def fuzz(target: str, seconds: float, seed: str) -> int:
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         text = rng.choice(texts)
-        for _ in range(1 + rng.below(4)):
-            text = changed(text, rng, PLAIN if target == "printing" and rng.below(2) else TOKENS)
+        for _ in range(1 + rng.integer_below(4)):
+            text = changed(text, rng, PLAIN if target == "printing" and rng.integer_below(2) else TOKENS)
         try:
             checked(target, text, slower=4.0)
         except Exception as error:

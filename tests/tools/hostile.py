@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.common.stream import Stream
-from qdot.grader.submissions.cells import LARGEST
+from qdot.grader.submissions.cells import MAX_FILE_BYTES
 from tests.support.handing_in import code
 from tests.tools.fuzz import TOKENS, changed
 
@@ -68,7 +68,7 @@ _ENDINGS = (
 
 
 def name(rng: Stream) -> str:
-    drawn = "".join(rng.choice(_PIECES) for _ in range(1 + rng.below(3))).replace("/", "_")
+    drawn = "".join(rng.choice(_PIECES) for _ in range(1 + rng.integer_below(3))).replace("/", "_")
     ending = rng.choice(_ENDINGS)
     drawn = os.fsencode(drawn)[: 255 - len(ending)].decode("utf-8", "surrogateescape") + ending
     return f"{drawn}x" if drawn in (".", "..") else drawn
@@ -76,7 +76,7 @@ def name(rng: Stream) -> str:
 
 def own_folder(root: Path, rng: Stream) -> Path:
     """Return what a platform would call the student's folder, with what a student could have a say in at its end."""
-    if rng.below(5):
+    if rng.integer_below(5):
         return root / OWN
     noise = name(rng).replace("\0", "")
     begin = rng.choice(
@@ -89,9 +89,9 @@ def own_folder(root: Path, rng: Stream) -> Path:
 
 
 def names(desk: Desk, rng: Stream) -> None:
-    for _ in range(1 + rng.below(6)):
+    for _ in range(1 + rng.integer_below(6)):
         content = rng.choice((desk.right, "", "no notebook", "{", "<html>", "p1_position = 1\n"))
-        desk.put("/".join(name(rng) for _ in range(1 + rng.below(3))), content.encode())
+        desk.put("/".join(name(rng) for _ in range(1 + rng.integer_below(3))), content.encode())
 
 
 def many_files(desk: Desk, rng: Stream) -> None:
@@ -121,15 +121,15 @@ def links(desk: Desk, rng: Stream) -> None:
         "hw.ipynb", "loop", f"../{NEIGHBOUR}", f"../{NEIGHBOUR}/hw.ipynb", "../../secret.txt", "../../graded",
         "x" * 255, "x" * 300, "a/" * 2000, "\udcf6", "\n", str(desk.root / NEIGHBOUR / "hw.ipynb"),
     )  # fmt: skip
-    for _ in range(1 + rng.below(4)):
+    for _ in range(1 + rng.integer_below(4)):
         called = rng.choice(("hw.ipynb", "loop", "folder", name(rng)))
-        if rng.below(6) == 0:  # the student's whole folder, or file, is a link
+        if rng.integer_below(6) == 0:  # the student's whole folder, or file, is a link
             desk.own.parent.mkdir(parents=True, exist_ok=True)
             desk.own.symlink_to(rng.choice(targets))
             return
         desk.own.mkdir(parents=True, exist_ok=True)
         (desk.own / called).symlink_to(rng.choice(targets))
-    if rng.below(4) == 0:
+    if rng.integer_below(4) == 0:
         os.link(desk.put("one.ipynb", desk.right.encode()), desk.own / "two.ipynb")
 
 
@@ -139,7 +139,7 @@ def special(desk: Desk, rng: Stream) -> None:
     place = rng.choice(
         (desk.own / called, desk.own.with_name(f"{desk.own.name}.ipynb"), desk.root / "submission_metadata.yml")
     )
-    if rng.below(2):
+    if rng.integer_below(2):
         os.mkfifo(place)
     else:
         with socket.socket(socket.AF_UNIX) as made, contextlib.chdir(place.parent):
@@ -159,14 +159,14 @@ def times(desk: Desk, rng: Stream) -> None:
 
 
 def sizes(desk: Desk, rng: Stream) -> None:
-    drawn = rng.below(5)
+    drawn = rng.integer_below(5)
     if drawn == 0:
         desk.put(
             "hw.ipynb", rng.choice((b"", b" ", b"\n" * 1000, b"\0", b"\xef\xbb\xbf", b"\xff\xfe", b"{", b"[]", b"null"))
         )
     elif drawn == 1:
         with desk.put(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
-            file.truncate(rng.choice((LARGEST, LARGEST + 1, 10**12)))
+            file.truncate(rng.choice((MAX_FILE_BYTES, MAX_FILE_BYTES + 1, 10**12)))
     elif drawn == 2:
         output = {"output_type": "stream", "name": "stdout", "text": rng.choice(("x", '"', "\n", "ö")) * 30_000_000}
         desk.put("hw.ipynb", _changed_cells(desk, lambda cells: cells[2].update(outputs=[output])).encode())
@@ -187,10 +187,10 @@ def stray(desk: Desk, rng: Stream) -> None:
         "submission_7:", "  :submitters:", "  - :sid: s02", "    :name: Two", "  :created_at: 2026-99-21 22:05:07 Z",
              "  :created_at: 9999-12-31 23:59:59 -23:59", "\udcff", '  - :sid: "\\ud800"', "? [", "x" * 10_000,
     )  # fmt: skip
-    text = "\n".join(rng.choice(lines) for _ in range(rng.below(12)))
-    if rng.below(6) == 0:
+    text = "\n".join(rng.choice(lines) for _ in range(rng.integer_below(12)))
+    if rng.integer_below(6) == 0:
         place.mkdir()
-    elif rng.below(4) == 0:
+    elif rng.integer_below(4) == 0:
         place.symlink_to(rng.choice(("nowhere", place.name, "x" * 300, "/dev/zero")))
     else:
         written(place, text.encode("utf-8", "surrogateescape"))
@@ -229,7 +229,7 @@ def _places(value: Any) -> list[tuple[Any, Any]]:
 
 def structures(desk: Desk, rng: Stream) -> None:
     data = json.loads(desk.right)
-    version = rng.below(6)
+    version = rng.integer_below(6)
     if version == 0:
         sheets: Any = rng.choice(([{"cells": data.pop("cells")}], [], None, {}, [None, [], {"cells": {}}]))
         data.update(nbformat=3, worksheets=sheets)
@@ -237,9 +237,9 @@ def structures(desk: Desk, rng: Stream) -> None:
         data.update(
             nbformat=rng.choice((5, 2, 99, -1, None, "4", 4.5)), nbformat_minor=rng.choice((0, None, "x", 10**9))
         )
-    for _ in range(rng.below(5)):
+    for _ in range(rng.integer_below(5)):
         holder, key = rng.choice(_places(data) or [({}, "")])
-        way = rng.below(5)
+        way = rng.integer_below(5)
         if way <= 2:
             holder[key] = _odd(rng)
         elif way == 3 and key in holder if isinstance(holder, dict) else way == 3:
@@ -248,14 +248,16 @@ def structures(desk: Desk, rng: Stream) -> None:
             holder[rng.choice(("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", name(rng)))] = _odd(rng)
         else:
             holder.insert(0, _odd(rng))
-    if rng.below(8) == 0:
+    if rng.integer_below(8) == 0:
         data = rng.choice(([data], {"cells": data}, None, "notebook", [[data]], {"metadata": data.get("metadata")}))
-    text = json.dumps(data, ensure_ascii=bool(rng.below(2)))
+    text = json.dumps(data, ensure_ascii=bool(rng.integer_below(2)))
     while f'"{_RAW}"' in text:
         text = text.replace(f'"{_RAW}"', rng.choice(_TEXTS_OF_JSON), 1)
-    if rng.below(6) == 0:
+    if rng.integer_below(6) == 0:
         text = (
-            text.replace('"cells": ', '"cells": [], "cells": ', 1) if rng.below(2) else f'{text[:-1]}, "cells": {{}}}}'
+            text.replace('"cells": ', '"cells": [], "cells": ', 1)
+            if rng.integer_below(2)
+            else f'{text[:-1]}, "cells": {{}}}}'
         )
     desk.put(_called(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
 
@@ -268,22 +270,22 @@ def bytes_changed(desk: Desk, rng: Stream) -> None:
     data = bytearray(
         desk.right.encode(rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig")))
     )
-    for _ in range(1 + rng.below(8)):
-        at, length = rng.below(len(data) + 1), 1 + rng.below(200)
-        way = rng.below(6)
+    for _ in range(1 + rng.integer_below(8)):
+        at, length = rng.integer_below(len(data) + 1), 1 + rng.integer_below(200)
+        way = rng.integer_below(6)
         if way == 0:
-            data[at : at + 1] = bytes([rng.below(256)])
+            data[at : at + 1] = bytes([rng.integer_below(256)])
         elif way == 1:
             del data[at : at + length]
         elif way == 2:
-            data[at:at] = rng.take(length)
+            data[at:at] = rng.take_bytes(length)
         elif way == 3:
             data[at:at] = data[at : at + length]
         elif way == 4:
             data[at:at] = rng.choice(
                 (b"\0", b"\xff", b"\r", b"\x1a", b"\xed\xa0\x80", b'"', b"{", b"]", b"\\u", b"\xe2\x80\xa8")
             )
-        elif rng.below(4) == 0:
+        elif rng.integer_below(4) == 0:
             del data[at:]
     magic = rng.choice(
         (b"", b"", b"", b"", b"%PDF", b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b", b"\x89PNG", b"\xff\xfe", b"BZh")
@@ -341,11 +343,11 @@ def _changed_cells(desk: Desk, change: Callable[[list[dict[str, Any]]], Any]) ->
 
 def cells(desk: Desk, rng: Stream) -> None:
     def change(all_cells: list[dict[str, Any]]) -> None:
-        for _ in range(1 + rng.below(4)):
-            cell, way = all_cells[2 + rng.below(3)], rng.below(5)
+        for _ in range(1 + rng.integer_below(4)):
+            cell, way = all_cells[2 + rng.integer_below(3)], rng.integer_below(5)
             variable = str(cell["source"]).partition(" = ")[0]
             if way == 0:
-                all_cells.insert(rng.below(len(all_cells)), code(rng.choice(_SOURCES)))
+                all_cells.insert(rng.integer_below(len(all_cells)), code(rng.choice(_SOURCES)))
             elif way == 1:
                 cell["source"] = f"{cell['source']}\n{rng.choice(_SOURCES)}"
             elif way <= 3:
@@ -362,7 +364,7 @@ def cells(desk: Desk, rng: Stream) -> None:
 @cache
 def _bomb() -> bytes:
     """Return zeros that unpack to more than is read."""
-    return gzip.compress(b"\0" * (LARGEST + 10), 1)
+    return gzip.compress(b"\0" * (MAX_FILE_BYTES + 10), 1)
 
 
 def _zip(desk: Desk, rng: Stream) -> bytes:
@@ -381,11 +383,11 @@ def _zip(desk: Desk, rng: Stream) -> bytes:
             info.compress_type = archive.compression
             with contextlib.suppress(ValueError, UnicodeError), warnings.catch_warnings(action="ignore"):  # odd names
                 archive.writestr(info, _packed_content(desk, rng))
-        if rng.below(30) == 0:
+        if rng.integer_below(30) == 0:
             for number in range(10_050):
                 archive.writestr(f"{number}.ipynb", b"")
     data = bytearray(packed.getvalue())
-    if rng.below(4) == 0:  # said to be encrypted
+    if rng.integer_below(4) == 0:  # said to be encrypted
         for mark, at in ((b"PK\x01\x02", 8), (b"PK\x03\x04", 6)):
             place = data.find(mark)
             if place >= 0:
@@ -420,7 +422,7 @@ def _tar(desk: Desk, rng: Stream) -> bytes:
             with contextlib.suppress(ValueError, UnicodeError):
                 archive.addfile(info, io.BytesIO(content))
     data = packed.getvalue()
-    return gzip.compress(data, 1) if rng.below(2) else data
+    return gzip.compress(data, 1) if rng.integer_below(2) else data
 
 
 def _packed_name(rng: Stream) -> str:
@@ -434,24 +436,34 @@ def _packed_name(rng: Stream) -> str:
 
 def _packed_content(desk: Desk, rng: Stream) -> bytes:
     return rng.choice(
-        (desk.right.encode(), desk.right.encode(), b"", b"{}", rng.take(300), b"PK\x03\x04", desk.right[:500].encode())
+        (
+            desk.right.encode(),
+            desk.right.encode(),
+            b"",
+            b"{}",
+            rng.take_bytes(300),
+            b"PK\x03\x04",
+            desk.right[:500].encode(),
+        )
     )
 
 
 def archives(desk: Desk, rng: Stream) -> None:
-    drawn = rng.below(12)
+    drawn = rng.integer_below(12)
     if drawn == 0:
         desk.put(rng.choice(("a.tar.gz", "hw.ipynb", "a.zip")), _bomb())
         return
     made = bytearray((_zip if drawn % 2 else _tar)(desk, rng))
     for _ in range(rng.choice((0, 0, 1, 3))):
-        at, way = rng.below(len(made) + 1), rng.below(5)
+        at, way = rng.integer_below(len(made) + 1), rng.integer_below(5)
         if way == 0:
             del made[at:]
         elif way == 1:
-            made[at : at + 4] = rng.choice((b"\xff" * 4, b"\0" * 4, struct.pack("<I", 2**31), b"99999999", rng.take(4)))
+            made[at : at + 4] = rng.choice(
+                (b"\xff" * 4, b"\0" * 4, struct.pack("<I", 2**31), b"99999999", rng.take_bytes(4))
+            )
         elif way == 2:
-            made[at : at + 1] = rng.take(1)
+            made[at : at + 1] = rng.take_bytes(1)
         elif way == 3:
             made[0:0] = rng.choice((b"#!/bin/sh\n", b"\0" * 512, bytes(made[:600])))
         else:
@@ -472,7 +484,7 @@ OFTEN = (*KINDS, "names", "links", *["structures"] * 4, *["bytes"] * 3, *["cells
 def hand_in_drawn(root: Path, right: str, rng: Stream, among: tuple[str, ...] = OFTEN) -> str:
     """Put something drawn into the folder of submissions; return in words what."""
     desk = Desk(root, own_folder(root, rng), right)
-    drawn = [rng.choice(among) for _ in range(1 + rng.below(8) // 6)]
+    drawn = [rng.choice(among) for _ in range(1 + rng.integer_below(8) // 6)]
     drawn.sort(key=lambda kind: kind == "links")  # what comes after a link to a folder would be put into that
     if drawn[0] == "links":
         del drawn[1:]

@@ -20,11 +20,11 @@ from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import text_of
-from qdot.exercises.formula.trees import Node, names, node_text
-from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.trees import Node, find_names, node_text
+from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression
@@ -73,7 +73,7 @@ def shifted(node: Node, rng: Stream) -> Node | None:
     """sin(x) as cos(x - pi/2), as -sin(x + pi), or with another whole turn."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
-    x, way = node.args[0], rng.below(3)
+    x, way = node.args[0], rng.integer_below(3)
     if way == 0:
         other = "cos" if node.value == "sin" else "sin"
         return call(other, plus(x, over(PI, TWO), "-" if node.value == "sin" else "+"))
@@ -88,7 +88,7 @@ def half_angles(node: Node, rng: Stream) -> Node | None:
         return None
     half = over(node.args[0], TWO)
     t2, s2 = (Node("^", (call(name, half), TWO)) for name in ("tan", "sin"))
-    if rng.below(2):
+    if rng.integer_below(2):
         above = times(TWO, call("tan", half)) if node.value == "sin" else plus(number(1), t2, "-")
         return over(above, plus(number(1), t2))
     return (
@@ -168,7 +168,7 @@ def decimals(node: Node, rng: Stream) -> Node | None:
 
 def doubled(node: Node, rng: Stream) -> Node | None:
     """Half of twice, minus minus, and the like."""
-    way = rng.below(3)
+    way = rng.integer_below(3)
     if way == 0:
         return over(times(TWO, node), TWO)
     return Node("neg", (Node("neg", (node,)),)) if way == 1 else plus(plus(node, IMAGINARY), IMAGINARY, "-")
@@ -216,7 +216,7 @@ def size(node: Node, rng: Stream) -> Node | None:
     """A sine without its sign, by an absolute value or a root."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
-    return call("abs", node) if rng.below(2) else call("sqrt", Node("^", (node, TWO)))
+    return call("abs", node) if rng.integer_below(2) else call("sqrt", Node("^", (node, TWO)))
 
 
 def disturbed(node: Node, rng: Stream) -> Node | None:
@@ -264,7 +264,7 @@ def changed(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) -> Nod
 
 def differs(one_: Node, other: Node, domain: Domain, rng: Stream) -> bool | None:
     """Whether two trees clearly differ somewhere; None where that is not clear."""
-    used = names(one_) | names(other)
+    used = find_names(one_) | find_names(other)
     values = domain.sample(used, 200, rng)
     (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (one_, other))
     good = np.isfinite(a) & np.isfinite(b) & np.isfinite(ma) & np.isfinite(mb)
@@ -278,10 +278,10 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
     """The formulas of all families' problems, one after another, with where they are from."""
     for seed in seeds:
         for family in FAMILIES:
-            if FAMILIES[family].varied:
+            if FAMILIES[family].has_varied_structure:
                 asked: tuple[str, ...] = ("jacobian",)
             else:
-                asked = tuple(question for question in questions_of(family) if question in ASKED)
+                asked = tuple(question for question in questions_of_family(family) if question in ASKED)
             problem = generate(ProblemId(family, seed, asked))
             domain = problem.domain()
             for part in problem.parts:
@@ -289,8 +289,8 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
                 entries = list(answer.reference) if isinstance(answer, Matrix) else []
                 entries = [answer.reference] if isinstance(answer, Expression) else entries
                 for index, entry in enumerate(entries):
-                    if len(text := text_of(entry)) <= LONGEST:
-                        yield f"{family}/{seed} {part.name}[{index}]", read(text, domain.roles), domain
+                    if len(text := expression_text(entry)) <= LONGEST:
+                        yield f"{family}/{seed} {part.name}[{index}]", parse_formula(text, domain.roles), domain
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,13 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.site.keys import key_of
+from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import arm_record
 from tests.exercises.formula import test_reading as writings
 from tests.support import ROOT
@@ -93,8 +93,8 @@ def problems_json() -> list[dict[str, Any]]:
 
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part as the site's bank has it, as far as answers are judged by it."""
-    question, key = ASKED[part.kind], key_of(problem, part, with_mistakes=False)
-    labels, columns = list(question.typed_labels(problem.chain, part)), list(question.columns(problem.chain))
+    question, key = ASKED[part.kind], make_key(problem, part, with_mistakes=False)
+    labels, columns = list(question.list_typed_names(problem.chain, part)), list(question.column_names(problem.chain))
     return {"name": part.name, "kind": part.kind, "labels": labels, "columns": columns, "key": key}
 
 
@@ -104,15 +104,15 @@ def part_json(problem: Problem, part: Part) -> dict[str, Any]:
 def tree_text(text: str, known: frozenset[str]) -> str | None:
     """Return the tree of a text in the form of `canonical`, None where it is refused."""
     try:
-        return canonical(read(text, known))
-    except ReadError:
+        return canonical(parse_formula(text, known))
+    except ParseError:
         return None
 
 
 def canonical(tree: Node) -> str:
     """Return a tree as a text: (kind inner inner), names as they are, numbers exactly.
 
-    >>> canonical(read("2*a1 + sin(0.50)"))
+    >>> canonical(parse_formula("2*a1 + sin(0.50)"))
     '(+ (* #2 a1) (call sin #5e-1))'
     """
     parts: list[str] = []
@@ -285,12 +285,14 @@ def question_of(count: int, seed: str) -> Asked:
     texts = [text for text in (*seeds(), *written()) if len(text) < 300]
     question = Asked([(text, k) for text in (*written(), *SETS, *ANYTHING) for k in range(len(KNOWN))][: count // 4])
     while len(question.readings) < count:
-        text = rng.choice(texts) if rng.below(3) else _thrown_together(rng)
-        for _ in range(rng.below(3)):
+        text = rng.choice(texts) if rng.integer_below(3) else _thrown_together(rng)
+        for _ in range(rng.integer_below(3)):
             text = _replaced_at(text, *rng.choice(WORDS), rng)
-        for _ in range(rng.below(3)):
+        for _ in range(rng.integer_below(3)):
             text = changed(text, rng, TOKENS, most=600)
-        question.readings.append((text + (rng.choice(ENDS) if rng.below(5) == 0 else ""), rng.below(len(KNOWN))))
+        question.readings.append(
+            (text + (rng.choice(ENDS) if rng.integer_below(5) == 0 else ""), rng.integer_below(len(KNOWN)))
+        )
     while len(question.answers) < count // 4:
         question.answers.append(_answer(rng))
     return question
@@ -298,7 +300,9 @@ def question_of(count: int, seed: str) -> Asked:
 
 def _thrown_together(rng: Stream) -> str:
     """Return words and signs of the vocabulary in a row, with some others of all scripts."""
-    return "".join(rng.choice(_all_words()) if rng.below(12) else _sign(rng) for _ in range(1 + rng.below(12)))
+    return "".join(
+        rng.choice(_all_words()) if rng.integer_below(12) else _sign(rng) for _ in range(1 + rng.integer_below(12))
+    )
 
 
 @cache
@@ -321,7 +325,7 @@ def _words_in(table: Any) -> Iterator[str]:
 def _sign(rng: Stream) -> str:
     """Return a character of any script; those of Unicode 3.2 are the same to every Python and every Node."""
     while True:
-        sign = chr(rng.below(0x2300 if rng.below(3) else 0xFFFF))
+        sign = chr(rng.integer_below(0x2300 if rng.integer_below(3) else 0xFFFF))
         if unicodedata.ucd_3_2_0.category(sign) not in ("Cn", "Cs"):
             return sign
 
@@ -350,17 +354,17 @@ def written() -> list[str]:
 
 
 def _answer(rng: Stream) -> Answer:
-    k = rng.below(len(problems()))
+    k = rng.integer_below(len(problems()))
     part = rng.choice(problems()[k].parts)
     is_set = isinstance(part.answer, ConditionSet)
-    text = rng.choice(SETS) if is_set and rng.below(3) else rng.choice(right_answers(k, part.name))
-    if rng.below(12) == 0:
+    text = rng.choice(SETS) if is_set and rng.integer_below(3) else rng.choice(right_answers(k, part.name))
+    if rng.integer_below(12) == 0:
         text = rng.choice(ANYTHING)
-    for _ in range(rng.below(3)):
+    for _ in range(rng.integer_below(3)):
         text = _replaced_at(text, *rng.choice(WORDS), rng)
-    if rng.below(4) == 0:
+    if rng.integer_below(4) == 0:
         text = rng.choice(STARTS) + text + rng.choice(ENDS)
-    if rng.below(4) == 0:
+    if rng.integer_below(4) == 0:
         text = changed(text, rng, TOKENS, most=600)
     return (k, part.name, text)
 
@@ -368,10 +372,10 @@ def _answer(rng: Stream) -> Answer:
 def _replaced_at(text: str, old: str, new: str, rng: Stream) -> str:
     """Return a text with another put for one, everywhere or in one place."""
     places = text.count(old)
-    if places == 0 or rng.below(2):
+    if places == 0 or rng.integer_below(2):
         return text.replace(old, new)
     head = text.split(old)
-    at = 1 + rng.below(places)
+    at = 1 + rng.integer_below(places)
     return old.join(head[:at]) + new + old.join(head[at:])
 
 
@@ -382,7 +386,7 @@ def right_answers(problem: int, name: str) -> Sequence[str]:
     found = [part.answer.code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):
         return [*found, ", ".join(part.answer.pieces()), *part.answer.pieces()]
-    if part.answer.is_formulas:
+    if part.answer.is_symbolic:
         matrix = part.answer.as_matrix()
         found.append(sp.latex(matrix if matrix.shape != (1, 1) else matrix[0, 0]))
     return list(dict.fromkeys(found))

@@ -17,13 +17,13 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.derivation_graph import Working, numbers
+from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import DEFAULT, STEPS
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of, sample_chain
+from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS
@@ -33,7 +33,7 @@ MEASURED = Path(__file__).with_name("sharing.json")
 CLASS, ASKED_CLASS = 500, 30
 """Students of the class whose arms are drawn, and of the smaller one that is asked."""
 
-ASKED_FAMILIES, ASKED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT)
+ASKED_FAMILIES, ASKED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT_VARIATION)
 """The families whose parts are asked of the smaller class, and at which steps."""
 
 CLASS_OF_VARIED = 100
@@ -111,7 +111,7 @@ def _evaluate(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> 
         )
         for symbol in (*generic.q, *generic.parameters)
     }
-    return numbers(generic, values)
+    return numeric_working(generic, values)
 
 
 @cache
@@ -120,7 +120,7 @@ def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> flo
     fixed = {}
     for symbol in expression.free_symbols:
         stream = Stream(f"sharing/{symbol.name}/{pose if symbol in joints else 0}")
-        fixed[symbol] = 0.25 + stream.below(10**9) / 10**9
+        fixed[symbol] = 0.25 + stream.integer_below(10**9) / 10**9
     return float(expression.subs(fixed))
 
 
@@ -150,15 +150,15 @@ def arms_of(family: str, step: str, size: int) -> list[Chain]:
 
 def measure_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]]:
     """Return how many of a class share the answers of each group, by step."""
-    asked = set(questions_of(family))
-    plain = FAMILIES[family].plain
+    asked = set(questions_of_family(family))
+    plain = FAMILIES[family].textbook_arm
     square = plain is None or len(plain.task) == plain.n
     groups = [group for group, names in GROUPS.items() if asked & set(names) and (square or group != "singular")]
     return {
         step: {
             group: count_sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()
         }
-        for step in STEPS
+        for step in VARIATION_STEPS
     }
 
 
@@ -185,12 +185,12 @@ def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
 def questions_beyond_arm(family: str) -> list[str]:
     """Return the questions of a family whose answers do not depend on the arm alone."""
     in_formulas = {name for names in GROUPS.values() for name in names} | ALIKE
-    return [name for name in questions_of(family) if name not in in_formulas]
+    return [name for name in questions_of_family(family) if name not in in_formulas]
 
 
 def measure_family(family: str) -> dict[str, Any]:
     """Measure one family."""
-    size = CLASS_OF_VARIED if FAMILIES[family].varied else CLASS
+    size = CLASS_OF_VARIED if FAMILIES[family].has_varied_structure else CLASS
     return {"students": size, "steps": measure_formulas(family, size)}
 
 

@@ -14,12 +14,12 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.entry import value_of
+from qdot.exercises.arm.entry import parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.robot_file import ROW_KEYS, read_robot_file
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.site.robots import NOTHING, robots_text
+from qdot.exercises.site.robots import ZERO_VECTOR, robots_text
 from tests.support import ROOT
 
 TARGET = ROOT / "site" / "tests" / "arms.json"
@@ -46,7 +46,7 @@ def _case(table: Table, name: str) -> dict[str, Any]:
     q = [round(stream.uniform(-3, 3) if joint.kind == "R" else stream.uniform(0.1, 1), 3) for joint in chain.joints]
     whole = as_written(kept, q)
     off = np.abs(whole - NumericChain(chain, {}).jacobian(np.array(q))).max()
-    if off > (1e-8 if robot.rounded else 1e-12):
+    if off > (1e-8 if robot.is_table_rounded else 1e-12):
         raise AssertionError(f"{name}: the arm that is read is another than the table that is written, by {off}")
     counted = whole[[TASK_ROWS.index(row) for row in chain.task]]
     square = counted.shape[0] == counted.shape[1]
@@ -66,7 +66,7 @@ def as_written(table: Table, q: list[float]) -> np.ndarray:
     in_degrees, is_modified = table["angles"] == "degrees", table["convention"] == "modified-dh"
 
     def number(text: str, is_angle: bool, own: float = 0.0, i: int = 0) -> float:
-        value = value_of(text, is_angle, in_degrees)
+        value = parse_entry(text, is_angle, in_degrees)
         return float(value.subs(sp.Symbol(f"q{i}"), sp.Float(own, 30)).evalf(30))
 
     roll, pitch, yaw = (number(text, True) for text in table["turn"])
@@ -106,11 +106,11 @@ def _moved(x: float, y: float, z: float) -> np.ndarray:
 def toml_text(table: Table) -> str:
     """Return the ROBOT.toml that tells a table."""
     told = {key: table[key] for key, usual in (("convention", "dh"), ("angles", "radians")) if table[key] != usual}
-    base = {key: table[name] for key, name in (("position", "place"), ("rpy", "turn")) if table[name] != NOTHING}
+    base = {key: table[name] for key, name in (("position", "place"), ("rpy", "turn")) if table[name] != ZERO_VECTOR}
     lines = [f"name = {json.dumps(table['name'])}", *(f"{key} = {json.dumps(value)}" for key, value in told.items())]
     if table["task"]:
         lines.append(f"task = {json.dumps(table['task'])}")
-    if table["tool"] != NOTHING:
+    if table["tool"] != ZERO_VECTOR:
         lines.append(f"tool = {{position = {json.dumps(table['tool'])}}}")
     if base:
         lines.append("base = {" + ", ".join(f"{key} = {json.dumps(value)}" for key, value in base.items()) + "}")
@@ -124,12 +124,12 @@ def _drawn(seed: int) -> Table:
     stream = Stream(f"site/arms/{seed}")
 
     def one_of(*choices: str) -> str:
-        return choices[stream.below(len(choices))]
+        return choices[stream.integer_below(len(choices))]
 
     def length() -> str:
         return one_of("0", "0", f"{stream.uniform(-0.5, 0.9):.3f}", "1/3", "sqrt(2)/4", "0.3 + 0.1", "3/8 - 0.05")
 
-    in_degrees = stream.below(2) == 0
+    in_degrees = stream.integer_below(2) == 0
 
     def angle() -> str:
         if in_degrees:
@@ -141,7 +141,7 @@ def _drawn(seed: int) -> Table:
         return f"{sign}q{i}" if rest == "0" else f"{sign}q{i} {'- ' if rest[0] == '-' else '+ '}{rest.lstrip('-')}"
 
     rows = []
-    for i in range(1, 3 + stream.below(6)):
+    for i in range(1, 3 + stream.integer_below(6)):
         row = {"kind": one_of("R", "R", "R", "P"), "theta": angle(), "d": length(), "a": length(), "alpha": angle()}
         own = "theta" if row["kind"] == "R" else "d"
         rows.append({**row, own: moving(i, row[own])})
@@ -152,7 +152,7 @@ def _drawn(seed: int) -> Table:
         "rows": rows,
         "tool": [length(), length(), length()],
         "place": [length(), length(), length()],
-        "turn": [angle(), angle(), angle()] if stream.below(2) else NOTHING,
+        "turn": [angle(), angle(), angle()] if stream.integer_below(2) else ZERO_VECTOR,
         "task": None,
     }
 

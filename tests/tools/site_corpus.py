@@ -11,8 +11,8 @@ from typing import Any
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain, default_role
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.trees import ReadError, as_matrix, names, node_text
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, node_text
 from qdot.exercises.site.keys import values_key
 from qdot.exercises.site.record import arm_record
 from qdot.grader.judging.compare import compare
@@ -57,7 +57,7 @@ def forms_text() -> str:
     answers: list[list[Any]] = []
     for form in TEXTS:
         part = part_of(form)
-        if part.answer.offered:
+        if part.answer.offered_options:
             continue
         name = f"{part.name} {form['right']}" if "right" in form else part.name
         parts[name] = part_json(asked, part) | {"name": name}
@@ -80,23 +80,23 @@ def corpus_case(record: dict[str, Any]) -> dict[str, Any]:
         "student": student,
         "outcome": compare(kind, student, reference, ()).outcome,
     }
-    node = read(reference)
+    node = parse_formula(reference)
     rows = as_matrix(node)
     texts = [entry for row in _texts(reference) for entry in row] if kind == "matrix" else [reference]
-    domain = Domain({name: default_role(name) for name in sorted({*names(node), *_names_of(student)})})
+    domain = Domain({name: default_role(name) for name in sorted({*find_names(node), *_names_of(student)})})
     key = values_key(texts, (len(rows), len(rows[0])), domain, Stream(f"corpus/{record['id']}"))
     return {**found, "key": key}
 
 
 def _names_of(student: str) -> set[str]:
     try:
-        return {name for name in names(read(student)) if default_role(name) != "signed"}
-    except ReadError:
+        return {name for name in find_names(parse_formula(student)) if default_role(name) != "signed"}
+    except ParseError:
         return set()
 
 
 def _texts(reference: str) -> list[list[str]]:
-    return [[node_text(entry) for entry in row] for row in as_matrix(read(reference))]
+    return [[node_text(entry) for entry in row] for row in as_matrix(parse_formula(reference))]
 
 
 if __name__ == "__main__":

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.answers import Number
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import addends, plus
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.trees import Node, as_matrix, names, node_text
+from qdot.exercises.formula.algebra import add_nodes, split_terms
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import Node, as_matrix, find_names, node_text
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.site.keys import key_of
+from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import MistakeSentences, arm_record
 from qdot.exercises.writing.problem_texts import answer_code
 from tests.tools.readers import part_json
@@ -67,12 +67,12 @@ def other_wave(node: Node) -> Node:
 def relative(node: Node) -> Node:
     """Return sin(theta2) for sin(theta1 + theta2), sin(theta2 + pi/6) for sin(theta1 + theta2 + pi/6)."""
     if node.kind == "call" and node.value in WAVES:
-        terms = addends(node.args[0])
-        turning = [k for k, term in enumerate(terms) if names(term)]
+        terms = split_terms(node.args[0])
+        turning = [k for k, term in enumerate(terms) if find_names(term)]
         if len(turning) > 1:
             kept = terms[turning[-1]]
-            for constant in (term for term in terms if not names(term)):
-                kept = plus(kept, constant)
+            for constant in (term for term in terms if not find_names(term)):
+                kept = add_nodes(kept, constant)
             return Node("call", (kept,), node.value)
     return node
 
@@ -106,7 +106,7 @@ def last_term(node: Node) -> Node:
 
 
 def _is_angle(node: Node) -> bool:
-    return all(name.startswith("theta") for name in names(node)) and not _has_wave(node)
+    return all(name.startswith("theta") for name in find_names(node)) and not _has_wave(node)
 
 
 def _has_wave(node: Node) -> bool:
@@ -191,9 +191,9 @@ def _no_link(node: Node, name: str) -> Node:
     """Return a sum without its terms that hold a length."""
     if node.kind in ("+", "-") and len(node.args) == 2:
         left, right = node.args
-        if name in names(right):
+        if name in find_names(right):
             return left
-        if name in names(left):
+        if name in find_names(left):
             return right if node.kind == "+" else negated(right)
     return node
 
@@ -220,7 +220,7 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
         yield "sign of a rate", [*np.where(np.arange(len(right)) == k, -right, right)]
     yield "rates in reverse order", [*right[::-1]]
     values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("slips"))
-    J = numbers(problem.chain, values)["jacobian"][..., 0].real
+    J = numeric_working(problem.chain, values)["jacobian"][..., 0].real
     wanted = J @ right
     yield "transposed J for its inverse", [*(J.T @ wanted)]
     if J.shape[0] == J.shape[1]:
@@ -228,7 +228,7 @@ def in_rates(problem: Problem, part: Part) -> Iterator[tuple[str, list[float]]]:
     angles = {name: np.radians(v) if name.startswith("theta") else v for name, v in values.items()}
     degrees = {name: np.degrees(v) if name.startswith("theta") else v for name, v in values.items()}
     for name, given in (("degrees put in for radians", degrees), ("radians taken for degrees", angles)):
-        other = numbers(problem.chain, given)["jacobian"][..., 0].real
+        other = numeric_working(problem.chain, given)["jacobian"][..., 0].real
         if other.shape[0] == other.shape[1] and abs(np.linalg.det(other)) > 1e-6:
             yield name, [*np.linalg.solve(other, wanted)]
 
@@ -291,7 +291,7 @@ def slips(problem: Problem, part: Part, in_pairs: bool = False) -> list[tuple[st
 
 def _in_formulas(problem: Problem, part: Part, text: str) -> tuple[Rows, Iterator[tuple[str, Rows]]]:
     """Return the entries of an answer, and the slips in them."""
-    rows = as_matrix(read(text, problem.domain().roles))
+    rows = as_matrix(parse_formula(text, problem.domain().roles))
     kinds = "".join(joint.kind for joint in problem.chain.joints)
     lengths = sorted(str(symbol) for symbol in problem.chain.parameters)
     return rows, in_formulas(part, rows, kinds, lengths)
@@ -347,7 +347,7 @@ def problem_json(
     for part in problem.parts:
         if part.kind not in ASKED:
             continue
-        key = said.shorten_key(key_of(problem, part))
+        key = said.shorten_key(make_key(problem, part))
         parts.append(part_json(problem, part) | {"key": key})
         every = slips(problem, part, in_pairs)
         step = max(1, len(every) // most) if most else 1

@@ -30,7 +30,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.difficulty import step
+from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
@@ -129,7 +129,7 @@ def find_clean_structures(n: int) -> list[Structure]:
     chains = ((rows, task, build_arm(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
     numbers: dict[Key, int] = {}
     return [
-        Structure(rows, task, step(chain), numbers.setdefault(class_key(rows, task), len(numbers)))
+        Structure(rows, task, difficulty_band(chain), numbers.setdefault(class_key(rows, task), len(numbers)))
         for rows, task, chain in chains
         if is_clean(chain)
     ]

@@ -16,17 +16,17 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-    from qdot.exercises.arm.standard_table import Row
+    from qdot.exercises.arm.standard_table import WrittenRow
     from qdot.exercises.writing.languages import Catalogue
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
 """Features that a convention may have, and that a question or a mistake may require: frames on the links; frames on the
 links with the z axis along the joint that moves the link; the joint axes at home and their screws."""
 
-VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
+VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
 
-_T = TypeVar("_T")
+Entry = TypeVar("Entry")
 _ORIGIN = re.compile(r"the origin O(\d+)")
 
 
@@ -39,7 +39,7 @@ class Convention:
     """The name of the convention in lists."""
     aliases: ClassVar[tuple[str, ...]] = ()
     """Other common names of the convention."""
-    has: ClassVar[frozenset[str]] = frozenset({FRAMES})
+    features: ClassVar[frozenset[str]] = frozenset({FRAMES})
     """The features of the convention."""
     twist_orders: ClassVar[tuple[str, ...]] = ()
     """The possible orders of omega and v in a twist, the default first; empty if there is no choice."""
@@ -51,7 +51,7 @@ class Convention:
     """Whether the figure shows the arm with all joint variables zero, and the joint axes there."""
     fixed_frame: ClassVar[str] = "w"
     """The letter of the frame that doesn't move."""
-    misreadings: ClassVar[frozenset[str]] = frozenset()
+    specific_mistakes: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
     """The caption of the table that describes an arm."""
@@ -63,7 +63,7 @@ class Convention:
     """The vector r_i from O_{i-1} to O_i in frame i-1, in terms of the entries of a row."""
     frame_index: ClassVar[str] = "i-1"
     """The index of the frame on the axis of joint i."""
-    twisted_about: ClassVar[str] = "x_i"
+    twist_axis: ClassVar[str] = "x_i"
     """The axis about which alpha rotates z_{i-1} into z_i."""
 
     def __init__(self, chain: "Chain") -> None:
@@ -82,7 +82,7 @@ class Convention:
     @property
     def is_proximal(self) -> bool:
         """Whether the z axis of frame i is the axis of joint i, which is not so in the standard table."""
-        return FRAMES_OF_JOINTS in self.has
+        return FRAMES_OF_JOINTS in self.features
 
     @property
     def has_standard_frames(self) -> bool:
@@ -107,26 +107,26 @@ class Convention:
         return self.chain.point
 
     @staticmethod
-    def cells(theta: _T, d: _T, a: _T, alpha: _T) -> list[_T]:
+    def order_entries(theta: Entry, d: Entry, a: Entry, alpha: Entry) -> list[Entry]:
         """Return the entries of a row in the order of the table's columns."""
         return [theta, d, a, alpha]
 
     @staticmethod
-    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def row_steps(row: "Joint | WrittenRow") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the axis, the angle (rad) and the length (m) of each screw motion of which a row consists."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
 
     def rotation(self, row: "Joint") -> sp.Matrix:
         """Return the rotation from frame i to frame i-1 (3 x 3)."""
-        rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.steps(row)]
+        rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.row_steps(row)]
         return rotations[0] * rotations[1]
 
     def link_vector(self, row: "Joint") -> sp.Matrix:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
-    def distance_along_axis(self, row: "Joint | Row") -> sp.Expr:
+    def distance_along_axis(self, row: "Joint | WrittenRow") -> sp.Expr:
         """Return the distance (m) along the axis of a joint from its standard origin to the frame on the axis."""
         return sp.S.Zero
 
@@ -134,15 +134,15 @@ class Convention:
         """Return the number of the frame whose z axis is the axis of a joint (counted from 1)."""
         return joint - 1
 
-    def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+    def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
         """Return alpha (rad) and a (m) of Rx(alpha) Tx(a), which leads from the convention's to the standard frame."""
         return sp.S.Zero, sp.S.Zero
 
-    def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def numeric_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to those of the convention's frames, (…, n + 1, 4, 4).
 
         - `corners`: the points at which link i bends from the axis of joint i into x_i, (…, n, 3).
-        - `place`: the position of O_0, (3).
+        - `base_origin`: the position of O_0, (3).
         """
         return frames
 
@@ -152,18 +152,18 @@ class Convention:
 
     # --- names ---
 
-    def axis(self, joint: int | None = None, at_home: bool = False) -> str:
+    def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of a joint's axis; if no joint is given, the name of the axis of a revolute joint i."""
-        return f"z_{{{self._index(joint)}}}"
+        return f"z_{{{self._axis_index(joint)}}}"
 
     @property
-    def prismatic_axis(self) -> str:
+    def prismatic_axis_name(self) -> str:
         """The name of the axis of a prismatic joint i."""
-        return self.axis()
+        return self.axis_name()
 
-    def vector(self, joint: int | None = None) -> str:
+    def vector_name(self, joint: int | None = None) -> str:
         """Return the name of the vector from the axis of a joint to the point of interest."""
-        return f"p^*_{{{self._index(joint)}}}"
+        return f"p^*_{{{self._axis_index(joint)}}}"
 
     def typed_axis(self, joint: int) -> str:
         """Return the axis of a joint as students type it."""
@@ -174,27 +174,27 @@ class Convention:
         """The axis of joint i in a sentence without formulas."""
         return f"z_({self.frame_index})" if len(self.frame_index) > 1 else f"z_{self.frame_index}"
 
-    def _index(self, joint: int | None) -> str:
+    def _axis_index(self, joint: int | None) -> str:
         return self.frame_index if joint is None else str(self.frame_on_axis(joint))
 
-    def start(self, joint: int, say: "Catalogue") -> str:
+    def vector_start(self, joint: int, catalogue: "Catalogue") -> str:
         """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
         return f"$O_{{{self.frame_on_axis(joint)}}}$"
 
-    def frame_of_all(self, say: "Catalogue") -> str:
+    def reference_frame_name(self, catalogue: "Catalogue") -> str:
         """Return the name of the frame in which everything is expressed."""
-        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
+        return catalogue.gettext("the base frame $O_0$") if self.base.is_world else catalogue.gettext("the world frame")
 
-    def place(self, frame: int) -> str | None:
+    def origin_name(self, frame: int) -> str | None:
         """Return the convention's name for the origin of a standard frame, such as "O_2" or "P", or None."""
         return f"O_{frame}"
 
-    def origin(self, frame: int) -> str | None:
+    def origin_in_words(self, frame: int) -> str | None:
         """Return the origin of a standard frame in words; None if the convention has no name for it."""
-        name = self.place(frame)
+        name = self.origin_name(frame)
         return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
 
-    def rename_origins(self, words: str) -> str:
+    def rename_origins(self, statement: str) -> str:
         """Replace the origins of standard frames in a statement by the convention's names for them.
 
         >>> from qdot.exercises.arm.chain import Chain, Joint
@@ -204,13 +204,13 @@ class Convention:
         >>> [each(arm).rename_origins(words)[:15] for each in REGISTRY.values()]
         ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
         """
-        names = {match[0]: self.origin(int(match[1])) for match in _ORIGIN.finditer(words)}
+        names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN.finditer(statement)}
         if None in names.values():
-            return self.true_of_all
-        return _ORIGIN.sub(lambda match: str(names[match[0]]), words)
+            return self.universal_statement
+        return _ORIGIN.sub(lambda match: str(names[match[0]]), statement)
 
     @property
-    def true_of_all(self) -> str:
+    def universal_statement(self) -> str:
         """A statement that is true at every singular configuration of the arm."""
         dependent = "rows" if self.chain.n > len(self.chain.task) else "columns"
         return f"the {dependent} of J are linearly dependent"
@@ -218,26 +218,26 @@ class Convention:
     # --- twists ---
 
     @property
-    def velocities(self) -> tuple[str, ...]:
+    def velocity_names(self) -> tuple[str, ...]:
         """The components of a velocity in the order of the arm's twists."""
-        return (*VELOCITIES[3:], *VELOCITIES[:3]) if self.is_omega_first else VELOCITIES
+        return (*VELOCITY_NAMES[3:], *VELOCITY_NAMES[:3]) if self.is_omega_first else VELOCITY_NAMES
 
-    def velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
+    def reorder_velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
         """Reorder six rows, linear first, into the order of the arm's twists; applied twice, it changes nothing."""
         return rows[3:, :].col_join(rows[:3, :]) if self.is_omega_first else rows
 
     @property
-    def twist_rows(self) -> list[int]:
+    def twist_row_order(self) -> list[int]:
         """The indices that reorder a twist (omega, v), as screws are derived, into the order of the arm's twists.
 
         The same indices reorder it back.
         """
         return [0, 1, 2, 3, 4, 5] if self.is_omega_first else [3, 4, 5, 0, 1, 2]
 
-    def twist(self, twists: sp.Matrix) -> sp.Matrix:
+    def reorder_twists(self, twists: sp.Matrix) -> sp.Matrix:
         """Reorder twists (omega, v), 6 x n, into the order of the arm's twists."""
-        return twists.extract(self.twist_rows, list(range(twists.cols)))
+        return twists.extract(self.twist_row_order, list(range(twists.cols)))
 
-    def adjoint(self, adjoint: sp.Matrix) -> sp.Matrix:
+    def reorder_adjoint(self, matrix: sp.Matrix) -> sp.Matrix:
         """Reorder a 6 x 6 matrix for twists (omega, v) so that it applies to twists in the arm's order."""
-        return adjoint.extract(self.twist_rows, self.twist_rows)
+        return matrix.extract(self.twist_row_order, self.twist_row_order)

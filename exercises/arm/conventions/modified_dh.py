@@ -17,9 +17,9 @@ from qdot.exercises.arm.vectors import cross
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-    from qdot.exercises.arm.standard_table import Row
+    from qdot.exercises.arm.standard_table import WrittenRow
 
-_T = TypeVar("_T")
+Entry = TypeVar("Entry")
 
 
 class ModifiedDh(Convention):
@@ -27,15 +27,15 @@ class ModifiedDh(Convention):
 
     name, title = "modified-dh", "modified"
     aliases = ("craig", "mdh", "proximal")
-    has = frozenset({FRAMES, FRAMES_OF_JOINTS})
-    misreadings = frozenset({"standard-dh", "link-behind", "previous-frame"})
+    features = frozenset({FRAMES, FRAMES_OF_JOINTS})
+    specific_mistakes = frozenset({"standard-dh", "link-behind", "previous-frame"})
     columns = (r"\alpha_{i-1}", "a_{i-1}", "d_i", r"\theta_i")
     row_transform = r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
     row_vector = r"[a_{i-1}, -d_i \sin\alpha_{i-1}, d_i \cos\alpha_{i-1}]^T"
     frame_index = "i"
-    twisted_about = "x_{i-1}"
+    twist_axis = "x_{i-1}"
 
-    def _table(self) -> "tuple[Base, list[Joint]]":
+    def _base_and_rows(self) -> "tuple[Base, list[Joint]]":
         """Return base and rows; the base's tilt about x, and its shift along x if possible, move into the first row."""
         base, joints = self.chain.base, self.chain.joints
         if base.yaw != 0 or any(base.position[1:]):
@@ -50,27 +50,27 @@ class ModifiedDh(Convention):
     @property
     def base(self) -> "Base":
         """The pose of frame O_0 in the world; it is never tilted."""
-        return self._table()[0]
+        return self._base_and_rows()[0]
 
     @property
     def rows(self) -> "list[Joint]":
         """The rows of the table, whose `a` and `alpha` come before their joint."""
-        return self._table()[1]
+        return self._base_and_rows()[1]
 
     @property
     def point(self) -> "Point":
         """The point of interest, in coordinates of the modified frame on its link."""
-        point, (alpha, a) = self.chain.point, self.from_standard(self.chain.point.frame)
+        point, (alpha, a) = self.chain.point, self.step_to_standard_frame(self.chain.point.frame)
         c, s, (x, y, z) = sp.cos(alpha), sp.sin(alpha), point.offset
         return replace(point, offset=(a + x, c * y - s * z, s * y + c * z))
 
     @staticmethod
-    def cells(theta: _T, d: _T, a: _T, alpha: _T) -> list[_T]:
+    def order_entries(theta: Entry, d: Entry, a: Entry, alpha: Entry) -> list[Entry]:
         """Return the entries of a row in the order of the table's columns."""
         return [alpha, a, d, theta]
 
     @staticmethod
-    def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
+    def row_steps(row: "Joint | WrittenRow") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
         """Yield the two screw motions of a row: along and about x, then along and about the joint's z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
@@ -79,7 +79,7 @@ class ModifiedDh(Convention):
         """Return r_i, from O_{i-1} to O_i in frame i-1 (3 x 1, m)."""
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
-    def distance_along_axis(self, row: "Joint | Row") -> sp.Expr:
+    def distance_along_axis(self, row: "Joint | WrittenRow") -> sp.Expr:
         """Return d (m), because the frame of a joint comes after it."""
         return row.d
 
@@ -87,21 +87,22 @@ class ModifiedDh(Convention):
         """Return the number of the frame that a joint (counted from 1) moves, which is the joint's own number."""
         return joint
 
-    def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+    def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
         """Return alpha (rad) and a (m) of the link, the step from its modified frame to its standard frame."""
         link = self.chain.joints[frame - 1] if frame else self.rows[0]
         return link.alpha, link.a
 
-    def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def numeric_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to those of the modified frames, (…, n + 1, 4, 4).
 
         Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and corner i-1 as its origin.
-        Frame 0 is upright, at `place`: rotations about x_0 and shifts along x_0 before joint 1 belong to the first row.
+        Frame 0 is upright, at `base_origin`: rotations about x_0 and shifts along x_0 before joint 1 belong to the
+        first row.
         """
         poses = np.array(frames)
         poses[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
         poses[..., 0, :3, 2] = (0.0, 0.0, 1.0)
-        poses[..., 1:, :3, 3], poses[..., 0, :3, 3] = corners, place
+        poses[..., 1:, :3, 3], poses[..., 0, :3, 3] = corners, base_origin
         poses[..., :3, 1] = cross(poses[..., :3, 2], poses[..., :3, 0])
         return poses
 
@@ -111,11 +112,11 @@ class ModifiedDh(Convention):
         last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
         return replace(shortened, joints=(*shortened.joints[:-1], *last_row))
 
-    def place(self, frame: int) -> str | None:
+    def origin_name(self, frame: int) -> str | None:
         """Return the name of a standard origin; None if neither P nor a modified frame's origin is always there."""
         chain = self.chain
         if frame < chain.n and (chain.joints[frame].kind, chain.joints[frame].d) == ("R", 0):
             return f"O_{frame + 1}"
         if frame == chain.point.frame and chain.point.is_origin:
             return "P"
-        return f"O_{frame}" if self.from_standard(frame)[1] == 0 else None
+        return f"O_{frame}" if self.step_to_standard_frame(frame)[1] == 0 else None

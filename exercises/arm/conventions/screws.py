@@ -18,12 +18,12 @@ class Screws(Convention):
 
     name, title = "screws", "axes"
     aliases = ("axes", "twists", "poe", "lynch-park", "product-of-exponentials")
-    has = frozenset({SCREWS})
+    features = frozenset({SCREWS})
     twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
     joint_keys = ("kind", "axis", "point")  # a prismatic joint has no point
     shows_table, is_drawn_at_home, fixed_frame = False, True, "s"
     caption = "Joint axes at home"
-    frame_index = twisted_about = ""
+    frame_index = twist_axis = ""
 
     @property
     def frame_numbers(self) -> range:
@@ -38,13 +38,13 @@ class Screws(Convention):
     def _is_prismatic(self, joint: int) -> bool:
         return self.chain.joints[joint - 1].kind == "P"
 
-    def axis(self, joint: int | None = None, at_home: bool = False) -> str:
+    def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of an axis direction, with a prime unless the axis is at home."""
         letter = "v" if joint is not None and self._is_prismatic(joint) else r"\omega"
         return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
 
     @property
-    def prismatic_axis(self) -> str:
+    def prismatic_axis_name(self) -> str:
         """The name of the axis of a prismatic joint i."""
         return "v_{i}'"
 
@@ -53,7 +53,7 @@ class Screws(Convention):
         """The axis of joint i in a sentence without formulas."""
         return "omega_i"
 
-    def vector(self, joint: int | None = None) -> str:
+    def vector_name(self, joint: int | None = None) -> str:
         """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p_{{{joint or 'i'}}}"
 
@@ -61,18 +61,18 @@ class Screws(Convention):
         """Return the direction of an axis as students type it."""
         return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
 
-    def start(self, joint: int, say: "Catalogue") -> str:
+    def vector_start(self, joint: int, catalogue: "Catalogue") -> str:
         """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
-        return say.gettext("a point on the axis")
+        return catalogue.gettext("a point on the axis")
 
-    def frame_of_all(self, say: "Catalogue") -> str:
+    def reference_frame_name(self, catalogue: "Catalogue") -> str:
         """Return the name of the frame in which everything is expressed."""
-        return say.gettext("the space frame {s}")
+        return catalogue.gettext("the space frame {s}")
 
-    def place(self, frame: int) -> str | None:
+    def origin_name(self, frame: int) -> str | None:
         """Return None, because the links have no frames."""
         return None
 
-    def origin(self, frame: int) -> str | None:
+    def origin_in_words(self, frame: int) -> str | None:
         """Return the name of the point on the axis of the next joint; None if that joint is prismatic."""
         return f"q{frame + 1}'" if frame < self.chain.n and not self._is_prismatic(frame + 1) else None

@@ -8,4 +8,4 @@ class StandardDh(Convention):
 
     name, title = "dh", "standard"
     aliases = ("standard", "standard-dh", "distal", "denavit-hartenberg")
-    misreadings = frozenset({"modified-dh"})
+    specific_mistakes = frozenset({"modified-dh"})

@@ -25,59 +25,59 @@ _THIN = '<mspace width="0.17em" />'
 _FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
-_FIXED = frozenset("(){}[]|")
+_FIXED_SIZE_BRACKETS = frozenset("(){}[]|")
 """Brackets that keep their size whatever they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
-_BARE = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
-_SET_APART = (*_BARE, *(Layout("word", f"arc{word.text}") for word in _BARE))
-_BEFORE, _BEHIND = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
+_MAY_HAVE_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
+_SPACED_FUNCTIONS = (*_MAY_HAVE_BARE_ARGUMENT, *(Layout("word", f"arc{word.text}") for word in _MAY_HAVE_BARE_ARGUMENT))
+_FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
 """Ends of a factor before a function's name, and beginnings of an argument without brackets; both need a space."""
 _BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
 """Pieces after which a plus or minus is the sign of the next number."""
 
 
-def mathml(formula: Layout, block: bool = False, percent: int = 100) -> str:
-    r"""Return a formula as a MathML element for a browser; `block` sets it on lines of its own.
+def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
+    r"""Return a formula as a MathML element for a browser; `is_displayed` sets it on lines of its own.
 
     `percent` is its size, which is reduced if it is too wide for a page.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> mathml(parse_latex("a_{1}"))
+    >>> mathml_text(parse_latex("a_{1}"))
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
-    return _writer(True, block).element(formula, style)
+    return _cached_writer(True, is_displayed).element(formula, style)
 
 
-def plain_mathml(formula: Layout, block: bool = False) -> str:
+def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
-    return _writer(False, block).element(formula)
+    return _cached_writer(False, is_displayed).element(formula)
 
 
-def _char(char: str) -> str:
+def _char_markup(char: str) -> str:
     char = _CHARS.get(char, char)
     return char if char.isascii() and (char.isalnum() or char in "[];") else f"&#x{ord(char):05X};"
 
 
 class _Writer:
-    """Prints layouts, on lines of their own if `block`; pieces are cached.
+    """Prints layouts, on lines of their own if `is_displayed`; pieces are cached.
 
-    If `mends`, it adds workarounds for browsers.
+    If `is_for_browser`, it adds workarounds for browsers.
     """
 
-    def __init__(self, mends: bool, block: bool) -> None:
-        self.mends, self.block = mends, block
+    def __init__(self, is_for_browser: bool, is_displayed: bool) -> None:
+        self.is_for_browser, self.is_displayed = is_for_browser, is_displayed
         self.piece = lru_cache(2048)(self.print)
 
     def element(self, formula: Layout, style: str = "") -> str:
-        display = "block" if self.block else "inline"
+        display = "block" if self.is_displayed else "inline"
         return f'<math{style} {_NAMESPACE} display="{display}">{self.group(formula)}</math>'
 
     def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side; `opening` is the bracket before them."""
         printed_pieces = [self.piece(piece) for piece in pieces]
-        if self.mends and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
-            printed_pieces = _mend_row((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
+        if self.is_for_browser and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
+            printed_pieces = _add_spaces_and_signs((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
         return "".join(printed_pieces)
 
     def group(self, piece: Layout) -> str:
@@ -103,26 +103,26 @@ class _Writer:
 
     def script(self, base: Layout, *scripts: Layout) -> str:
         subscript, superscript = ("" if part == EMPTY else self.group(part) for part in scripts)
-        names = ("under", "over") if self.block and base.text == "∑" else ("sub", "sup")
+        names = ("under", "over") if self.is_displayed and base.text == "∑" else ("sub", "sup")
         tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
         return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
 
     def fence(self, brackets: str, inside: Layout) -> str:
         opening, closing = (
-            f"{_FENCE.format(side)}{'>' + _char(sign) + '</mo>' if sign != '.' else ' />'}"
+            f"{_FENCE.format(side)}{'>' + _char_markup(sign) + '</mo>' if sign != '.' else ' />'}"
             for side, sign in zip(("pre", "post"), brackets, strict=True)
         )
         return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
     def matrix(self, rows: Pieces) -> str:
         cells = "".join(f"<mtr>{''.join(_cell('', self.row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows)
-        if self.mends:
+        if self.is_for_browser:
             return f'<mtable style="{_BRACKETS}">{cells}</mtable>'
         return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
 
     def aligned(self, table: Layout) -> str:
         padding = "1.1ex" if table.text else "0.5ex"
-        style = ' style="text-align: {}; padding: {} {} {} 0"' if self.mends else ' columnalign="{}"'
+        style = ' style="text-align: {}; padding: {} {} {} 0"' if self.is_for_browser else ' columnalign="{}"'
         styles = [style.format(side, padding, gap, padding) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
         spaces = " ".join(("0em", "2em") * (max(len(cells.inner) for cells in table.inner) // 2))
         rows = ""
@@ -133,13 +133,13 @@ class _Writer:
 
 
 def _print_letters(text: str) -> str:
-    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_char, text))}</mi>"
+    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_char_markup, text))}</mi>"
 
 
 _LEAVES: dict[str, Callable[[str], str]] = {
     **dict.fromkeys(("letter", "word"), _print_letters),
     "number": lambda text: f"<mn>{text}</mn>",
-    "sign": lambda text: f"{_BRACKET if text in _FIXED else '<mo>'}{_char(text)}</mo>",
+    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_char_markup(text)}</mo>",
     "text": lambda text: f"<mtext>{escape(text, quote=False).replace(' ', _NO_BREAK_SPACE)}</mtext>",
     "space": lambda text: f'<mspace width="{SPACES[text]:g}em" />' if text != " " else _TEXT_SPACE,
 }
@@ -151,20 +151,24 @@ _TEMPLATES = {
 """Fractions, roots and dots by their LaTeX command."""
 
 
-def _mend_row(pieces: Pieces, shown: Sequence[str]) -> list[str]:
+def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:
     """Return a row with space around functions, and with a sign at the beginning of a term attached to that term."""
-    spaced = list(shown)
+    spaced = list(printed_pieces)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
-            spaced[k] = shown[k].replace("<mo>", '<mo form="prefix">')
-        elif piece in _SET_APART:
-            is_bare = piece in _BARE and shown[k + 1].startswith(_BEHIND) and pieces[k + 1] not in _SET_APART
-            spaced[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
+            spaced[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
+        elif piece in _SPACED_FUNCTIONS:
+            is_bare = (
+                piece in _MAY_HAVE_BARE_ARGUMENT
+                and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
+                and pieces[k + 1] not in _SPACED_FUNCTIONS
+            )
+            spaced[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
     return spaced
 
 
-def _cell(style: str, shown: str) -> str:
-    return f"<mtd{style}>{shown}</mtd>" if shown else f"<mtd{style} />"
+def _cell(style: str, content: str) -> str:
+    return f"<mtd{style}>{content}</mtd>" if content else f"<mtd{style} />"
 
 
-_writer = cache(_Writer)
+_cached_writer = cache(_Writer)

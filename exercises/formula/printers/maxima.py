@@ -4,11 +4,11 @@ import sympy as sp
 from sympy.printing.precedence import precedence
 from sympy.printing.str import StrPrinter
 
-_NAMES = {"Abs": "abs", "sign": "signum", "ln": "log"}
+_MAXIMA_NAMES = {"Abs": "abs", "sign": "signum", "ln": "log"}
 """Functions that have another name in Maxima."""
 
 
-class _Maxima(StrPrinter):
+class _MaximaPrinter(StrPrinter):
     """Prints as SymPy does, with Maxima's powers, constants and functions, and with doubles as exact fractions."""
 
     def _print_Pi(self, _: sp.Expr) -> str:
@@ -34,7 +34,7 @@ class _Maxima(StrPrinter):
 
     def _print_Function(self, expr: sp.Function) -> str:
         name = expr.func.__name__
-        return f"{_NAMES.get(name, name)}({self.stringify(expr.args, ', ')})"
+        return f"{_MAXIMA_NAMES.get(name, name)}({self.stringify(expr.args, ', ')})"
 
     def _print_Abs(self, expr: sp.Expr) -> str:
         return f"abs({self._print(expr.args[0])})"
@@ -49,7 +49,7 @@ def maxima_text(expression: sp.Expr) -> str:
     >>> maxima_text(sp.Float(0.25) * sp.Abs(x) ** sp.Rational(-3, 2))
     '1/4/abs(theta1)^(3/2)'
     """
-    return str(_Maxima().doprint(expression))
+    return str(_MaximaPrinter().doprint(expression))
 
 
 def maxima_matrix(matrix: sp.Matrix) -> str:

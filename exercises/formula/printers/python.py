@@ -8,17 +8,17 @@ import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from qdot.exercises.formula import order
-from qdot.exercises.formula.order import decimal
+from qdot.exercises.formula.order import decimal_text
 
-WIDTH = 88
+MAX_CODE_WIDTH = 88
 """Maximum length of a line of code in a notebook, if it can be broken."""
 
 
-Write = Callable[[sp.Expr], str]
+FormulaToCode = Callable[[sp.Expr], str]
 """A function that converts a formula to code."""
 
 
-class _Code(StrPrinter):
+class _CodePrinter(StrPrinter):
     """Prints terms and factors in the order that a person would use, with decimals, and fractions as Rational.
 
     `names` maps symbols that stand for sums to the text of the sums.
@@ -41,26 +41,26 @@ class _Code(StrPrinter):
 
     def _print_sum(self, expr: sp.Expr, flip: bool = False) -> str:
         code = ""
-        for is_negative, term in order.terms(expr, flip):
+        for is_negative, term in order.order_terms(expr, flip):
             sign = (" - " if is_negative else " + ") if code else "-" if is_negative else ""
             code += sign + self._print_unsigned(term)
         return code
 
     def _print_Mul(self, expr: sp.Mul) -> str:
-        return f"{'-' if order.product(expr).negative else ''}{self._print_unsigned(expr)}"
+        return f"{'-' if order.order_product(expr).is_negative else ''}{self._print_unsigned(expr)}"
 
     def _print_unsigned(self, term: sp.Expr) -> str:
         """Return a term without its sign."""
         if not term.is_Mul:
             return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
-        product = order.product(term)
-        digits = None if _is_irrational(term) else decimal(product.number)
+        product = order.order_product(term)
+        digits = None if _is_irrational(term) else decimal_text(product.number)
         numerator, denominator = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
         numerator_factors = [numerator] * (numerator != "1") + [
-            self._print_factor(factor, product) for factor in product.above
+            self._print_factor(factor, product) for factor in product.numerator
         ]
         denominator_factors = [denominator] * (denominator != "1") + [
-            self._print_factor(factor, product) for factor in product.below
+            self._print_factor(factor, product) for factor in product.denominator
         ]
         if not denominator_factors:
             return "*".join(numerator_factors)
@@ -68,10 +68,14 @@ class _Code(StrPrinter):
         return f"{'*'.join(numerator_factors) or '1'}/{divisor}"
 
     def _print_factor(self, factor: sp.Expr, product: order.Product) -> str:
-        return f"({self._print_sum(factor, factor in product.flips)})" if factor.is_Add else str(self._print(factor))
+        return (
+            f"({self._print_sum(factor, factor in product.flipped_sums)})"
+            if factor.is_Add
+            else str(self._print(factor))
+        )
 
     def _print_Rational(self, expr: sp.Rational) -> str:
-        return decimal(expr) or f"Rational({expr.p}, {expr.q})"
+        return decimal_text(expr) or f"Rational({expr.p}, {expr.q})"
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.10g}"
@@ -89,30 +93,30 @@ def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = Non
     >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
     '0.4*sin(theta1) - a1*cos(theta1 + theta2 + 5*pi/12)/3'
     """
-    return str(_Code(names or {}).doprint(expression))
+    return str(_CodePrinter(names or {}).doprint(expression))
 
 
-def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
-    """Return a matrix row by row, a column as Matrix([..., ...]), after `taken` columns of its line."""
-    inside = taken + len("Matrix()")
+def matrix_code(rows: Sequence[Sequence[str]], used_columns: int) -> str:
+    """Return a matrix row by row, a column as Matrix([..., ...]), after `used_columns` columns of its line."""
+    inside = used_columns + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({list_code([row[0] for row in rows], inside)})"
     return f"Matrix({list_code([list_code(row, len('    ,'), 1) for row in rows], inside)})"
 
 
-def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
-    """Return a list, on one line if it fits after `taken` columns."""
+def list_code(items: Sequence[str], used_columns: int, depth: int = 0) -> str:
+    """Return a list, on one line if it fits after `used_columns` columns."""
     line = f"[{', '.join(items)}]"
-    if taken + len(line) <= WIDTH and "\n" not in line:
+    if used_columns + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
         return line
     indent = "    " * depth
     lines = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
     return f"[\n{lines}{indent}]"
 
 
-def bracket_long_text(text: str, taken: int) -> str:
-    """Return a formula, in brackets on separate lines if it doesn't fit after `taken` columns."""
-    return text if taken + len(text) <= WIDTH else f"(\n{_wrap(text, 1)}\n)"
+def bracket_long_text(text: str, used_columns: int) -> str:
+    """Return a formula, in brackets on separate lines if it doesn't fit after `used_columns` columns."""
+    return text if used_columns + len(text) <= MAX_CODE_WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
 def _wrap(text: str, depth: int) -> str:
@@ -128,8 +132,10 @@ def _wrap(text: str, depth: int) -> str:
     )
     unbreakable = re.sub(r" ([-+]) ", " \\1\0", unbreakable)
     if (
-        max(map(len, unbreakable.split(" "))) > WIDTH - len(indent) - 4
+        max(map(len, unbreakable.split(" "))) > MAX_CODE_WIDTH - len(indent) - 4
     ):  # a long product is broken before its factors too
         unbreakable = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", unbreakable)
-    wrapper = textwrap.TextWrapper(WIDTH, indent, indent + "    ", break_long_words=False, break_on_hyphens=False)
+    wrapper = textwrap.TextWrapper(
+        MAX_CODE_WIDTH, indent, indent + "    ", break_long_words=False, break_on_hyphens=False
+    )
     return wrapper.fill(unbreakable).replace("\0", " ")

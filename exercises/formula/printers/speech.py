@@ -6,16 +6,16 @@ from functools import lru_cache
 from qdot.exercises.formula.latex import LETTERS
 from qdot.exercises.formula.layout import SPACES, Layout, print_layout
 
-_NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
-_SIGNS = {
+_LETTER_NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
+_SIGN_WORDS = {
     "+": "plus", "−": "minus", "=": "equals", "×": "times", "⋅": "times", "≠": "is not", "≤": "is at most",
     "≥": "is at least", "≈": "is about", "∂": "partial", "∑": "sum", "±": "plus or minus", "∈": "is in", "→": "to",
     "⋯": "and so on", "…": "and so on", "∘": "degrees", "/": "over", "|": "bar",
     "*": "star", "%": "per cent", "<": "is less than", ">": "is greater than",
 }  # fmt: skip
-_POWERS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
-_POWERS |= {word: word for word in ("prime", "degrees", "star")}
-_WORDS = {
+_POWER_WORDS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
+_POWER_WORDS |= {word: word for word in ("prime", "degrees", "star")}
+_FUNCTION_WORDS = {
     "sin": "sine", "cos": "cosine", "tan": "tangent", "det": "determinant of", "ln": "natural logarithm of",
     "arcsin": "arc sine", "arccos": "arc cosine", "arctan": "arc tangent", "exp": "exponential of",
 }  # fmt: skip
@@ -34,11 +34,11 @@ def speak(formula: Layout) -> str:
 
 
 def _speak_script(_: Layout, base: str, below: str, above: str) -> str:
-    power = _POWERS.get(above, f"to the power {above}") if above else ""
+    power = _POWER_WORDS.get(above, f"to the power {above}") if above else ""
     return " ".join(filter(None, (base, below, power)))
 
 
-def _group(words: str) -> str:
+def _bracket_words(words: str) -> str:
     return words if len(words.split()) == 1 else f"({words})"
 
 
@@ -51,15 +51,15 @@ def _speak_matrix(piece: Layout, *_: str) -> str:
 
 
 _PRINTERS: dict[str, Callable[..., str]] = {
-    "letter": lambda piece: _NAMES.get(piece.text, piece.text),
-    "word": lambda piece: _WORDS.get(piece.text, piece.text),
-    "sign": lambda piece: _SIGNS.get(piece.text, piece.text),
+    "letter": lambda piece: _LETTER_NAMES.get(piece.text, piece.text),
+    "word": lambda piece: _FUNCTION_WORDS.get(piece.text, piece.text),
+    "sign": lambda piece: _SIGN_WORDS.get(piece.text, piece.text),
     **dict.fromkeys(("number", "text"), lambda piece: piece.text),
     "space": lambda piece: ", " if SPACES[piece.text] >= 1 else " ",
     "row": lambda _, *pieces: " ".join(pieces),
     "script": _speak_script,
-    "fraction": lambda _, above, below: f"{_group(above)} over {_group(below)}",
-    "root": lambda _, inside: f"the square root of {_group(inside)}",
+    "fraction": lambda _, above, below: f"{_bracket_words(above)} over {_bracket_words(below)}",
+    "root": lambda _, inside: f"the square root of {_bracket_words(inside)}",
     "dotted": lambda _, letter: f"{letter} dot",
     "fenced": lambda piece, inside: f" {piece.text[0].strip('.')} {inside} {piece.text[1].strip('.')} ",
     "aligned": lambda _, *lines: "; ".join(lines),

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from qdot.exercises.formula.layout import DEGREE, SPACES, Layout, print_layout
 
-_SIZED = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
+_FRACTION_TEMPLATES = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 
 
 def typst_string(text: str) -> str:
@@ -63,7 +63,7 @@ _PRINTERS: dict[str, Callable[..., str]] = {
     "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",
     "row": lambda _, *pieces: " ".join(pieces) or '""',
     "script": _print_script,
-    "fraction": lambda piece, above, below: _SIZED[piece.text].format(above, below),
+    "fraction": lambda piece, above, below: _FRACTION_TEMPLATES[piece.text].format(above, below),
     "root": lambda _, inside: f"sqrt({inside})",
     "dotted": lambda _, inside: f"dot({inside})",
     "fenced": _print_fenced,

@@ -12,12 +12,12 @@ from functools import lru_cache
 from qdot.exercises.formula.latex import PRIMES
 from qdot.exercises.formula.layout import Layout, print_layout
 
-_SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
-_SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
-_SUB_ABLE, _SUPER_ABLE = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
-_BINARY = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
-_OPENS = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
-_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
+_SUBSCRIPT_TABLE = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
+_SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
+_SUBSCRIPT_CHARACTERS, _SUPERSCRIPT_CHARACTERS = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
+_SPACED_SIGNS = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
+_BEFORE_SIGN_OF_NUMBER = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
+_TALL_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
 
 
 @dataclass(frozen=True)
@@ -29,26 +29,26 @@ class _Box:
 
     @property
     def width(self) -> int:
-        return shown_width(self.lines[0])
+        return terminal_width(self.lines[0])
 
     @property
     def is_flat(self) -> bool:
         return len(self.lines) == 1
 
 
-def shown_width(text: str) -> int:
+def terminal_width(text: str) -> int:
     """Return the number of columns of a text in a terminal; combining marks such as a dot over a letter have none."""
     return sum(not unicodedata.combining(ch) for ch in text)
 
 
-def _flat(text: str) -> _Box:
+def _one_line_box(text: str) -> _Box:
     return _Box((text,))
 
 
-def _beside(boxes: Sequence[_Box]) -> _Box:
+def _join_boxes(boxes: Sequence[_Box]) -> _Box:
     boxes = [box for box in boxes if box.lines[0]]
     if not boxes:
-        return _flat("")
+        return _one_line_box("")
     lines_above = max(box.middle for box in boxes)
     lines_below = max(len(box.lines) - box.middle for box in boxes)
     rows = []
@@ -58,8 +58,8 @@ def _beside(boxes: Sequence[_Box]) -> _Box:
     return _Box(tuple(rows), lines_above)
 
 
-def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
-    """Return the box of a matrix or, if `aligned`, of a column of equations, whose sides join without a gap."""
+def _grid_box(rows: Sequence[Sequence[_Box]], is_aligned: bool) -> _Box:
+    """Return the box of a matrix or, if `is_aligned`, of a column of equations, whose sides join without a gap."""
     columns = max(len(row) for row in rows)
     widths = [max((row[c].width for row in rows if c < len(row)), default=0) for c in range(columns)]
     lines: list[str] = []
@@ -68,33 +68,36 @@ def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
         padded = []
         for c, box in enumerate(row):
             padding = widths[c] - box.width
-            left_padding = padding if aligned and c % 2 == 0 else 0
+            left_padding = padding if is_aligned and c % 2 == 0 else 0
             padded.append(
                 _Box(
                     tuple(" " * left_padding + line + " " * (padding - left_padding) for line in box.lines), box.middle
                 )
             )
-            if c < columns - 1 and not (aligned and c % 2 == 0):
-                padded.append(_flat("  "))
-        row_box = _beside(padded)
-        if aligned and lines and not (row_box.is_flat and before_is_flat):
+            if c < columns - 1 and not (is_aligned and c % 2 == 0):
+                padded.append(_one_line_box("  "))
+        row_box = _join_boxes(padded)
+        if is_aligned and lines and not (row_box.is_flat and before_is_flat):
             lines.append("")
         lines += row_box.lines
         before_is_flat = row_box.is_flat
-    width = max(map(shown_width, lines))
-    return _Box(tuple(line + " " * (width - shown_width(line)) for line in lines), (len(lines) - 1) // 2)
+    width = max(map(terminal_width, lines))
+    return _Box(tuple(line + " " * (width - terminal_width(line)) for line in lines), (len(lines) - 1) // 2)
 
 
-def _grown(bracket: str, height: int) -> _Box:
-    if height == 1 or bracket not in _BRACKETS:
-        return _flat(bracket)
-    top, side, bottom = tuple(_BRACKETS[bracket])
+def _bracket_box(bracket: str, height: int) -> _Box:
+    if height == 1 or bracket not in _TALL_BRACKETS:
+        return _one_line_box(bracket)
+    top, side, bottom = tuple(_TALL_BRACKETS[bracket])
     return _Box((top, *[side] * (height - 2), bottom), (height - 1) // 2)
 
 
 def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
     joined_box = base
-    scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
+    scripts = (
+        (below, _SUBSCRIPT_CHARACTERS, _SUBSCRIPT_TABLE, "_"),
+        (above, _SUPERSCRIPT_CHARACTERS, _SUPERSCRIPT_TABLE, "^"),
+    )
     for box, convertible, table, mark in (
         scripts[::-1] if piece.inner[2].text == "*" else scripts
     ):  # the star of p* comes first
@@ -104,7 +107,7 @@ def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
         elif not text or text[0] not in PRIMES:
             bracketed = text if len(text) == 1 else f"({text})"
             text = text.translate(table) if set(text) <= convertible else mark + bracketed
-        joined_box = _beside([joined_box, _flat(text)])
+        joined_box = _join_boxes([joined_box, _one_line_box(text)])
     return joined_box
 
 
@@ -112,25 +115,29 @@ def _print_fraction(_: Layout, above: _Box, below: _Box) -> _Box:
     texts = [box.lines[0].strip() for box in (above, below)]
     is_sum = [re.search(r" [-+−] |^[-−]", text) is not None for text in texts]
     is_sum[1] |= " " in texts[1]
-    return _flat("/".join(f"({text})" if brackets else text for text, brackets in zip(texts, is_sum, strict=True)))
+    return _one_line_box(
+        "/".join(f"({text})" if brackets else text for text, brackets in zip(texts, is_sum, strict=True))
+    )
 
 
 def _print_root(_: Layout, inside: _Box) -> _Box:
     is_number = inside.is_flat and inside.lines[0].isdigit()
-    return _beside([_flat("√"), inside] if is_number else [_flat("√("), inside, _flat(")")])
+    return _join_boxes([_one_line_box("√"), inside] if is_number else [_one_line_box("√("), inside, _one_line_box(")")])
 
 
 def _print_fenced(piece: Layout, inside: _Box) -> _Box:
     opening, closing = (Layout("sign", sign.strip(".")) for sign in piece.text)
-    boxes = [_flat(opening.text), inside, _flat(closing.text)]
+    boxes = [_one_line_box(opening.text), inside, _one_line_box(closing.text)]
     return _print_row(Layout("row", inner=(opening, *piece.inner, closing)), *boxes)
 
 
 def _print_table(piece: Layout, *_: _Box) -> _Box:
     cells = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
-    grid = _grid(cells, piece.kind == "aligned")
+    grid = _grid_box(cells, piece.kind == "aligned")
     height = len(grid.lines)
-    return grid if piece.kind == "aligned" else _beside([_grown("[", height), grid, _grown("]", height)])
+    return (
+        grid if piece.kind == "aligned" else _join_boxes([_bracket_box("[", height), grid, _bracket_box("]", height)])
+    )
 
 
 def _print_row(row: Layout, *parts: _Box) -> _Box:
@@ -143,35 +150,43 @@ def _print_row(row: Layout, *parts: _Box) -> _Box:
         is_sign = piece.kind == "sign"
         may_need_space = piece.kind != "matrix" and (not is_sign or (text == "(" and not is_function))
         if boxes and may_need_space and _needs_space(previous, text):
-            boxes.append(_flat(" "))
+            boxes.append(_one_line_box(" "))
         at_line = index == 1 and pieces[0].kind == "space"  # a sum that continues on a new line begins with a sign
         boxes.append(
-            _flat(f"{text} ") if at_line and text in "+−" else _sign(parts, index, previous) if is_sign else box
+            _one_line_box(f"{text} ")
+            if at_line and text in "+−"
+            else _sign_box(parts, index, previous)
+            if is_sign
+            else box
         )
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
         previous = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
-    return _beside(boxes)
+    return _join_boxes(boxes)
 
 
-def _sign(parts: Sequence[_Box], index: int, before: str) -> _Box:
+def _sign_box(parts: Sequence[_Box], index: int, previous: str) -> _Box:
     """Return the box of a sign or bracket in a row, with its spaces or its height."""
     text = parts[index].lines[0]
-    if text in _BRACKETS:
-        return _grown(text, _height_beside(parts, index, text))
-    if text in _BINARY and not (text in "-−+" and before in _OPENS):
-        return _flat(f" {text} ")
-    return _flat(", ") if text == "," and index < len(parts) - 1 else parts[index]
+    if text in _TALL_BRACKETS:
+        return _bracket_box(text, _height_inside_bracket(parts, index, text))
+    if text in _SPACED_SIGNS and not (text in "-−+" and previous in _BEFORE_SIGN_OF_NUMBER):
+        return _one_line_box(f" {text} ")
+    return _one_line_box(", ") if text == "," and index < len(parts) - 1 else parts[index]
 
 
-def _height_beside(parts: Sequence[_Box], index: int, bracket: str) -> int:
+def _height_inside_bracket(parts: Sequence[_Box], index: int, bracket: str) -> int:
     """Return the height of the part next to a bracket, inside it."""
     inside = index + 1 if bracket in "([" else index - 1
     return len(parts[inside].lines) if 0 <= inside < len(parts) else 1
 
 
-def _needs_space(before: str, text: str) -> bool:
-    return bool(before) and before not in _OPENS | set(" √-|∂/") and not text.startswith(tuple(" )],'/:"))
+def _needs_space(previous: str, text: str) -> bool:
+    return (
+        bool(previous)
+        and previous not in _BEFORE_SIGN_OF_NUMBER | set(" √-|∂/")
+        and not text.startswith(tuple(" )],'/:"))
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -186,13 +201,13 @@ def unicode_math(formula: Layout) -> str:
 
 
 _PRINTERS: dict[str, Callable[..., _Box]] = {
-    **dict.fromkeys(("letter", "number", "sign", "word", "text"), lambda piece: _flat(piece.text)),
-    "space": lambda _: _flat(" "),
+    **dict.fromkeys(("letter", "number", "sign", "word", "text"), lambda piece: _one_line_box(piece.text)),
+    "space": lambda _: _one_line_box(" "),
     "row": _print_row,
     "script": _print_script,
     "fraction": _print_fraction,
     "root": _print_root,
-    "dotted": lambda _, inside: _beside([inside, _flat("\u0307")]),
+    "dotted": lambda _, inside: _join_boxes([inside, _one_line_box("\u0307")]),
     "fenced": _print_fenced,
     **dict.fromkeys(("matrix", "aligned"), _print_table),
 }

@@ -1,6 +1,7 @@
 """The attempts of a probe to break out of the sandbox: if one succeeds, this machine doesn't prevent it.
 
-They are made without the audit hook. Each attempt that may kill its own process gets a separate process (`ALONE`).
+They are made without the audit hook. Each attempt that may kill its own process gets a separate process
+(`SEPARATE_ATTEMPTS`).
 """
 
 import contextlib
@@ -22,10 +23,10 @@ try:
 except ImportError:  # on Windows, where this module is imported but never runs
     fcntl = None  # type: ignore[assignment]
 
-MOST, MOST_WRITTEN = 200, 256_000_000
+UNLIMITED_PROCESSES, UNLIMITED_BYTES = 200, 256_000_000
 """Numbers of processes and of bytes that prove that there is no limit; the bytes are four times the quota."""
 
-SOME = 8_000_000
+ALLOWED_FILE_BYTES = 8_000_000
 """Size in bytes of a file that is small enough to be allowed."""
 
 
@@ -33,17 +34,17 @@ class Attempt(NamedTuple):
     """An attempt: the guarantees it tests, what it achieves, and an action that raises or returns False if refused."""
 
     guarantees: str
-    achieved: str
+    achievement: str
     action: Callable[[dict[str, Any]], object]
 
 
-def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
+def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
     """Make all attempts, or only the separate one numbered `alone`; report what each achieved, "" if nothing."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     number = targets["alone"]
-    for attempt in ATTEMPTS if number is None else (ALONE[number],):
+    for attempt in ATTEMPTS if number is None else (SEPARATE_ATTEMPTS[number],):
         try:
-            achieved = attempt.achieved if attempt.action(targets) is not False else ""
+            achieved = attempt.achievement if attempt.action(targets) is not False else ""
         except Exception:
             achieved = ""
         for guarantee in attempt.guarantees.split():
@@ -65,29 +66,29 @@ def _connect_abstract(targets: dict[str, Any]) -> None:
         end.connect(targets["abstract"])
 
 
-def _send(targets: dict[str, Any]) -> None:
+def _send_datagram(targets: dict[str, Any]) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
         end.sendto(b"x", ("127.0.0.1", targets["port"]))
 
 
-def _signal(targets: dict[str, Any]) -> None:
+def _signal_grader(targets: dict[str, Any]) -> None:
     if targets["pid"] == os.getpid():  # both are process 1 of their namespaces: the grader runs in a container
         raise ProcessLookupError
     os.kill(targets["pid"], 0)
 
 
-def _trace(targets: dict[str, Any]) -> bool:
+def _trace_grader(targets: dict[str, Any]) -> bool:
     ptrace_seize = 0x4206  # this request does not stop the traced process
     return sys.platform == "linux" and ctypes.CDLL(None).ptrace(ptrace_seize, targets["pid"], 0, 0) == 0
 
 
-def _start(_: dict[str, Any]) -> None:
+def _start_program(_: dict[str, Any]) -> None:
     os.waitpid(os.posix_spawn(sys.executable, [sys.executable, "-c", ""], {}), 0)
 
 
-def _multiply(_: dict[str, Any]) -> bool:
+def _start_many_processes(_: dict[str, Any]) -> bool:
     """Start processes that leave their session and wait. They keep the pipe open; it closes when all have ended."""
-    for number in range(MOST):
+    for number in range(UNLIMITED_PROCESSES):
         try:
             pid = os.fork()
         except OSError:
@@ -116,43 +117,46 @@ ATTEMPTS = (
         "network", "connected to a port of this machine",
         lambda targets: socket.create_connection(("127.0.0.1", targets["port"]), timeout=2),
     ),
-    Attempt("network", "sent a datagram", _send),
+    Attempt("network", "sent a datagram", _send_datagram),
     Attempt("network", "connected to a socket of this machine", _connect_abstract),
-    Attempt("processes", "reached the grader with a signal", _signal),
-    Attempt("memory", "was given more memory than the limit", lambda targets: mmap.mmap(-1, targets["memory"] + SOME)),
+    Attempt("processes", "reached the grader with a signal", _signal_grader),
+    Attempt(
+        "memory", "was given more memory than the limit",
+        lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES),
+    ),
     Attempt("memory", "was given memory that no limit counts", _share_memory),
     Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
-    Attempt("processes", "reached into the grader's memory", _trace),
-    Attempt("processes", "started a program", _start),
+    Attempt("processes", "reached into the grader's memory", _trace_grader),
+    Attempt("processes", "started a program", _start_program),
     Attempt("privileges", "changed its root folder", lambda _: os.chroot(".")),
     Attempt("privileges", "took precedence over other processes", lambda _: os.nice(-1)),
-    Attempt("processes memory", f"started {MOST} processes", _multiply),
+    Attempt("processes memory", f"started {UNLIMITED_PROCESSES} processes", _start_many_processes),
 )  # fmt: skip
 """The attempts in order. The last one also tests memory, because many processes together get more of it."""
 
 
-def _fill(_: dict[str, Any]) -> None:
+def _write_large_file(_: dict[str, Any]) -> None:
     with open("large", "wb") as file:
         for _number in range(200):
             file.write(bytes(1 << 20))
 
 
-def _fill_many(_: dict[str, Any]) -> None:
+def _write_many_files(_: dict[str, Any]) -> None:
     """Write many files, each of which is small enough by itself."""
-    for number in range(MOST_WRITTEN // SOME):
-        Path(str(number)).write_bytes(bytes(SOME))
+    for number in range(UNLIMITED_BYTES // ALLOWED_FILE_BYTES):
+        Path(str(number)).write_bytes(bytes(ALLOWED_FILE_BYTES))
 
 
-def _fill_nameless(_: dict[str, Any]) -> None:
+def _write_nameless_files(_: dict[str, Any]) -> None:
     """Write many files whose names are already removed."""
     open_files: list[Any] = []
-    while SOME * len(open_files) < MOST_WRITTEN:
+    while ALLOWED_FILE_BYTES * len(open_files) < UNLIMITED_BYTES:
         open_files.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it has to stay open
         os.unlink("nameless")
-        open_files[-1].write(bytes(SOME))
+        open_files[-1].write(bytes(ALLOWED_FILE_BYTES))
 
 
-def _nest(_: dict[str, Any]) -> bool:
+def _leave_nested_folders(_: dict[str, Any]) -> bool:
     """Leave folders that are hard to remove; the grader checks afterwards whether they are gone."""
     os.mkdir("closed")
     os.mkdir("closed/inner", 0)
@@ -175,10 +179,12 @@ def _signal_by_descriptor(_: dict[str, Any]) -> bool:
     return False
 
 
-_WRITTEN = f"{MOST_WRITTEN // 1_000_000} MB"
-ALONE = (
-    Attempt("files", "wrote a file of 200 MB", _fill), Attempt("files", f"wrote {_WRITTEN} in all", _fill_many),
-    Attempt("files", f"wrote {_WRITTEN} into files without names", _fill_nameless), Attempt("files", "", _nest),
+_UNLIMITED_SIZE = f"{UNLIMITED_BYTES // 1_000_000} MB"
+SEPARATE_ATTEMPTS = (
+    Attempt("files", "wrote a file of 200 MB", _write_large_file),
+    Attempt("files", f"wrote {_UNLIMITED_SIZE} in all", _write_many_files),
+    Attempt("files", f"wrote {_UNLIMITED_SIZE} into files without names", _write_nameless_files),
+    Attempt("files", "", _leave_nested_folders),
     Attempt("processes", "", _signal_by_descriptor),
-)  # fmt: skip
+)
 """The attempts that each need their own process."""

@@ -18,18 +18,18 @@ from typing import Any
 import numpy
 import sympy
 
-FUNCTIONS = (
+FUNCTION_TYPES = (
     types.FunctionType, types.MethodType, functools.partial, numpy.vectorize, numpy.ufunc,
     sympy.Lambda,
 )  # fmt: skip
 
-TABLE = "function: "
+TABLE_PREFIX = "function: "
 """The prefix of an answer that is a table of values, not a formula: JSON with the shape and a row for each point."""
 
-_VECTOR = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
-_RATES = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
-_JOINT = re.compile(r"(?:theta|th|q|t|d|θ)_?(\d)")
-_RATE = re.compile(
+_JOINT_VECTOR_NAME = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
+_RATE_VECTOR_NAME = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
+_JOINT_NAME = re.compile(r"(?:theta|th|q|t|d|θ)_?(\d)")
+_RATE_NAME = re.compile(
     r"(?:qd|dq|qp|q_?dot|theta_?dot|dtheta|dth|thetad|thd|d_?dot)_?(\d)|(?:theta|th|q|d)_?(\d)_?(?:dot|d)"
 )
 
@@ -40,7 +40,7 @@ _ELEMENTWISE: dict[str, Any] = {
     "deg2rad": lambda x: x * sympy.pi / 180, "radians": lambda x: x * sympy.pi / 180,
     "rad2deg": lambda x: x * 180 / sympy.pi, "degrees": lambda x: x * 180 / sympy.pi, "fabs": sympy.Abs,
 }  # fmt: skip
-_RENAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+_NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
 
 
 def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
@@ -51,7 +51,7 @@ def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
     """
     try:
         with allow_symbols(function):
-            result = function(*_arguments(function, calls, sympy.Symbol))
+            result = function(*_make_arguments(function, calls, sympy.Symbol))
         if _is_formula(result):
             return result
     except Exception:
@@ -59,7 +59,7 @@ def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
             raise
     if not calls.get("points"):
         raise TypeError(f"the function returns a {type(result).__name__}, which is no formula")
-    return TABLE + json.dumps(_table(function, calls))
+    return TABLE_PREFIX + json.dumps(_tabulate_values(function, calls))
 
 
 def _is_formula(result: Any) -> bool:
@@ -69,12 +69,12 @@ def _is_formula(result: Any) -> bool:
     return isinstance(result, formula_types) and not isinstance(result, bool)
 
 
-def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
+def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     """Return the shape of a function's values, and its values at the grader's points, as pairs (real, imag)."""
     shape, rows = None, []
     for values in calls["points"]:
         symbol_values = dict(zip(calls["symbols"], values, strict=True))
-        returned = numpy.asarray(function(*_arguments(function, calls, symbol_values.__getitem__)))
+        returned = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
         if returned.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, which is no number")
         if returned.dtype == object:
@@ -86,8 +86,11 @@ def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     return {"shape": list(shape or ()), "values": rows}
 
 
-def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]:
-    """Return the arguments for a function, matched by the names of its parameters; `value` returns a symbol's value."""
+def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: Any) -> list[Any]:
+    """Return the arguments for a function, matched by the names of its parameters.
+
+    `value_of_symbol` returns a symbol's value.
+    """
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
         takes_any_number = False
@@ -100,7 +103,7 @@ def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]
         takes_any_number = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
     joints: list[str] = list(calls["joints"])
     if takes_any_number and not names:
-        return [value(joint) for joint in joints]
+        return [value_of_symbol(joint) for joint in joints]
     targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
         targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
@@ -108,7 +111,9 @@ def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]
         if target is None:
             raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(calls['symbols'])}")
     return [
-        value(target) if isinstance(target, str) else numpy.array([value(symbol_name) for symbol_name in target])
+        value_of_symbol(target)
+        if isinstance(target, str)
+        else numpy.array([value_of_symbol(symbol_name) for symbol_name in target])
         for target in targets
         if target
     ]
@@ -120,11 +125,11 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
     rates = [f"qd{i}" for i in range(1, len(joints) + 1)]
     if plain_name in symbols:
         return plain_name
-    if _VECTOR.fullmatch(name):
+    if _JOINT_VECTOR_NAME.fullmatch(name):
         return list(joints)
-    if _RATES.fullmatch(name) and set(rates) <= set(symbols):
+    if _RATE_VECTOR_NAME.fullmatch(name) and set(rates) <= set(symbols):
         return rates
-    for pattern, candidates in ((_RATE, rates), (_JOINT, joints)):
+    for pattern, candidates in ((_RATE_NAME, rates), (_JOINT_NAME, joints)):
         match = pattern.fullmatch(name)
         if match is not None:
             number = int(next(filter(None, match.groups())))
@@ -137,14 +142,14 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
 def allow_symbols(function: Any) -> Iterator[None]:
     """Make functions of `math` and NumPy accept symbols during the block, even if they were imported by name."""
     replaced = {
-        getattr(math, name): _accept_symbols(name) for name in (*_ELEMENTWISE, *_RENAMED) if hasattr(math, name)
+        getattr(math, name): _accept_symbols(name) for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)
     }
     namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
     originals = [
         (namespace, name, value)
         for namespace in namespaces
         for name, value in namespace.items()
-        if _is_in(value, replaced)
+        if _is_builtin_of(value, replaced)
     ]
     methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
     try:
@@ -160,8 +165,8 @@ def allow_symbols(function: Any) -> Iterator[None]:
             delattr(sympy.Expr, name)
 
 
-def _is_in(value: Any, known: Mapping[Any, Any]) -> bool:
-    return isinstance(value, types.BuiltinFunctionType) and value in known
+def _is_builtin_of(value: Any, functions: Mapping[Any, Any]) -> bool:
+    return isinstance(value, types.BuiltinFunctionType) and value in functions
 
 
 def _make_method(function: Any) -> Any:
@@ -172,9 +177,9 @@ def _make_method(function: Any) -> Any:
 
 
 def _accept_symbols(name: str) -> Any:
-    numeric, symbolic = getattr(math, name), _ELEMENTWISE[_RENAMED.get(name, name)]
+    numeric, symbolic = getattr(math, name), _ELEMENTWISE[_NUMPY_NAMES.get(name, name)]
 
-    def either(*values: Any) -> Any:
-        return (symbolic if any(isinstance(value, sympy.Basic) for value in values) else numeric)(*values)
+    def call_either(*arguments: Any) -> Any:
+        return (symbolic if any(isinstance(value, sympy.Basic) for value in arguments) else numeric)(*arguments)
 
-    return either
+    return call_either

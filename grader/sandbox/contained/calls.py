@@ -8,7 +8,7 @@ import platform
 import struct
 
 # name: number on x86_64, number on aarch64; None if the machine has no such call
-REFUSED: dict[str, tuple[int | None, int | None]] = {
+REFUSED_CALLS: dict[str, tuple[int | None, int | None]] = {
     # programs and processes; for clone, see below
     "fork": (57, None), "vfork": (58, None), "execve": (59, 221), "execveat": (322, 281), "setsid": (112, 157),
     "setpgid": (109, 154),
@@ -45,7 +45,7 @@ REFUSED: dict[str, tuple[int | None, int | None]] = {
     "ioperm": (173, None), "iopl": (172, None), "vhangup": (153, 58), "fanotify_init": (300, 262),
 }  # fmt: skip
 
-ON_PATHS: dict[str, tuple[int | None, int | None]] = {
+CALLS_REFUSED_ON_MACHINE_FILES: dict[str, tuple[int | None, int | None]] = {
     "truncate": (76, 45), "chmod": (90, None), "fchmodat": (268, 53), "fchmodat2": (452, 452), "chown": (92, None),
     "lchown": (94, None), "fchownat": (260, 54), "utime": (132, None), "utimes": (235, None), "futimesat": (261, None),
     "utimensat": (280, 88), "setxattr": (188, 5), "lsetxattr": (189, 6), "removexattr": (197, 14),
@@ -61,27 +61,41 @@ because reserved space that is not written can't be counted there.
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
 _KILL, _TGKILL, _PRLIMIT, _OPENAT, _OPEN = (62, 129), (234, 131), (302, 261), (257, 56), (2, -1)
 _OPENAT2 = (437, 437)
-_THREAD, _NAMES = 0x10000, (15, 16, 0x53564D41)
-_ASKED_OF_FILES = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
+_THREAD_FLAG, _THREAD_NAME_OPTIONS = 0x10000, (15, 16, 0x53564D41)
+_ALLOWED_IOCTL_REQUESTS = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
 """The requests of ioctl that are allowed: whether a file is a terminal (TCGETS, TCGETS2), its width, how much can be
 read, whether reading waits, and whether started programs inherit the file."""
-_OWNERS, _LEASE = (8, 10, 15), 1024  # F_SETOWN, F_SETSIG, F_SETOWN_EX; F_SETLEASE, which makes others wait for a file
-_UNKNOWN = 463  # the first call of Linux 6.13: some calls since then change file attributes, and nothing needs them
-_TMPFILE = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
+_OWNER_COMMANDS, _LEASE_COMMAND = (
+    (8, 10, 15),
+    1024,
+)  # F_SETOWN, F_SETSIG, F_SETOWN_EX; F_SETLEASE, which makes others wait for a file
+_FIRST_UNKNOWN_CALL = (
+    463  # the first call of Linux 6.13: some calls since then change file attributes, and nothing needs them
+)
+_TMPFILE_FLAG = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
 
 _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 _ALLOW, _KILL_PROCESS, _ERROR = 0x7FFF0000, 0x80000000, 0x00050000
-_NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # byte offsets in struct seccomp_data
+_CALL_NUMBER_OFFSET, _ARCHITECTURE_OFFSET, _FIRST_ARGUMENT_OFFSET, _SECOND_ARGUMENT_OFFSET, _THIRD_ARGUMENT_OFFSET = (
+    0,
+    4,
+    16,
+    24,
+    32,
+)  # byte offsets in struct seccomp_data
 
 
-def _instruction(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
-    """Return a BPF instruction; `then` and `otherwise` are how many instructions to skip after a comparison."""
-    return struct.pack("HBBI", code, then, otherwise, k)
+def _instruction(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
+    """Return an instruction of a BPF program, as bytes.
+
+    After a comparison, the program skips `jump_if_true` instructions if it holds, and else `jump_if_false`.
+    """
+    return struct.pack("HBBI", code, jump_if_true, jump_if_false, operand)
 
 
-def filter_program(pid: int, on_paths: bool) -> bytes:
+def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     """Return the filter for the process `pid`. Raises OSError for a processor whose system calls are not listed here.
 
     The process can send signals only to itself, including those that an open file sends to its owner. clone makes only
@@ -94,48 +108,50 @@ def filter_program(pid: int, on_paths: bool) -> bytes:
     architecture, column = _ARCHITECTURES[machine]
     refuse, allow = _instruction(_RETURN, _ERROR | _EPERM), _instruction(_RETURN, _ALLOW)
     program = [
-        _instruction(_LOAD, _ARCHITECTURE),
+        _instruction(_LOAD, _ARCHITECTURE_OFFSET),
         _instruction(_EQUAL, architecture, 1),
         _instruction(_RETURN, _KILL_PROCESS),
     ]
     program += [
-        _instruction(_LOAD, _NUMBER),
+        _instruction(_LOAD, _CALL_NUMBER_OFFSET),
         _instruction(_AT_LEAST, 0x40000000, 0, 1),
         refuse,
     ]  # x32: other numbers for the same calls
-    program += [_instruction(_AT_LEAST, _UNKNOWN, 0, 1), _instruction(_RETURN, _ERROR | _ENOSYS)]
+    program += [_instruction(_AT_LEAST, _FIRST_UNKNOWN_CALL, 0, 1), _instruction(_RETURN, _ERROR | _ENOSYS)]
 
-    def case(numbers: tuple[int, int], *body: bytes) -> None:
+    def add_case(numbers: tuple[int, int], *instructions: bytes) -> None:
         if numbers[column] < 0:  # this machine has no such call
             return
-        program.extend((_instruction(_EQUAL, numbers[column], 0, len(body)), *body))
+        program.extend((_instruction(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
 
-    def only(where: int, *values: int) -> list[bytes]:
+    def allow_only(argument_offset: int, *values: int) -> list[bytes]:
         """Return instructions that allow the call only if an argument is one of the values.
 
         They compare the lower half of the argument, because the kernel uses only that.
         """
         tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_instruction(_LOAD, where), *tests, refuse, allow]
+        return [_instruction(_LOAD, argument_offset), *tests, refuse, allow]
 
-    def all_but(where: int, *values: int) -> list[bytes]:
+    def refuse_only(argument_offset: int, *values: int) -> list[bytes]:
         """Return instructions that refuse the call if an argument is one of the values."""
         tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_instruction(_LOAD, where), *tests, allow, refuse]
+        return [_instruction(_LOAD, argument_offset), *tests, allow, refuse]
 
-    case(_CLONE, _instruction(_LOAD, _FIRST), _instruction(_ANY_BIT, _THREAD, 1), refuse, allow)
-    case(_CLONE3, _instruction(_RETURN, _ERROR | _ENOSYS))
-    case(_KILL, *only(_FIRST, pid))
-    case(_TGKILL, *only(_FIRST, pid))
-    case(_PRLIMIT, *only(_FIRST, 0, pid))
-    case(_PRCTL, *only(_FIRST, *_NAMES))
-    case(_IOCTL, *only(_SECOND, *_ASKED_OF_FILES))
-    case(_FCNTL, *all_but(_SECOND, *_OWNERS, _LEASE))
-    if on_paths:  # refuse O_TMPFILE, because files that never had a name can't be counted
-        for call, flags in ((_OPENAT, _THIRD), (_OPEN, _SECOND)):
-            case(call, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)
-        case(_OPENAT2, _instruction(_RETURN, _ERROR | _ENOSYS))
-    for numbers in (*REFUSED.values(), *(ON_PATHS.values() if on_paths else ())):
+    add_case(
+        _CLONE, _instruction(_LOAD, _FIRST_ARGUMENT_OFFSET), _instruction(_ANY_BIT, _THREAD_FLAG, 1), refuse, allow
+    )
+    add_case(_CLONE3, _instruction(_RETURN, _ERROR | _ENOSYS))
+    add_case(_KILL, *allow_only(_FIRST_ARGUMENT_OFFSET, pid))
+    add_case(_TGKILL, *allow_only(_FIRST_ARGUMENT_OFFSET, pid))
+    add_case(_PRLIMIT, *allow_only(_FIRST_ARGUMENT_OFFSET, 0, pid))
+    add_case(_PRCTL, *allow_only(_FIRST_ARGUMENT_OFFSET, *_THREAD_NAME_OPTIONS))
+    add_case(_IOCTL, *allow_only(_SECOND_ARGUMENT_OFFSET, *_ALLOWED_IOCTL_REQUESTS))
+    add_case(_FCNTL, *refuse_only(_SECOND_ARGUMENT_OFFSET, *_OWNER_COMMANDS, _LEASE_COMMAND))
+    if sees_machine_files:  # refuse O_TMPFILE, because files that never had a name can't be counted
+        for call, flags in ((_OPENAT, _THIRD_ARGUMENT_OFFSET), (_OPEN, _SECOND_ARGUMENT_OFFSET)):
+            add_case(call, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
+        add_case(_OPENAT2, _instruction(_RETURN, _ERROR | _ENOSYS))
+    for numbers in (*REFUSED_CALLS.values(), *(CALLS_REFUSED_ON_MACHINE_FILES.values() if sees_machine_files else ())):
         number = numbers[column]
         if number is not None:
             program += [_instruction(_EQUAL, number, 0, 1), refuse]

@@ -1,7 +1,8 @@
 """The measures that isolate a notebook. Each is tried separately, to find out which ones work on this machine.
 
-The forking process calls `enter` and `private_root` once; each child calls `apply` before it runs a student's code. If
-a measure is not available, the others still apply. docs/sandbox.md explains what each of them achieves.
+The forking process calls `enter_namespaces` and `make_private_root` once; each child calls `apply_measures` before it
+runs a student's code. If a measure is not available, the others still apply. docs/sandbox.md explains what each of them
+achieves.
 """
 
 import contextlib
@@ -29,37 +30,45 @@ privileges and no new ones; limits on resources; counting what is written, if th
 
 # The notebook's folder in a private root, which is empty otherwise. It is not /tmp if Python itself is installed there,
 # because mounting there would hide Python.
-OWN = "/qdot" if any(place.startswith("/tmp/") for place in guard.PLACES) else "/tmp"  # noqa: S108
-DISK, FILE, FILES, DEPTH, PROCESSES, DESCRIPTORS, SIGNALS = 64_000_000, 10_000_000, 4096, 32, 64, 64, 256
+NOTEBOOK_FOLDER = "/qdot" if any(place.startswith("/tmp/") for place in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
+MAX_DISK_BYTES, MAX_FILE_BYTES, MAX_FILES, MAX_DEPTH, MAX_PROCESSES, MAX_DESCRIPTORS, MAX_SIGNALS = (
+    64_000_000,
+    10_000_000,
+    4096,
+    32,
+    64,
+    64,
+    256,
+)
 """In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
 have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals."""
 
 
 @dataclass
 class Measures:
-    """The measures that are not available (`lacking`), each with the reason, and the limits of a notebook.
+    """The measures that are not available (`unavailable`), each with the reason, and the limits of a notebook.
 
-    If this process is root, `user` is the user that a child becomes. `memory` is in bytes, `seconds` are of processor
-    time, and `processes` is the limit of the notebook's user.
+    If this process is root, `user` is the user that a child becomes. `memory_bytes` is in bytes, `processor_seconds`
+    are of processor time, and `max_processes` is the limit of the notebook's user.
     """
 
-    lacking: dict[str, str]
-    memory: int
-    seconds: int
+    unavailable: dict[str, str]
+    memory_bytes: int
+    processor_seconds: int
     user: int | None = None
-    processes: int | None = None
+    max_processes: int | None = None
 
-    def holds(self, name: str) -> bool:
+    def is_applied(self, name: str) -> bool:
         """Return whether a measure is applied."""
-        return name not in self.lacking
+        return name not in self.unavailable
 
     def try_out(self, name: str, action: Callable[[], None]) -> None:
-        """Try a measure in a child process; if it fails, add it to `lacking`."""
-        if self.holds(name):
+        """Try a measure in a child process; if it fails, add it to `unavailable`."""
+        if self.is_applied(name):
             try:
                 run_in_child(action)
             except OSError as error:
-                self.lacking[name] = str(error)
+                self.unavailable[name] = str(error)
 
 
 def run_in_child(action: Callable[[], str | None]) -> str:
@@ -87,7 +96,7 @@ def run_in_child(action: Callable[[], str | None]) -> str:
 # --- called once, in the forking process ---
 
 
-def enter() -> None:
+def enter_namespaces() -> None:
     """Leave the machine's namespaces: get a separate network that is down, no other processes, and separate mounts.
 
     Root needs no user namespace. Any other user becomes the only user of a new one, and has privileges only in it.
@@ -104,25 +113,25 @@ def enter() -> None:
     kernel.mount(None, "/", None, kernel.MS_REC | kernel.MS_PRIVATE)
 
 
-def private_root(mountpoint: str) -> None:
+def make_private_root(mountpoint: str) -> None:
     """Make a read-only root folder that contains Python, its libraries and an empty folder."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
     bound_paths: list[str] = []
-    for path in sorted(guard.PLACES, key=len):
+    for path in sorted(guard.READABLE_PATHS, key=len):
         resolved_path = _copy_links(path, mountpoint)
         if os.path.exists(resolved_path) and not guard.is_inside(resolved_path, tuple(bound_paths)):
-            _show(resolved_path, mountpoint)
+            _bind_read_only(resolved_path, mountpoint)
             bound_paths.append(resolved_path)
-    for folder in guard.LIBRARIES:
-        for name in guard.HIDDEN:
+    for folder in guard.LIBRARY_FOLDERS:
+        for name in guard.HIDDEN_PACKAGES:
             if os.path.isdir(hidden := mountpoint + os.path.realpath(f"{folder}/{name}")):
                 kernel.mount("qdot", hidden, "tmpfs", kernel.MS_RDONLY, "size=4k")
-    os.makedirs(mountpoint + OWN, exist_ok=True)
+    os.makedirs(mountpoint + NOTEBOOK_FOLDER, exist_ok=True)
     kernel.pivot_root(mountpoint)
     kernel.mount(None, "/", None, kernel.MS_REMOUNT | kernel.MS_BIND | kernel.MS_RDONLY | kernel.MS_NOSUID)
 
 
-def _show(path: str, mountpoint: str) -> None:
+def _bind_read_only(path: str, mountpoint: str) -> None:
     """Make a file or folder of the machine visible in the new root, read-only."""
     target = mountpoint + path
     if os.path.isdir(path):
@@ -131,7 +140,7 @@ def _show(path: str, mountpoint: str) -> None:
         os.makedirs(os.path.dirname(target), exist_ok=True)
         Path(target).touch()
     kernel.mount(path, target, None, kernel.MS_BIND | kernel.MS_REC)
-    kernel.make_read_only(target, devices=path in guard.DEVICES)
+    kernel.make_read_only(target, has_devices=path in guard.DEVICES)
 
 
 def _copy_links(path: str, mountpoint: str) -> str:
@@ -153,38 +162,38 @@ def _copy_links(path: str, mountpoint: str) -> str:
 
 def make_folder(measures: Measures, parent: str) -> str:
     """Return a new empty folder for a notebook; in a private root, it is a file system of limited size."""
-    if measures.holds("namespaces"):
-        data = f"size={DISK},nr_inodes={FILES},mode=755"
-        kernel.mount("qdot", OWN, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
-        parent = OWN
+    if measures.is_applied("namespaces"):
+        data = f"size={MAX_DISK_BYTES},nr_inodes={MAX_FILES},mode=755"
+        kernel.mount("qdot", NOTEBOOK_FOLDER, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
+        parent = NOTEBOOK_FOLDER
     folder = tempfile.mkdtemp(prefix="qdot-run-", dir=parent)
-    if measures.user is not None and measures.holds("user"):
+    if measures.user is not None and measures.is_applied("user"):
         os.chmod(parent, 0o711)  # noqa: S103 - that user has to reach its folder
         os.chown(folder, measures.user, measures.user)
     return folder
 
 
-def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
+def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
     """Return whether a notebook has written more than its limit, or its files can't be counted.
 
     A removed file that is still open is in no folder. On a disk, it is included in the number of bytes that the
     process has written; in a file system in memory, the process's open or mapped files without names are counted.
     """
     try:
-        with _as_its_user(measures):
-            if _bytes_written(pid) > DISK or _nameless_bytes(pid, folder) > DISK:
+        with _as_notebook_user(measures):
+            if _bytes_written(pid) > MAX_DISK_BYTES or _nameless_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
         size = number = 0
         unvisited = [(folder, 0)]
         while unvisited:
             path, depth = unvisited.pop()
-            for entry in _entries(path):
+            for entry in _list_entries(path):
                 number += 1
                 if entry.is_dir(follow_symlinks=False):
                     unvisited.append((entry.path, depth + 1))
                 else:
-                    size += _size(entry)
-                if size > DISK or number > FILES or depth > DEPTH:
+                    size += _size_on_disk(entry)
+                if size > MAX_DISK_BYTES or number > MAX_FILES or depth > MAX_DEPTH:
                     return True
     except OSError:
         return True
@@ -192,9 +201,9 @@ def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
 
 
 @contextlib.contextmanager
-def _as_its_user(measures: Measures) -> Iterator[None]:
+def _as_notebook_user(measures: Measures) -> Iterator[None]:
     """Become the notebook's user during the block: only that user, or a privileged root, may inspect its process."""
-    if measures.user is None or not measures.holds("user"):
+    if measures.user is None or not measures.is_applied("user"):
         yield
         return
     os.setegid(measures.user)
@@ -206,14 +215,14 @@ def _as_its_user(measures: Measures) -> Iterator[None]:
         os.setegid(0)
 
 
-def _entries(path: str) -> list[os.DirEntry[str]]:
+def _list_entries(path: str) -> list[os.DirEntry[str]]:
     """Return the entries of a folder; empty if the notebook has removed it in the meantime."""
     with contextlib.suppress(FileNotFoundError), os.scandir(path) as entries:
         return list(entries)
     return []
 
 
-def _size(entry: os.DirEntry[str]) -> int:
+def _size_on_disk(entry: os.DirEntry[str]) -> int:
     with contextlib.suppress(FileNotFoundError):
         return 512 * entry.stat(follow_symlinks=False).st_blocks
     return 0
@@ -245,29 +254,34 @@ def _nameless_bytes(pid: int, folder: str) -> int:
 # --- called for every notebook, in its own process ---
 
 
-def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
+def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, str]:
     """Apply all measures except the audit hook; return those that failed, each with the reason.
 
     The order matters: some measures would prevent others. From now on, this process ends if its `parent` ends.
     """
     failed: dict[str, str] = {}
 
-    def take(name: str, action: Callable[[], None]) -> None:
-        if measures.holds(name):
+    def apply_one(name: str, action: Callable[[], None]) -> None:
+        if measures.is_applied(name):
             try:
                 action()
             except (OSError, ValueError, AttributeError) as error:
                 failed[name] = str(error) or type(error).__name__
 
-    take("limits", lambda: _limit(measures))
-    take("user", lambda: become(measures.user))
+    apply_one("limits", lambda: _limit_resources(measures))
+    apply_one("user", lambda: change_user(measures.user))
     die_with_parent(parent)  # only now, because a change of user would cancel it
-    take("privileges", lambda: _give_up_privileges(measures))
-    if not measures.holds("privileges") and measures.holds("seccomp") and sys.platform == "linux":
-        take("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
-    take("landlock", lambda: _rule_files(folder))
-    take("seccomp", lambda: kernel.seccomp(calls.filter_program(os.getpid(), not measures.holds("namespaces"))))
-    kernel.forget()
+    apply_one("privileges", lambda: _give_up_privileges(measures))
+    if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
+        apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
+    apply_one("landlock", lambda: _restrict_files(folder))
+    apply_one(
+        "seccomp",
+        lambda: kernel.install_seccomp_filter(
+            calls.make_filter_program(os.getpid(), not measures.is_applied("namespaces"))
+        ),
+    )
+    kernel.release_library()
     return failed
 
 
@@ -280,17 +294,17 @@ def die_with_parent(parent: int) -> None:
         os._exit(1)
 
 
-def _limit(measures: Measures) -> None:
+def _limit_resources(measures: Measures) -> None:
     """Set the limits on resources. Raises OSError that names the limits that were refused."""
     limits = [
-        ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS),
-        ("RLIMIT_AS", measures.memory),
+        ("RLIMIT_CPU", measures.processor_seconds), ("RLIMIT_FSIZE", MAX_FILE_BYTES),
+        ("RLIMIT_NOFILE", MAX_DESCRIPTORS), ("RLIMIT_AS", measures.memory_bytes),
         ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program, if it is set up for that
     ]  # fmt: skip
     if sys.platform == "linux":  # waiting signals and timers, which are counted for all of a user's processes together
-        limits.append(("RLIMIT_SIGPENDING", SIGNALS))
-    if measures.processes is not None:
-        limits.append(("RLIMIT_NPROC", measures.processes))
+        limits.append(("RLIMIT_SIGPENDING", MAX_SIGNALS))
+    if measures.max_processes is not None:
+        limits.append(("RLIMIT_NPROC", measures.max_processes))
     refused_limits = []
     for name, value in limits:
         try:
@@ -301,11 +315,11 @@ def _limit(measures: Measures) -> None:
         raise OSError("; ".join(refused_limits))
 
 
-def become(user: int | None) -> None:
+def change_user(user: int | None) -> None:
     """Become a user who owns nothing, unless `user` is None. Raises OSError if that user can't read the libraries."""
     if user is None:
         return
-    libraries = [path for path in guard.LIBRARIES if os.path.isdir(path)]
+    libraries = [path for path in guard.LIBRARY_FOLDERS if os.path.isdir(path)]
     os.setgroups([])
     os.setresgid(user, user, user)
     os.setresuid(user, user, user)
@@ -316,8 +330,8 @@ def become(user: int | None) -> None:
 
 def _give_up_privileges(measures: Measures) -> None:
     kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-    # If the written bytes have to be counted (`is_overdrawn`), the forking process must be able to inspect it.
-    kernel.prctl(kernel.PR_SET_DUMPABLE, 0 if measures.holds("namespaces") else 1)
+    # If the written bytes have to be counted (`exceeds_disk_limit`), the forking process must be able to inspect it.
+    kernel.prctl(kernel.PR_SET_DUMPABLE, 0 if measures.is_applied("namespaces") else 1)
     kernel.drop_capabilities()
 
 
@@ -326,15 +340,15 @@ _READ_FILE, _READ_FOLDER, _WRITE, _TRUNCATE, _REFER = 1 << 2, 1 << 3, 1 << 1, 1 
 _CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove and make folders and files
 
 
-def _rule_files(folder: str) -> None:
+def _restrict_files(folder: str) -> None:
     """Have Landlock allow only reading the libraries, and reading and writing in the notebook's folder."""
-    version = kernel.landlock_version()
+    version = kernel.find_landlock_version()
     files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
     network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
     rules = [(folder, (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files)]
-    for path in guard.READABLE:
+    for path in guard.RESOLVED_READABLE_PATHS:
         if os.path.isdir(path):
             rules.append((path, _READ_FILE | _READ_FOLDER))
         elif os.path.exists(path):
             rules.append((path, _READ_FILE | _WRITE if path in guard.DEVICES else _READ_FILE))
-    kernel.landlock((files, network, scopes), rules)
+    kernel.restrict_with_landlock((files, network, scopes), rules)

@@ -10,12 +10,12 @@ import secrets
 import time
 
 
-def remove(path: str, within: float = math.inf) -> None:
-    """Remove a folder. Raises OSError if something can't be removed, or if it takes longer than `within` seconds.
+def remove(path: str, timeout: float = math.inf) -> None:
+    """Remove a folder. Raises OSError if something can't be removed, or if it takes longer than `timeout` seconds.
 
     Links are removed, and never followed.
     """
-    deadline = time.monotonic() + within
+    deadline = time.monotonic() + timeout
     with contextlib.suppress(NotImplementedError):
         os.chmod(path, 0o700, follow_symlinks=False)
     top = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
@@ -25,7 +25,7 @@ def remove(path: str, within: float = math.inf) -> None:
                 if not _unlink(name, top):
                     _move_up(name, top)
                 if time.monotonic() > deadline:
-                    raise TimeoutError(f"{path} is not empty after {within:g} s")
+                    raise TimeoutError(f"{path} is not empty after {timeout:g} s")
     finally:
         os.close(top)
     os.rmdir(path)

@@ -10,33 +10,33 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-HIDDEN = ("qdot",)
+HIDDEN_PACKAGES = ("qdot",)
 """Packages that a notebook may not load: with them and the secret, it could regenerate the reference answers."""
 
 
-def library_folders() -> list[str]:
+def find_library_folders() -> list[str]:
     """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
     packages = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
     others = [path for path in sys.path if path and path not in packages]
-    return packages + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN)]
+    return packages + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
 
 
-LIBRARIES = tuple(library_folders())
+LIBRARY_FOLDERS = tuple(find_library_folders())
 """The folders from which a notebook imports modules."""
 
 DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
 
-PLACES = (
-    sys.prefix, sys.base_prefix, *LIBRARIES, "/usr/lib", "/usr/lib64", "/usr/share", "/usr/local/lib", "/lib",
+READABLE_PATHS = (
+    sys.prefix, sys.base_prefix, *LIBRARY_FOLDERS, "/usr/lib", "/usr/lib64", "/usr/share", "/usr/local/lib", "/lib",
     "/lib64", "/nix/store", "/gnu/store", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts",
     "/etc/ssl", "/etc/ld.so.cache", *filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(":")), *DEVICES,
 )  # fmt: skip
 """The paths that Python and its libraries read; a notebook may read nothing else on the machine."""
 
-READABLE = tuple(dict.fromkeys(map(os.path.realpath, PLACES)))
+RESOLVED_READABLE_PATHS = tuple(dict.fromkeys(map(os.path.realpath, READABLE_PATHS)))
 """The same paths with links resolved."""
 
-REFUSED = (
+REFUSED_EVENTS = (
     "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
     "socket.", "ctypes.", "signal.pthread_kill", "os.link", "os.symlink", "os.chown", "sys.setprofile", "sys.settrace",
     "os.setxattr", "os.removexattr", "fcntl.ioctl", "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
@@ -52,29 +52,33 @@ def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
     return any(real == folder or real.startswith(folder.rstrip("/") + "/") for folder in folders)
 
 
-def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
+def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     """Return an audit hook that allows only reading the libraries and writing into the notebook's folder.
 
     Once added, a hook can't be removed.
     """
     own_folders = (os.path.realpath(folder),)
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-    names = [f"{name}{inner}" for name in HIDDEN for inner in ("", "/exercises", "/grader")]  # links in a checkout
+    names = [
+        f"{name}{inner}" for name in HIDDEN_PACKAGES for inner in ("", "/exercises", "/grader")
+    ]  # links in a checkout
     packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in names)
 
-    def refuse(what: str) -> NoReturn:
-        raise PermissionError(f"a notebook that is graded may not {what}")
+    def refuse(action: str) -> NoReturn:
+        raise PermissionError(f"a notebook that is graded may not {action}")
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = args
             changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
-            if not is_inside(path, own_folders if changes else (*own_folders, *READABLE)) or is_inside_hidden(path):
+            if not is_inside(
+                path, own_folders if changes else (*own_folders, *RESOLVED_READABLE_PATHS)
+            ) or is_inside_hidden(path):
                 refuse(f"open {str(path)[:200]!r}")
-        elif event == "import" and str(args[0]).split(".")[0] in HIDDEN:
+        elif event == "import" and str(args[0]).split(".")[0] in HIDDEN_PACKAGES:
             refuse(f"import {str(args[0])[:100]}")
         elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob use them
-            if not is_inside(args[0], (*own_folders, *READABLE)):
+            if not is_inside(args[0], (*own_folders, *RESOLVED_READABLE_PATHS)):
                 refuse(f"look into {str(args[0])[:200]!r}")
         elif event.startswith(
             ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
@@ -84,7 +88,7 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
                 is_inside(arg, own_folders) for arg in args[:2] if isinstance(arg, (str, bytes))
             ):
                 refuse(f"change {str(args[0])[:200]!r}")
-        elif event.startswith(REFUSED):
+        elif event.startswith(REFUSED_EVENTS):
             refuse(f"use {event}")
 
     def is_inside_hidden(path: Any) -> bool:

@@ -9,33 +9,33 @@ import re
 import tokenize
 from collections.abc import Iterator, Sequence
 
-NOT_PYTHON = (
+NON_PYTHON_MAGICS = (
     "writefile", "file", "bash", "sh", "script", "system", "sx", "cmd", "html", "HTML", "svg", "SVG", "latex",
     "markdown", "javascript", "js", "perl", "ruby", "python2", "pypy", "cython", "R", "sql", "!",
 )  # fmt: skip
 """The magics whose cells are not Python; the cells of all others are, such as those of `%%time` and `%%capture`."""
 
-LONGEST_HELP = 500
+MAX_HELP_LENGTH = 500
 """Maximum length in characters of a line that may ask for help, as `sin?` does."""
 
-_HINT = re.compile(r"(?m)^[ \t]*(?:[%!?]|>>>|In \[)|=[ \t]*[%!]|\?[ \t]*$|\A(?:[ \t]*\n)*[ \t]+\S")
+_IPYTHON_SIGNS = re.compile(r"(?m)^[ \t]*(?:[%!?]|>>>|In \[)|=[ \t]*[%!]|\?[ \t]*$|\A(?:[ \t]*\n)*[ \t]+\S")
 _CELL_MAGIC = re.compile(r"%%(\w+|!)[ \t]*(.*)")
 _COMMENT = re.compile(r"[ \t]*(?:#.*)?")
-_ESCAPED = re.compile(r"([ \t]*)(!!?|\?\??|%%?)[ \t]*(.*)")
-_ASSIGNED = re.compile(r"([ \t]*[^\s=!%#'\"(][^=#'\"]*=[ \t]*)([!%])[ \t]*(.*)")
-_HELP = re.compile(r"([ \t]*)[^'\"#]*?(%{0,2}(?!\d)[\w*]+(?:\.[\w*]+|\[[\w*]+\])*)(\?\??)[ \t]*")
+_ESCAPED_LINE = re.compile(r"([ \t]*)(!!?|\?\??|%%?)[ \t]*(.*)")
+_ASSIGNED_MAGIC = re.compile(r"([ \t]*[^\s=!%#'\"(][^=#'\"]*=[ \t]*)([!%])[ \t]*(.*)")
+_HELP_LINE = re.compile(r"([ \t]*)[^'\"#]*?(%{0,2}(?!\d)[\w*]+(?:\.[\w*]+|\[[\w*]+\])*)(\?\??)[ \t]*")
 _PROMPTS = (re.compile(r"(?:>>>|\.\.\.)(?: |$)"), re.compile(r"(?:In \[\d+\]:|[ \t]*\.{3,}:)(?: |$)"))
 
 
-def python_of(source: str) -> str:
+def translate_to_python(source: str) -> str:
     r"""Return a cell's source as Python, with each statement on its original line.
 
-    >>> print(python_of("files = !ls\n%time x = 5\nsin?"))
+    >>> print(translate_to_python("files = !ls\n%time x = 5\nsin?"))
     files = get_ipython().getoutput('ls')
     x = 5
     get_ipython().run_line_magic('pinfo', 'sin')
     """
-    if _HINT.search(source) is None:
+    if _IPYTHON_SIGNS.search(source) is None:
         return source
     lines = source.split("\n")
     first_code_line = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
@@ -43,7 +43,7 @@ def python_of(source: str) -> str:
         return source
     lines = _strip_indent(_strip_prompts(lines, first_code_line), first_code_line)
     while first_code_line < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first_code_line])):
-        if magic[1] in NOT_PYTHON:
+        if magic[1] in NON_PYTHON_MAGICS:
             body = "\n".join(lines[first_code_line + 1 :]).removesuffix("\n") + "\n"
             lines[first_code_line:] = [f"get_ipython().run_cell_magic({magic[1]!r}, {magic[2]!r}, {body!r})"]
             break
@@ -71,7 +71,7 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
             begin += 1
             continue
         end = begin + 1
-        if _ESCAPED.fullmatch(lines[begin]) or _ASSIGNED.fullmatch(lines[begin]):
+        if _ESCAPED_LINE.fullmatch(lines[begin]) or _ASSIGNED_MAGIC.fullmatch(lines[begin]):
             while lines[end - 1].endswith("\\") and end < len(lines):
                 end += 1
         translated = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
@@ -79,40 +79,42 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
             yield translated
             yield from [""] * (end - begin - 1)
         else:
-            end = _find_end(lines, begin)
+            end = _find_statement_end(lines, begin)
             yield from lines[begin:end]
         begin = end
 
 
 def _translate_line(line: str) -> str | None:
     """Return a line in IPython's syntax as Python; None for any other line."""
-    if len(line) < LONGEST_HELP and (match := _HELP.fullmatch(line)):
+    if len(line) < MAX_HELP_LENGTH and (match := _HELP_LINE.fullmatch(line)):
         indent, name, marks = match.groups()
-        return f"{indent}{_line_magic(_help_magic(name, marks), name)}"
-    if match := _ESCAPED.fullmatch(line):
+        return f"{indent}{_write_line_magic(_choose_help_magic(name, marks), name)}"
+    if match := _ESCAPED_LINE.fullmatch(line):
         indent, escape, rest = match.groups()
         if escape.startswith("?"):
-            return f"{indent}{_line_magic(_help_magic(rest, escape), rest)}" if rest else f"{indent}pass"
+            return f"{indent}{_write_line_magic(_choose_help_magic(rest, escape), rest)}" if rest else f"{indent}pass"
         if escape.startswith("!"):
             return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({rest!r})"
         name, _, argument = rest.partition(" ")
-        return indent + (argument.strip() or "pass" if name == "time" else _line_magic(name, argument.strip()))
-    if match := _ASSIGNED.fullmatch(line):
+        return indent + (argument.strip() or "pass" if name == "time" else _write_line_magic(name, argument.strip()))
+    if match := _ASSIGNED_MAGIC.fullmatch(line):
         target, escape, rest = match.groups()
         name, _, argument = rest.partition(" ")
-        return target + (f"get_ipython().getoutput({rest!r})" if escape == "!" else _line_magic(name, argument.strip()))
+        return target + (
+            f"get_ipython().getoutput({rest!r})" if escape == "!" else _write_line_magic(name, argument.strip())
+        )
     return None
 
 
-def _help_magic(name: str, marks: str) -> str:
+def _choose_help_magic(name: str, marks: str) -> str:
     return "psearch" if "*" in name else "pinfo2" if marks == "??" else "pinfo"
 
 
-def _line_magic(name: str, argument: str) -> str:
+def _write_line_magic(name: str, argument: str) -> str:
     return f"get_ipython().run_line_magic({name!r}, {argument!r})"
 
 
-def _find_end(lines: Sequence[str], begin: int) -> int:
+def _find_statement_end(lines: Sequence[str], begin: int) -> int:
     """Return the index after the last line of the statement that begins in line `begin`; all lines if it has no end."""
     read = begin
 

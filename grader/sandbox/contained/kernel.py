@@ -35,7 +35,7 @@ def _libc() -> Any:
     return ctypes.CDLL(None, use_errno=True)
 
 
-def forget() -> None:
+def release_library() -> None:
     """Release the C library, so that a notebook does not find it among the objects of this process."""
     _libc.cache_clear()
 
@@ -52,7 +52,7 @@ def _syscall(number: int, *args: Any) -> int:
     return _check_result(_libc().syscall(ctypes.c_long(number), *long_args))
 
 
-def _by_machine(numbers: dict[str, int]) -> int:
+def _number_for_machine(numbers: dict[str, int]) -> int:
     try:
         return numbers[platform.machine()]
     except KeyError:
@@ -86,12 +86,12 @@ def unmount(target: str) -> None:
     _check_result(_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 
-def make_read_only(target: str, devices: bool) -> None:
+def make_read_only(target: str, has_devices: bool) -> None:
     """Make a mount and all mounts below it read-only, and ignore the set-user-ID bit of their programs.
 
     Before Linux 5.12, this changes only the mount itself, not those below it.
     """
-    attributes = ATTR_RDONLY | ATTR_NOSUID | (0 if devices else ATTR_NODEV)
+    attributes = ATTR_RDONLY | ATTR_NOSUID | (0 if has_devices else ATTR_NODEV)
     try:
         data = struct.pack("QQQQ", attributes, 0, 0, 0)
         _syscall(_MOUNT_SETATTR, _AT_FDCWD, os.fsencode(target), _AT_RECURSIVE, data, len(data))
@@ -103,7 +103,7 @@ def make_read_only(target: str, devices: bool) -> None:
 def pivot_root(folder: str) -> None:
     """Make a mount the root of the file system, and detach the old root."""
     os.chdir(folder)
-    _syscall(_by_machine(_PIVOT_ROOT), b".", b".")
+    _syscall(_number_for_machine(_PIVOT_ROOT), b".", b".")
     unmount(".")
     os.chdir("/")
 
@@ -115,21 +115,21 @@ def drop_capabilities() -> None:
             prctl(PR_CAPBSET_DROP, number)
         except OSError:  # there are no more, or this process has none to give up
             break
-    _syscall(_by_machine(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
+    _syscall(_number_for_machine(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
 
 
-def landlock_version() -> int:
+def find_landlock_version() -> int:
     """Return the version of Landlock's interface. Raises OSError if there is none."""
     return _syscall(_LANDLOCK_CREATE, None, 0, 1)
 
 
-def landlock(handled: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
+def restrict_with_landlock(restricted_rights: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
     """Allow only the rights that the rules give for paths and everything below them.
 
-    `handled` has the sets of rights that are restricted: those to files, to the network, and to scopes.
+    `restricted_rights` has the sets of rights that are restricted: those to files, to the network, and to scopes.
     """
-    size = 8 if not (handled[1] or handled[2]) else 16 if not handled[2] else 24
-    ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *handled), size, 0)
+    size = 8 if not (restricted_rights[1] or restricted_rights[2]) else 16 if not restricted_rights[2] else 24
+    ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *restricted_rights), size, 0)
     try:
         for path, rights in rules:
             descriptor = os.open(path, os.O_PATH | os.O_CLOEXEC)
@@ -142,7 +142,7 @@ def landlock(handled: tuple[int, int, int], rules: Sequence[tuple[str, int]]) ->
         os.close(ruleset)
 
 
-def seccomp(program: bytes) -> None:
+def install_seccomp_filter(program: bytes) -> None:
     """Filter this process's system calls from now on with a BPF program."""
     buffer = ctypes.create_string_buffer(program, len(program))
     header = struct.pack("HxxxxxxP", len(program) // 8, ctypes.addressof(buffer))

@@ -14,14 +14,14 @@ import sympy
 
 from . import callables
 from .session import FailedImport, Session, find_position
-from .values import text_of
+from .values import format_value
 
-Report = Callable[[dict[str, Any]], None]
+ReportFunction = Callable[[dict[str, Any]], None]
 
-LONGEST_ANSWER = 400_000
+MAX_ANSWER_LENGTH = 400_000
 
 
-def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
+def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
     """Return the immutable parts that a value consists of; None if they are unknown."""
     kind = type(value)
     if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
@@ -29,16 +29,18 @@ def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
     if kind is sympy.Matrix:
         return [kind, value.rows, *value.flat()]
     if kind in (list, tuple) and len(value) < 1000 and depth < 6:
-        item_parts = [parts_of(item, depth + 1) for item in value]
+        item_parts = [list_immutable_parts(item, depth + 1) for item in value]
         return None if None in item_parts else [kind, len(value), *(part for item in item_parts for part in item or ())]
     return None
 
 
-def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
+def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | None) -> bool:
     """Return whether a value is certainly unchanged; then its text need not be made again."""
-    if before is None or now is None or len(before) != len(now):
+    if previous_parts is None or current_parts is None or len(previous_parts) != len(current_parts):
         return False
-    return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
+    return all(
+        a is b or (type(a) is type(b) is int and a == b) for a, b in zip(previous_parts, current_parts, strict=True)
+    )
 
 
 class Overtime(BaseException):
@@ -48,18 +50,19 @@ class Overtime(BaseException):
 class Alarm:
     """Raises Overtime in a cell after a number of seconds of processor time, or of waiting.
 
-    The waiting time is the real time minus `BUSY` times the processor time. The alarm repeats until the cell has ended,
-    because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of floats.
+    The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time. The alarm repeats until the cell
+    has ended, because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of
+    floats.
     """
 
     def __init__(self, seconds: float) -> None:
-        self._seconds, self._began, self._used = seconds, 0.0, 0.0
-        signal.signal(signal.SIGPROF, self._ring)
-        signal.signal(signal.SIGALRM, self._look)
+        self._seconds, self._start_time, self._start_processor_time = seconds, 0.0, 0.0
+        signal.signal(signal.SIGPROF, self._raise_overtime)
+        signal.signal(signal.SIGALRM, self._check_waiting_time)
 
     def __enter__(self) -> None:
-        self._began, self._used = time.monotonic(), time.process_time()
-        signal.setitimer(signal.ITIMER_PROF, self._seconds, AGAIN)
+        self._start_time, self._start_processor_time = time.monotonic(), time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, self._seconds, ALARM_INTERVAL)
         signal.setitimer(signal.ITIMER_REAL, self._seconds)
 
     def __exit__(self, *_error: object) -> None:
@@ -71,21 +74,21 @@ class Alarm:
             except Overtime:  # it rang while it was being switched off
                 continue
 
-    def _ring(self, _signal: int, _frame: Any) -> None:
+    def _raise_overtime(self, _signal: int, _frame: Any) -> None:
         raise Overtime(f"took longer than {self._seconds:g} s of processor time")
 
-    def _look(self, _signal: int, _frame: Any) -> None:
-        used = time.process_time() - self._used
-        remaining = self._began + self._seconds + BUSY * used - time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else AGAIN)
+    def _check_waiting_time(self, _signal: int, _frame: Any) -> None:
+        used = time.process_time() - self._start_processor_time
+        remaining = self._start_time + self._seconds + MAX_SLOWDOWN * used - time.monotonic()
+        signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else ALARM_INTERVAL)
         if remaining <= 0:
             raise Overtime(f"waited longer than {self._seconds:g} s")
 
 
-BUSY = 10
+MAX_SLOWDOWN = 10
 """How many times slower a cell may run on a busy machine."""
 
-AGAIN = 0.2
+ALARM_INTERVAL = 0.2
 """Seconds after which the alarm repeats."""
 
 
@@ -96,22 +99,22 @@ class AnswerReport(NamedTuple):
     message: dict[str, str]
 
 
-def run_cells(request: dict[str, Any], report: Report) -> None:
+def run_cells(request: dict[str, Any], report: ReportFunction) -> None:
     """Run the cells in order, each within its time limit; report each answer after every cell that changes it."""
     cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
     session = Session(list(cells.values()), request.get("setup", ""))
     last_reports: dict[str, AnswerReport] = {}
-    symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
+    symbols, alarm = _SymbolTracker(), Alarm(request["cell_seconds"])
     for index, source in cells.items():
         report({"begun": index})
         _run_cell(session, index, source, alarm, report)
-        symbols.look(session.variables, index)
+        symbols.update(session.variables, index)
         for answered in report_answers(session.variables, last_reports, request, alarm, report):
-            symbols.tell(source, answered, report)
+            symbols.report_replaced(source, answered, report)
     report({"done": True})
 
 
-def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
+def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: ReportFunction) -> None:
     """Run a cell; report the line on which it stopped or an import failed, and the error."""
     outcome: dict[str, Any] = {}
     failed_imports: list[FailedImport] = []
@@ -126,51 +129,53 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
         outcome = {"error": "it called exit()"}
     except BaseException as raised:
         outcome = {
-            "error": describe(raised) + (NO_INPUT if session.asked_for_input else ""),
-            "line": _line(raised, name),
+            "error": describe_error(raised) + (INPUT_ADVICE if session.asked_for_input else ""),
+            "line": _find_stop_line(raised, name),
         }
-    for failed_import in failed_imports[:MOST_MISSED]:
-        report({"missed": index, "error": describe(failed_import.error), "line": failed_import.line})
+    for failed_import in failed_imports[:MAX_FAILED_IMPORTS]:
+        report({"missed": index, "error": describe_error(failed_import.error), "line": failed_import.line})
     if outcome:
         report({"cell": index, **outcome})
 
 
-NO_INPUT = "; nobody is there to type when a notebook is graded, and input() gave an empty text: write the value itself"
-MOST_MISSED = 20
+INPUT_ADVICE = (
+    "; nobody is there to type when a notebook is graded, and input() gave an empty text: write the value itself"
+)
+MAX_FAILED_IMPORTS = 20
 
 
-def _line(raised: BaseException, name: str) -> int | None:
+def _find_stop_line(error: BaseException, cell_name: str) -> int | None:
     """Return the line on which a cell stopped; None if it is unknown."""
     try:
-        position = find_position(raised, name)
+        position = find_position(error, cell_name)
     except BaseException:  # a student's exception must not break the report
         return None
     return None if position is None else position[0]
 
 
-class _Symbols:
+class _SymbolTracker:
     """The names that were symbols and are now numbers, for example after `theta1 = 0.5` or `for theta1 in [0, pi]`.
 
     If a later cell uses such a name in an answer, the answer contains the number instead of the symbol.
     """
 
     def __init__(self) -> None:
-        self.known: dict[str, str] = {}
-        self.lost: dict[str, tuple[int, str]] = {}
+        self.symbol_names: dict[str, str] = {}
+        self.replaced: dict[str, tuple[int, str]] = {}
 
-    def look(self, namespace: dict[str, Any], index: int) -> None:
+    def update(self, namespace: dict[str, Any], cell_index: int) -> None:
         """Update the names after the cell of this index."""
         for name, value in list(namespace.items()):
             if type(value) is sympy.Symbol:
-                self.known[name] = value.name
-                self.lost.pop(name, None)
-            elif name in self.known and name not in self.lost and _is_number(value):
-                self.lost[name] = index, repr(value)[:40]
+                self.symbol_names[name] = value.name
+                self.replaced.pop(name, None)
+            elif name in self.symbol_names and name not in self.replaced and _is_number(value):
+                self.replaced[name] = cell_index, repr(value)[:40]
 
-    def tell(self, source: str, answered: str, report: Report) -> None:
+    def report_replaced(self, source: str, answer_text: str, report: ReportFunction) -> None:
         """Report the numbers that replace a symbol in an answer, if the answer's cell mentions the symbol's name."""
-        for name, (index, value) in list(self.lost.items())[:MOST_LOST]:
-            if _mentions(name, source) and not _mentions(self.known[name], answered):
+        for name, (index, value) in list(self.replaced.items())[:MAX_REPLACED_SYMBOLS]:
+            if _mentions(name, source) and not _mentions(self.symbol_names[name], answer_text):
                 report({"lost": name, "set": index, "value": value})
 
 
@@ -182,25 +187,27 @@ def _is_number(value: Any) -> bool:
     """Return whether a value is a number, such as pi/2, without calling methods that the notebook defines."""
     kind = type(value)
     is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
-    return kind in NUMBERS or (is_formula and bool(value.is_number))
+    return kind in NUMBER_TYPES or (is_formula and bool(value.is_number))
 
 
-NUMBERS = (int, float, complex, numpy.float64, numpy.int64)
-MOST_LOST = 20
+NUMBER_TYPES = (int, float, complex, numpy.float64, numpy.int64)
+MAX_REPLACED_SYMBOLS = 20
 
 
-def describe(raised: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """Return an exception's type and message as one short line, with advice if there is any."""
     try:
-        message = raised.msg if isinstance(raised, SyntaxError) else raised  # msg does not name the cell and line
-        text = f"{type(raised).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
-        has_advice = isinstance(raised, (TypeError, ModuleNotFoundError))
-        return text + next((f"; {advice}" for pattern, advice in MENDED.items() if has_advice and pattern in text), "")
+        message = error.msg if isinstance(error, SyntaxError) else error  # msg does not name the cell and line
+        text = f"{type(error).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
+        has_advice = isinstance(error, (TypeError, ModuleNotFoundError))
+        return text + next(
+            (f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if has_advice and pattern in text), ""
+        )
     except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 
 
-MENDED = {
+ADVICE_BY_ERROR = {
     "truth value of Relational": "'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), "
     "Eq(theta2, pi))",
     "loop of ufunc does not support": "NumPy's functions take numbers: write SymPy's, as in sin(theta1)",
@@ -216,36 +223,42 @@ MENDED = {
 """Parts of Python's error messages, and the advice that is added to each: how to write what the student meant."""
 
 
-def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
+def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
     """Return an answer; if it is a function, return its result instead."""
-    if not isinstance(answer, callables.FUNCTIONS):
+    if not isinstance(answer, callables.FUNCTION_TYPES):
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
-    return callables.TABLE if calls is None else callables.evaluate_function(answer, calls)
+    return callables.TABLE_PREFIX if calls is None else callables.evaluate_function(answer, calls)
 
 
 def report_answers(
-    namespace: dict[str, Any], last: dict[str, AnswerReport], request: dict[str, Any], alarm: Alarm, report: Report
+    namespace: dict[str, Any],
+    last_reports: dict[str, AnswerReport],
+    request: dict[str, Any],
+    alarm: Alarm,
+    report: ReportFunction,
 ) -> list[str]:
     """Report each new or changed answer, as text or with the reason why it has no text; return the texts."""
     texts = []
     for name in request["names"]:
         if name not in namespace:
             continue
-        previous, parts = last.get(name, AnswerReport(None, {})), None
+        previous, parts = last_reports.get(name, AnswerReport(None, {})), None
         try:
             with alarm:
-                parts = parts_of(namespace[name])
+                parts = list_immutable_parts(namespace[name])
                 message = (
                     previous.message
-                    if is_same(previous.parts, parts)
-                    else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
+                    if is_unchanged(previous.parts, parts)
+                    else {
+                        "text": format_value(evaluate_answer(namespace[name], name, request))[: MAX_ANSWER_LENGTH + 1]
+                    }
                 )
         except Overtime as overtime:
             message = {"error": f"working it out {overtime}"}
         except BaseException as raised:
-            message = {"error": describe(raised)}
-        last[name] = AnswerReport(parts, message)
+            message = {"error": describe_error(raised)}
+        last_reports[name] = AnswerReport(parts, message)
         if message != previous.message:
             report({"name": name, **message})
             texts += [message["text"]] if "text" in message else []
@@ -268,4 +281,4 @@ def warm_up() -> None:
     sympy.N((sympy.sin(x) * y).subs({x: 0.3, y: 0.7}))
     theta1, theta2, a1, a2, vx = sympy.symbols("theta1:3 a1:3 vx")  # fill SymPy's caches for typical answers
     entry = -vx * (a1 * sympy.sin(theta1) + a2 * sympy.cos(theta1 + theta2) / 10) / (a1 * sympy.cos(theta2))
-    text_of([sympy.Matrix([entry, -entry]), sympy.Eq(theta1, sympy.acos(sympy.Rational(7, 25)) - sympy.pi)])
+    format_value([sympy.Matrix([entry, -entry]), sympy.Eq(theta1, sympy.acos(sympy.Rational(7, 25)) - sympy.pi)])

@@ -17,12 +17,12 @@ from types import CodeType
 from typing import Any, NamedTuple
 
 from . import standins
-from .ipython import NOT_PYTHON, python_of
+from .ipython import NON_PYTHON_MAGICS, translate_to_python
 
-_RESULTS = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
+_RESULT_NAMES = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
 """Names of the last results. To store these, the last expression of each cell is compiled separately."""
 
-_AWAIT = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
+_AWAIT_FLAG = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
 
 class FailedImport(NamedTuple):
@@ -37,67 +37,69 @@ class Session:
 
     def __init__(self, cells: Sequence[str], setup: str = "") -> None:
         """Run qdot's own `setup` first, because the student may have changed the notebook's first cell."""
-        self._last: dict[str, Any] = dict.fromkeys(("_", "__", "___"), "")
-        self.variables: dict[str, Any] = {"__name__": "__main__", "Out": {}, **self._last}
+        self._last_results: dict[str, Any] = dict.fromkeys(("_", "__", "___"), "")
+        self.variables: dict[str, Any] = {"__name__": "__main__", "Out": {}, **self._last_results}
         self.asked_for_input = False
-        self._keeps_results = any(map(_RESULTS.search, cells))
-        self._count = 0
+        self._stores_results = any(map(_RESULT_NAMES.search, cells))
+        self._cell_count = 0
         shell = Shell(self)
         vars(builtins).update(get_ipython=lambda: shell, display=lambda *_args, **_options: None, input=self._input)
         standins.install(lambda: shell)
         sys.path.insert(0, "")  # so that a notebook can import files that it wrote, as in Jupyter
         exec(setup, self.variables)  # noqa: S102 - this is the isolated process
 
-    def run(self, source: str, name: str, missed: Callable[[FailedImport], None] = lambda _: None) -> None:
-        """Run a cell called `name`; report failed imports and continue after them. Raises what the cell raises."""
-        self._count += 1
+    def run(
+        self, source: str, cell_name: str, on_failed_import: Callable[[FailedImport], None] = lambda _: None
+    ) -> None:
+        """Run a cell called `cell_name`; report failed imports and continue after them. Raises what the cell raises."""
+        self._cell_count += 1
         with contextlib.suppress(OSError):  # raised if the folder is gone
             # Python would miss a new file if the folder's time of change is still the same.
             sys.path_importer_cache.pop(os.getcwd(), None)
-        source = python_of(source)
-        codes: Sequence[CodeType] = self._compile(source, name)
+        source = translate_to_python(source)
+        codes: Sequence[CodeType] = self._compile(source, cell_name)
         while codes:
             try:
                 for code in codes:
                     self._execute(code)
                 return
             except Exception as error:
-                split_cell = _split_at_failed_import(error, source, name)
+                split_cell = _split_at_failed_import(error, source, cell_name)
                 if split_cell is None:
                     raise
                 statement, remaining_code = split_cell
-                if not self._stand_in(statement):
-                    missed(FailedImport(statement.lineno, error))
-                codes = [compile(remaining_code, name, "exec", _AWAIT, True)]
+                if not self._use_stand_ins(statement):
+                    on_failed_import(FailedImport(statement.lineno, error))
+                codes = [compile(remaining_code, cell_name, "exec", _AWAIT_FLAG, True)]
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
         """Return a cell's code; if results are stored, return the code of its last expression separately."""
         with contextlib.suppress(RecursionError):  # the syntax tree of a sum of a thousand terms is too deep
-            has_result = self._keeps_results and not source.rstrip().endswith(";")
+            has_result = self._stores_results and not source.rstrip().endswith(";")
             tree = ast.parse(source, name) if has_result else ast.Module([], [])
             if tree.body and isinstance(last_statement := tree.body[-1], ast.Expr):
                 other_statements = ast.Module(tree.body[:-1], tree.type_ignores)
                 return [
-                    compile(other_statements, name, "exec", _AWAIT, True),
-                    compile(ast.Expression(last_statement.value), name, "eval", _AWAIT, True),
+                    compile(other_statements, name, "exec", _AWAIT_FLAG, True),
+                    compile(ast.Expression(last_statement.value), name, "eval", _AWAIT_FLAG, True),
                 ]
-        return [compile(source, name, "exec", _AWAIT, True)]
+        return [compile(source, name, "exec", _AWAIT_FLAG, True)]
 
     def _execute(self, code: CodeType) -> None:
         value = eval(code, self.variables)  # noqa: S307 - this is the isolated process
         if code.co_flags & inspect.CO_COROUTINE:
             value = self._await_result(value)
-        if self._keeps_results and value is not None:
-            self._keep_result(value)
+        if self._stores_results and value is not None:
+            self._store_result(value)
 
-    def _keep_result(self, value: Any) -> None:
+    def _store_result(self, value: Any) -> None:
         """Store a result as IPython does: do not overwrite the notebook's own variable `_` if it has one."""
-        last_results, self.variables[f"_{self._count}"] = self._last, value
+        last_results, self.variables[f"_{self._cell_count}"] = self._last_results, value
         if isinstance(out := self.variables.get("Out"), dict):
-            out[self._count] = value
+            out[self._cell_count] = value
         if all(self.variables.get(name, result) is result for name, result in last_results.items()):
-            self._last = {"_": value, "__": last_results["_"], "___": last_results["__"]}
-            self.variables.update(self._last)
+            self._last_results = {"_": value, "__": last_results["_"], "___": last_results["__"]}
+            self.variables.update(self._last_results)
 
     def _await_result(self, coroutine: Any) -> Any:
         """Return the result of a cell that awaits something. An event loop would need a socket, so there is none."""
@@ -111,13 +113,13 @@ class Session:
         self.asked_for_input = True
         return ""
 
-    def _stand_in(self, statement: ast.Import | ast.ImportFrom) -> bool:
+    def _use_stand_ins(self, statement: ast.Import | ast.ImportFrom) -> bool:
         """Set the names of a failed import to stand-ins. Return False if any of its modules has no stand-in."""
         source_module = [statement.module or ""] if isinstance(statement, ast.ImportFrom) else []
-        if not all(map(standins.stands_for, source_module or [alias.name for alias in statement.names])):
+        if not all(map(standins.has_stand_in, source_module or [alias.name for alias in statement.names])):
             return False
         for alias in statement.names:
-            self.variables[alias.asname or alias.name.partition(".")[0]] = standins.NOTHING
+            self.variables[alias.asname or alias.name.partition(".")[0]] = standins.STAND_IN
         return True
 
 
@@ -144,7 +146,7 @@ class Shell(standins.StandIn):
             *options, path = line.split()
             with open(path.strip("'\""), "a" if "-a" in options else "w", encoding="utf-8") as file:
                 file.write(body)
-        elif name not in NOT_PYTHON:
+        elif name not in NON_PYTHON_MAGICS:
             self._session.run(body, f"<%%{name}>")
 
     def magic(self, line: str) -> None:
@@ -159,12 +161,12 @@ class Shell(standins.StandIn):
         """Start nothing."""
 
 
-def find_position(error: BaseException, name: str) -> tuple[int, int] | None:
-    """Return the line and column at which the cell `name` raised an exception; None if it came from elsewhere."""
-    if isinstance(error, SyntaxError) and error.filename == name:
+def find_position(error: BaseException, cell_name: str) -> tuple[int, int] | None:
+    """Return the line and column at which the cell `cell_name` raised an exception; None if it came from elsewhere."""
+    if isinstance(error, SyntaxError) and error.filename == cell_name:
         return int(error.lineno or 1), 0
     trace = error.__traceback__
-    while trace is not None and trace.tb_frame.f_code.co_filename != name:
+    while trace is not None and trace.tb_frame.f_code.co_filename != cell_name:
         trace = trace.tb_next
     if trace is None:
         return None
@@ -173,11 +175,11 @@ def find_position(error: BaseException, name: str) -> tuple[int, int] | None:
 
 
 def _split_at_failed_import(
-    error: Exception, source: str, name: str
+    error: Exception, source: str, cell_name: str
 ) -> tuple[ast.Import | ast.ImportFrom, ast.Module] | None:
     """Return the import that raised the error, and the rest of its cell; None if the error is not from an import."""
-    position = find_position(error, name)
-    if position is None or (isinstance(error, SyntaxError) and error.filename == name):
+    position = find_position(error, cell_name)
+    if position is None or (isinstance(error, SyntaxError) and error.filename == cell_name):
         return None
     try:
         body = ast.parse(source).body

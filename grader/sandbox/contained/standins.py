@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy
 
-JUPYTER = ("IPython", "ipywidgets", "ipympl")
-DISPLAYING = (
+JUPYTER_LIBRARIES = ("IPython", "ipywidgets", "ipympl")
+DISPLAY_LIBRARIES = (
     "matplotlib", "mpl_toolkits", "plotly", "seaborn", "bokeh", "altair", "k3d", "pythreejs", "vpython", "graphviz",
     "google.colab",
 )  # fmt: skip
 
-STARRED = {
+STAR_IMPORT_NAMES = {
     "IPython.display": """Audio Code DisplayHandle HTML IFrame Image JSON Javascript Latex Markdown Math Pretty SVG
         Video YouTubeVideo clear_output display display_html display_latex display_markdown""",
     "matplotlib.pyplot": """annotate arrow axes axhline axis axvline bar clf close contour contourf figure fill gca gcf
@@ -29,22 +29,22 @@ STARRED = {
 """The names that `from … import *` imports from a stand-in."""
 
 
-def _attribute(_holder: object, name: str) -> Any:
+def _find_attribute(_holder: object, name: str) -> Any:
     if name.startswith("__") and name.endswith("__"):
         raise AttributeError(name)
-    return _limits if name in LIMITS else NOTHING
+    return _return_limits if name in LIMIT_FUNCTIONS else STAND_IN
 
 
-class _Kind(type):
+class _StandInMeta(type):
     """The metaclass of stand-ins: it gives a stand-in for a class every attribute, too."""
 
-    __getattr__ = _attribute
+    __getattr__ = _find_attribute
 
 
-class StandIn(metaclass=_Kind):
+class StandIn(metaclass=_StandInMeta):
     """A figure, a widget, or a function that displays something."""
 
-    __getattr__ = _attribute
+    __getattr__ = _find_attribute
 
     def __init__(self, *_args: Any, **_options: Any) -> None:
         """Accept any arguments."""
@@ -73,59 +73,61 @@ class StandIn(metaclass=_Kind):
     __or__ = __ror__ = _return_itself
 
 
-NOTHING = StandIn()
+STAND_IN = StandIn()
 
-LIMITS = ("get_xlim", "get_ylim", "get_zlim", "xlim", "ylim")
+LIMIT_FUNCTIONS = ("get_xlim", "get_ylim", "get_zlim", "xlim", "ylim")
 """Functions that return numbers, because a notebook may compute with them."""
 
 
-def _limits(*_args: Any, **_options: Any) -> tuple[float, float]:
+def _return_limits(*_args: Any, **_options: Any) -> tuple[float, float]:
     return 0.0, 1.0
 
 
-def _subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any]:
+def _make_subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any]:
     """Return stand-ins for a figure and its axes, in the shape that matplotlib returns."""
     axes = numpy.empty((nrows, ncols), object)
-    axes[...] = NOTHING
-    return NOTHING, axes.item() if axes.size == 1 else axes.squeeze()
+    axes[...] = STAND_IN
+    return STAND_IN, axes.item() if axes.size == 1 else axes.squeeze()
 
 
-class _Module(types.ModuleType):
+class _StandInModule(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
-        return StandIn if name[:1].isupper() else _attribute(self, name)  # a class, such as go.Figure, or a function
+        return (
+            StandIn if name[:1].isupper() else _find_attribute(self, name)
+        )  # a class, such as go.Figure, or a function
 
 
-class Finder:
-    """Finds the stand-in for a module by the beginning of its name; `contents` has real attributes for some modules."""
+class StandInFinder:
+    """Finds the stand-in for a module by the beginning of its name; `attributes` are real ones for some modules."""
 
-    def __init__(self, beginnings: Sequence[str], contents: dict[str, dict[str, Any]]) -> None:
-        self._beginnings = {f"{beginning}." for beginning in beginnings}
-        self._parents = {f"{beginning.partition('.')[0]}." for beginning in beginnings}
-        self._contents = contents
+    def __init__(self, prefixes: Sequence[str], attributes: dict[str, dict[str, Any]]) -> None:
+        self._prefixes = {f"{beginning}." for beginning in prefixes}
+        self._parent_prefixes = {f"{beginning.partition('.')[0]}." for beginning in prefixes}
+        self._attributes = attributes
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
         """Return how to make the stand-in for a module; None if the module has none."""
         dotted_name = f"{name}."
-        if dotted_name in self._parents or any(map(dotted_name.startswith, self._beginnings)):
+        if dotted_name in self._parent_prefixes or any(map(dotted_name.startswith, self._prefixes)):
             return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]
         return None
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
         """Return the stand-in for a module."""
-        return _Module(spec.name, "A stand-in for a library that displays something; it does nothing.")
+        return _StandInModule(spec.name, "A stand-in for a library that displays something; it does nothing.")
 
     def exec_module(self, module: types.ModuleType) -> None:
         """Give a stand-in the attributes that notebooks use most."""
-        content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._contents.get(module.__name__, {})}
-        vars(module).update(content, __all__=STARRED.get(module.__name__, "").split())
+        content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._attributes.get(module.__name__, {})}
+        vars(module).update(content, __all__=STAR_IMPORT_NAMES.get(module.__name__, "").split())
 
 
 def install(get_ipython: Callable[[], Any]) -> None:
     """Make imports find the stand-ins from now on."""
-    sys.meta_path.insert(0, Finder(JUPYTER, {"IPython": {"get_ipython": get_ipython}}))
-    sys.meta_path.append(Finder(DISPLAYING, {"matplotlib.pyplot": {"subplots": _subplots}}))
+    sys.meta_path.insert(0, StandInFinder(JUPYTER_LIBRARIES, {"IPython": {"get_ipython": get_ipython}}))
+    sys.meta_path.append(StandInFinder(DISPLAY_LIBRARIES, {"matplotlib.pyplot": {"subplots": _make_subplots}}))
 
 
-def stands_for(name: str) -> bool:
+def has_stand_in(name: str) -> bool:
     """Return whether there is a stand-in for a module; it can replace one that is installed but can't be loaded."""
-    return any(f"{name}.".startswith(f"{replaced}.") for replaced in (*JUPYTER, *DISPLAYING))
+    return any(f"{name}.".startswith(f"{replaced}.") for replaced in (*JUPYTER_LIBRARIES, *DISPLAY_LIBRARIES))

@@ -15,82 +15,82 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .printing import Printer
 
-UNDONE = (
+UNEVALUATED_CLASSES = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
     sympy.Trace, MatrixExpr,
 )  # fmt: skip
 """SymPy's unevaluated operations, which `doit` evaluates."""
 
-NOT_READ = {
+REFUSED_CLASSES = {
     sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, if need be with abs or sign",
     sympy.Indexed: "an IndexedBase is not read; write symbols of the problem, as theta1 for theta[1]",
 }
 """SymPy's classes that are not accepted as answers, and advice on what to write instead."""
 
 
-def text_of(value: Any, depth: int = 0) -> str:
+def format_value(value: Any, depth: int = 0) -> str:
     """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
     if depth > 6:
         raise TypeError("lists nest too deeply")
     if isinstance(value, str):
         return str.__str__(value)  # the actual characters, even for a subclass
     if isinstance(value, (sympy.MatrixBase, numpy.ndarray, sympy.NDimArray)):
-        return _text_of_array(value, depth + 1)
+        return _format_array(value, depth + 1)
     if isinstance(value, sympy.Basic):
-        return _text_of_basic(value, depth)
+        return _format_sympy(value, depth)
     if isinstance(value, mpmath.matrix):
-        return text_of(value.tolist(), depth + 1)
+        return format_value(value.tolist(), depth + 1)
     if isinstance(value, (mpmath.mpf, mpmath.mpc)):
-        return text_of(complex(value) if value.imag else float(value.real))
+        return format_value(complex(value) if value.imag else float(value.real))
     if isinstance(value, numpy.generic):
-        return text_of(value.item(), depth + 1)
+        return format_value(value.item(), depth + 1)
     if value is Ellipsis:
         return "blank"
     if isinstance(value, (Fraction, Decimal)):
-        return text_of(float(value) if isinstance(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
+        return format_value(float(value) if isinstance(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
     if value is None or isinstance(value, (bool, int, float)):
         return repr(value)
     if isinstance(value, complex):
         return f"({value.real!r} + I*({value.imag!r}))"
-    return _text_of_container(value, depth + 1)
+    return _format_container(value, depth + 1)
 
 
-def _text_of_array(value: Any, depth: int) -> str:
+def _format_array(value: Any, depth: int) -> str:
     if len(value.shape) > 2:
         raise TypeError(
             f"an array of shape {tuple(map(int, value.shape))} is no matrix; the Jacobian of a column P of formulas is "
             "P.jacobian([theta1, theta2, ...])"
         )
-    return text_of(value.tolist(), depth)
+    return format_value(value.tolist(), depth)
 
 
-def _text_of_basic(value: Any, depth: int) -> str:
+def _format_sympy(value: Any, depth: int) -> str:
     if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
         raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
-    if value.has(*NOT_READ):
-        raise TypeError(next(instead for kind, instead in NOT_READ.items() if value.has(kind)))
+    if value.has(*REFUSED_CLASSES):
+        raise TypeError(next(instead for kind, instead in REFUSED_CLASSES.items() if value.has(kind)))
     units = sys.modules.get("sympy.physics.units")  # it is loaded only if the notebook uses it
     if units is not None and value.has(units.Quantity):
         raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
     evaluated = _evaluate(value)
     if evaluated is not value:
-        return text_of(evaluated, depth + 1)
+        return format_value(evaluated, depth + 1)
     if value.has(sympy.sinc):
-        return text_of(value.replace(sympy.sinc, lambda x: sympy.sin(x) / x), depth + 1)
+        return format_value(value.replace(sympy.sinc, lambda x: sympy.sin(x) / x), depth + 1)
     if isinstance(value, sympy.Poly):
-        return text_of(value.as_expr(), depth + 1)
+        return format_value(value.as_expr(), depth + 1)
     if isinstance(value, sympy.Point):
-        return text_of(list(value), depth + 1)
+        return format_value(list(value), depth + 1)
     if isinstance(value, sympy.Eq) and all(isinstance(side, sympy.MatrixBase) for side in value.args):
         lhs, rhs = value.args
         if lhs.shape == rhs.shape:
-            return text_of([sympy.Eq(a, b, evaluate=False) for a, b in zip(lhs, rhs, strict=True)], depth + 1)
+            return format_value([sympy.Eq(a, b, evaluate=False) for a, b in zip(lhs, rhs, strict=True)], depth + 1)
     return str(Printer().doprint(value))
 
 
 def _evaluate(value: Any) -> Any:
     """Return a formula with its operations evaluated; unchanged if it has none or SymPy fails."""
-    if not value.has(*UNDONE):
+    if not value.has(*UNEVALUATED_CLASSES):
         return value
     try:
         evaluated = value.doit()
@@ -100,24 +100,25 @@ def _evaluate(value: Any) -> Any:
     return value if evaluated == value else evaluated
 
 
-def _text_of_container(value: Any, depth: int) -> str:
+def _format_container(value: Any, depth: int) -> str:
     """Return a list, set or dictionary as text. Raises TypeError for anything else."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{format_value(k, depth)}: {format_value(v, depth)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(text_of(item, depth) for item in value) + "]"
+        return "[" + ", ".join(format_value(item, depth) for item in value) + "]"
     if isinstance(value, (set, frozenset)):
-        return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
+        return "{" + ", ".join(sorted(format_value(item, depth) for item in value)) + "}"
     if isinstance(value, type) and issubclass(value, sympy.Basic):
         raise TypeError(f"{value.__name__} stands there without what it is of, as in {value.__name__}(theta1)")
     name = type(value).__name__
-    raise TypeError(f"a {name} is not an expression{INSTEAD.get(name, '')}")
+    raise TypeError(f"a {name} is not an expression{ADVICE_BY_TYPE.get(name, '')}")
 
 
-_LIST = "; write the list of its entries, as in list(…)"
-INSTEAD = {
-    "generator": _LIST, "zip": _LIST, "map": _LIST, "filter": _LIST, "range": _LIST, "dict_values": _LIST,
-    "dict_items": _LIST, "dict_keys": _LIST, "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
+_LIST_ADVICE = "; write the list of its entries, as in list(…)"
+ADVICE_BY_TYPE = {
+    "generator": _LIST_ADVICE, "zip": _LIST_ADVICE, "map": _LIST_ADVICE, "filter": _LIST_ADVICE,
+    "range": _LIST_ADVICE, "dict_values": _LIST_ADVICE, "dict_items": _LIST_ADVICE, "dict_keys": _LIST_ADVICE,
+    "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
     "StandIn": "; it stands for a plot, a widget or the like, and nothing is shown when a notebook is graded",

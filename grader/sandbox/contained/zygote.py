@@ -42,20 +42,20 @@ def main(config: dict[str, Any]) -> None:
     namespace = None
     try:
         measures.try_out("namespaces", lambda: _try_namespaces(measures, config["folder"]))
-        if measures.holds("namespaces"):
+        if measures.is_applied("namespaces"):
             namespace = _enter_namespace(control)
         else:  # become the parent of orphaned processes, because no namespace ends them
             with contextlib.suppress(OSError):
                 kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
-        measures.processes = _process_limit(measures)
+        measures.max_processes = _find_process_limit(measures)
         if config["loaded"]:
-            _load(config["warm"])
-        if measures.holds("namespaces"):
-            confine.private_root(config["folder"])
+            _load_libraries(config["warm"])
+        if measures.is_applied("namespaces"):
+            confine.make_private_root(config["folder"])
         if measures.user is not None:
-            measures.try_out("user", lambda: confine.become(measures.user))
-        measures.lacking.update(_find_failing(measures, config["folder"]))
-        _reply(control, {"ready": True, "lacking": measures.lacking})
+            measures.try_out("user", lambda: confine.change_user(measures.user))
+        measures.unavailable.update(_find_failing_measures(measures, config["folder"]))
+        _reply(control, {"ready": True, "lacking": measures.unavailable})
         _serve(control, measures, config["folder"], namespace)
     except BaseException as error:
         with contextlib.suppress(OSError):
@@ -67,7 +67,7 @@ def _reply(control: socket.socket, line: dict[str, Any]) -> None:
     control.sendall((json.dumps(line) + "\n").encode())
 
 
-def _load(is_warm: bool) -> None:
+def _load_libraries(is_warm: bool) -> None:
     """Load the libraries of notebooks, without garbage collection, because everything stays in use."""
     gc.disable()
     from . import runner
@@ -83,15 +83,15 @@ def _load(is_warm: bool) -> None:
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
     """Try to make a child with its own namespaces, root and folder. Raises OSError if any step fails."""
-    confine.enter()
+    confine.enter_namespaces()
 
-    def inside() -> None:
-        confine.private_root(folder)
+    def set_up_inside() -> None:
+        confine.make_private_root(folder)
         confine.make_folder(measures, "")
         kernel.unshare(kernel.NEWPID)
         confine.run_in_child(lambda: None)
 
-    confine.run_in_child(inside)
+    confine.run_in_child(set_up_inside)
 
 
 def _enter_namespace(control: socket.socket) -> int:
@@ -100,7 +100,7 @@ def _enter_namespace(control: socket.socket) -> int:
     All other processes in the namespace end with this one. The original process stays outside and waits; if it is
     killed, this process ends, too.
     """
-    confine.enter()
+    confine.enter_namespaces()
     outside = os.getpid()
     pid = os.fork()
     if pid:
@@ -111,31 +111,31 @@ def _enter_namespace(control: socket.socket) -> int:
     return os.open("/proc/self/ns/pid", os.O_RDONLY)
 
 
-def _process_limit(measures: Measures) -> int | None:
+def _find_process_limit(measures: Measures) -> int | None:
     """Return the maximum number of processes and threads of a notebook's user; None if they can't be counted."""
-    if measures.user is not None and measures.holds("user"):
-        return confine.PROCESSES
+    if measures.user is not None and measures.is_applied("user"):
+        return confine.MAX_PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if measures.holds("namespaces") and kernel_version >= (5, 14):  # since 5.14, per namespace
-            return confine.PROCESSES
+        if measures.is_applied("namespaces") and kernel_version >= (5, 14):  # since 5.14, per namespace
+            return confine.MAX_PROCESSES
     user, thread_count = os.geteuid(), 0
     with contextlib.suppress(OSError):
         for process in Path("/proc").iterdir():
             with contextlib.suppress(OSError):
                 if process.name.isdigit() and process.stat().st_uid == user:
                     thread_count += len(list(process.joinpath("task").iterdir()))
-        return thread_count + 2 * confine.PROCESSES
+        return thread_count + 2 * confine.MAX_PROCESSES
     return None
 
 
-def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
+def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
     """Return the measures that fail when a child applies them all, each with the reason."""
     folder = confine.make_folder(measures, parent)
 
     def apply_all() -> str:
         os.chdir(folder)
-        return json.dumps(confine.apply(measures, folder, os.getppid()))
+        return json.dumps(confine.apply_measures(measures, folder, os.getppid()))
 
     try:
         failed: dict[str, str] = json.loads(confine.run_in_child(apply_all))
@@ -164,11 +164,11 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
         with contextlib.suppress(ConnectionError):  # raised if the grader ended and left something unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
-                _close(child.pipes)
-                _watch(control, measures, child)
+                _close_descriptors(child.pipes)
+                _watch_until_request(control, measures, child)
                 while (request := control.recv(1)) == b"t":
-                    _reply(control, {"used": _processor_time(child.pid)})
-                    _watch(control, measures, child)
+                    _reply(control, {"used": _read_processor_time(child.pid)})
+                    _watch_until_request(control, measures, child)
         ending_signal, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
         _remove(measures, child.folder)
         if not request:
@@ -176,23 +176,23 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
         _reply(control, {"signal": ending_signal, **cost})
 
 
-EVERY = 0.01
+COUNT_INTERVAL = 0.01
 """Interval in seconds at which the files that a notebook has written are counted."""
 
 
-def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
+def _watch_until_request(control: socket.socket, measures: Measures, child: _Child) -> None:
     """Wait for a request of the grader; meanwhile, kill the notebook if it writes more than its limit.
 
     In a private root, nothing is counted, because the folder is a file system of limited size.
     """
-    is_counted = measures.holds("quota") and not measures.holds("namespaces")
-    while is_counted and not select.select([control], [], [], EVERY)[0]:
-        if confine.is_overdrawn(measures, child.folder, child.pid):
+    is_counted = measures.is_applied("quota") and not measures.is_applied("namespaces")
+    while is_counted and not select.select([control], [], [], COUNT_INTERVAL)[0]:
+        if confine.exceeds_disk_limit(measures, child.folder, child.pid):
             with contextlib.suppress(OSError):
                 os.kill(child.pid, signal.SIGKILL)
 
 
-def _processor_time(pid: int) -> float:
+def _read_processor_time(pid: int) -> float:
     """Return the processor time of a process in seconds; 0 if the system doesn't report it (macOS)."""
     try:
         return time.clock_gettime(~pid << 3 | 2)  # the clock that clock_getcpuclockid returns on Linux
@@ -200,7 +200,7 @@ def _processor_time(pid: int) -> float:
         return 0.0
 
 
-def _close(descriptors: Iterable[int]) -> None:
+def _close_descriptors(descriptors: Iterable[int]) -> None:
     for descriptor in descriptors:
         os.close(descriptor)
 
@@ -216,12 +216,12 @@ def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Chil
     parent_pid = os.getpid()
     pid = os.fork()
     if pid == 0:
-        _be_child(measures, folder, parent_pid, inbox, outbox)
-    _close((inbox, outbox))
+        _run_child(measures, folder, parent_pid, inbox, outbox)
+    _close_descriptors((inbox, outbox))
     return _Child(pid, folder, (to_child, from_child))
 
 
-def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
+def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
     """Run one notebook in this process, and end the process."""
     try:
         os.setsid()
@@ -234,7 +234,7 @@ def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: 
                 os.dup2(null_device, descriptor)
             _close_all_but({inbox, outbox})
             os.chdir(folder)
-            failed = confine.apply(measures, folder, parent)
+            failed = confine.apply_measures(measures, folder, parent)
         except OSError as error:
             _report(outbox, {"failed": str(error)})
         else:
@@ -256,14 +256,14 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
         os.read(inbox, 1)  # wait until the grader has the line, before another cell runs and may do harm
 
     if "attempts" in request:
-        attempts.make(request["attempts"], report)
+        attempts.make_attempts(request["attempts"], report)
         return
     from . import runner
 
     for name, source in request.get("modules", {}).items():
         Path(name).write_text(source, encoding="utf-8", errors="replace")
-    if measures.holds("watch"):
-        sys.addaudithook(guard.guard(folder))
+    if measures.is_applied("watch"):
+        sys.addaudithook(guard.make_audit_hook(folder))
     runner.run_cells(request, report)
 
 
@@ -315,10 +315,10 @@ def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
         _, _, usage = os.wait4(pid, 0)
     _kill_orphans()
     ending_signal = os.WTERMSIG(status) if ended_pid and os.WIFSIGNALED(status) else 0
-    return ending_signal, {"seconds": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * _UNIT_OF_MEMORY}
+    return ending_signal, {"seconds": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * _MEMORY_UNIT}
 
 
-_UNIT_OF_MEMORY = 1 if sys.platform == "darwin" else 1024
+_MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024
 """Number of bytes in the unit in which the system reports memory."""
 
 
@@ -336,8 +336,8 @@ def _kill_orphans() -> None:
 
 
 def _remove(measures: Measures, folder: str) -> None:
-    if measures.holds("namespaces"):
-        kernel.unmount(confine.OWN)
+    if measures.is_applied("namespaces"):
+        kernel.unmount(confine.NOTEBOOK_FOLDER)
     else:
         with contextlib.suppress(OSError):  # remaining files are removed with the sandbox's folder
             folders.remove(folder)

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import TYPES, AnswerVisitor, Choice, Expression, Number
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.judging.judge import judge
@@ -55,8 +55,8 @@ def test_what_is_typed_is_read_and_right(problem: Problem) -> None:
     for part in problem.parts:
         answer = part.answer
         assert judge(problem, part, answer.as_typed(), "typed").outcome is Outcome.CORRECT, part.name
-        assert all(read(text, known) for text in answer.formulas())
-        assert bool(answer.formulas()) == (not answer.offered)
+        assert all(parse_formula(text, known) for text in answer.formulas())
+        assert bool(answer.formulas()) == (not answer.offered_options)
         assert all(text in answer.as_typed() for text in answer.formulas())
         if answer.shape is not None:
             assert answer.as_matrix().shape == answer.shape
@@ -79,6 +79,6 @@ def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
 
 def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:
     with pytest.raises(TypeError, match="the answer to 'rank' is of type choice, not number"):
-        Part("rank", "rank", Choice(("1", "2"), 0)).of(Number)
+        Part("rank", "rank", Choice(("1", "2"), 0)).answer_as(Number)
     with pytest.raises(TypeError, match="the answer is of type choice, and no matrix"):
         Choice(("1", "2"), 0).as_matrix()

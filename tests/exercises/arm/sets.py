@@ -10,10 +10,10 @@ from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpace, SetComparison, compare_sets
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
-from qdot.exercises.verify.singular import singular_configurations
+from qdot.exercises.verify.singular import find_singular_configurations
 
 
 def rows_of(chain: Chain) -> list[int]:
@@ -32,7 +32,7 @@ def rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
 
 def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
     joints = [q.name for q in chain.q]
-    return [piece for text in texts for piece in parse_pieces(read(text), joints)]
+    return [piece for text in texts for piece in parse_pieces(parse_formula(text), joints)]
 
 
 def claimed(chain: Chain) -> list[Piece]:
@@ -42,13 +42,15 @@ def claimed(chain: Chain) -> list[Piece]:
 
 def compared(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
     """Return whether pieces are what a book prints, for any lengths."""
-    return compare_sets(ours, read_pieces(chain, book), Space([q.name for q in chain.q], domain_of(chain)), chain.name)
+    return compare_sets(
+        ours, read_pieces(chain, book), ConfigurationSpace([q.name for q in chain.q], domain_of(chain)), chain.name
+    )
 
 
 def assert_is_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> None:
     """Assert that each condition of a book is covered, and nothing else is claimed."""
     found = compared(chain, ours, book)
-    assert found.equal and all(found.covered) and all(found.sound), (chain.name, found.missing, found.surplus)
+    assert found.are_equal and all(found.is_covered) and all(found.is_sound), (chain.name, found.missing, found.surplus)
 
 
 @dataclass(frozen=True)
@@ -64,13 +66,15 @@ class Search:
     def arm(self) -> NumericChain:
         return NumericChain(self.chain, self.lengths)
 
-    def are_in(self, claims: list[Piece], tolerance: float = MEMBER) -> np.ndarray:
+    def are_in(self, claims: list[Piece], tolerance: float = SEARCH_TOLERANCE) -> np.ndarray:
         """Return of each configuration that was reached whether it is in a set."""
         joints, count = [q.name for q in self.chain.q], len(self.reached)
         values = dict(zip(joints, self.reached.T, strict=True)) | {
             k: np.full(count, v) for k, v in self.lengths.items()
         }
-        return Space(joints, domain_of(self.chain, self.lengths)).contains(claims, values, count, tolerance)
+        return ConfigurationSpace(joints, domain_of(self.chain, self.lengths)).contains(
+            claims, values, count, tolerance
+        )
 
 
 def search(chain: Chain, seed: str, count: int = 12) -> Search:
@@ -78,4 +82,6 @@ def search(chain: Chain, seed: str, count: int = 12) -> Search:
     stream = Stream(seed)
     lengths = lengths_of(chain, stream)
     starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(count)])
-    return Search(chain, lengths, starts, singular_configurations(NumericChain(chain, lengths), starts, rows_of(chain)))
+    return Search(
+        chain, lengths, starts, find_singular_configurations(NumericChain(chain, lengths), starts, rows_of(chain))
+    )

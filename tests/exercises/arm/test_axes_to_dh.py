@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations, to_exact
+from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations, recognize_exact
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.mpmath_kinematics import PRECISE, determinant, inverse, solve_linear
+from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
 from qdot.exercises.arm.standard_table import axes_of, dh_of_axes
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import several
@@ -80,14 +80,14 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
 )
 def test_a_number_is_told_as_what_it_is(value: str) -> None:
     exact = sp.nsimplify(value, rational=True)
-    assert sp.simplify(to_exact(exact.n(80)) - exact) == 0
+    assert sp.simplify(recognize_exact(exact.n(80)) - exact) == 0
 
 
 def test_a_number_of_no_simple_form_is_rounded() -> None:
-    assert to_exact(sp.sin(sp.S.One)) == sp.Rational("0.8414709848")
+    assert recognize_exact(sp.sin(sp.S.One)) == sp.Rational("0.8414709848")
 
 
-TINY = PRECISE.mpf("1e-31")
+TINY = PRECISE_CONTEXT.mpf("1e-31")
 MATRICES = {
     "regular": [[2, 1], [1, 3]],
     "first pivot is rounding": [[TINY, 1, 0], [1, 1, 0], [0, 2, 5]],
@@ -98,12 +98,15 @@ MATRICES = {
 
 @pytest.mark.parametrize("name", MATRICES)
 def test_solutions_inverses_and_determinants_are_mpmaths(name: str) -> None:
-    rows = [[PRECISE.mpf(value) for value in row] for row in MATRICES[name]]
-    n, matrix = len(rows), PRECISE.matrix(rows)
-    right = [PRECISE.mpf(i + 1) for i in range(n)]
-    assert PRECISE.norm(matrix * PRECISE.matrix(solve_linear(rows, right)) - PRECISE.matrix(right)) < 1e-25
-    assert PRECISE.norm(matrix * PRECISE.matrix(inverse(rows)) - PRECISE.eye(n)) < 1e-25
-    assert abs(determinant(rows) - PRECISE.det(matrix)) < 1e-25
+    rows = [[PRECISE_CONTEXT.mpf(value) for value in row] for row in MATRICES[name]]
+    n, matrix = len(rows), PRECISE_CONTEXT.matrix(rows)
+    right = [PRECISE_CONTEXT.mpf(i + 1) for i in range(n)]
+    assert (
+        PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(solve_linear(rows, right)) - PRECISE_CONTEXT.matrix(right))
+        < 1e-25
+    )
+    assert PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(inverse(rows)) - PRECISE_CONTEXT.eye(n)) < 1e-25
+    assert abs(determinant(rows) - PRECISE_CONTEXT.det(matrix)) < 1e-25
 
 
 def test_a_singular_matrix_has_determinant_zero_and_no_inverse() -> None:

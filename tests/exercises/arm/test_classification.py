@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.appearance import meaning
+from qdot.exercises.arm.appearance import describe_appearance
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import classify, classify_conditions, domain_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import kind_at, kind_is_sure, kinds_at
+from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_sample, classify_samples
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support import DATA
@@ -45,15 +45,15 @@ def test_planar_kinds_are_those_of_the_annulus() -> None:
             q = np.array([0.3, *folds])
             reach = float(np.linalg.norm(arm.point(q)))
             on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
-            assert kind_at(chain, Sample(arm, q)) == ("boundary" if on_edge else "internal"), (lengths, q)
-        assert kind_at(chain, Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])) == "regular"
+            assert classify_sample(chain, Sample(arm, q)) == ("boundary" if on_edge else "internal"), (lengths, q)
+        assert classify_sample(chain, Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])) == "regular"
 
 
 def test_kinds_are_told_only_where_the_rows_are_rates_of_coordinates_with_a_reach() -> None:
     def sure(*rows: tuple[float, float, float], task: tuple[str, ...]) -> bool:
         angles = sp.symbols("theta1:5")
         joints = (Joint("R", q, d, a, alpha * sp.pi / 2) for q, (d, a, alpha) in zip(angles, rows, strict=False))
-        return kind_is_sure(Chain("arm", tuple(joints), task))
+        return can_establish_kind(Chain("arm", tuple(joints), task))
 
     planar, turning = [(0, 1, 0)] * 3, [(0, 0, 1), (0, 1, 1), (0, 0, 0)]
     assert sure(*planar, task=("vx", "vy", "wz"))
@@ -74,7 +74,7 @@ def test_a_corner_of_the_reach_is_a_boundary_however_blunt(offset: float) -> Non
     arm = NumericChain(chain, {"d2": offset, "a2": 1.0})
     corners = [Sample(arm, np.array(q)) for q in ((0.0, np.pi / 2), (np.pi, np.pi / 2), (np.pi, -np.pi / 2))]
     assert np.allclose(arm.jacobian(np.stack([corner.q for corner in corners]))[:, 1:3], 0)
-    assert kinds_at(chain, corners) == ["boundary"] * 3
+    assert classify_samples(chain, corners) == ["boundary"] * 3
 
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
@@ -135,7 +135,7 @@ def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
 
 @pytest.mark.parametrize("family", ["planar-2r", "elbow", "ur-6r", "puma-560", "wrist-zyz", "lbr-7r"])
 def test_where_no_configuration_is_found_nothing_is_said_of_looks(family: str) -> None:
-    assert meaning(sample_chain(ProblemId(family, 1)), []).endswith(("dependent", "one line", "one plane"))
+    assert describe_appearance(sample_chain(ProblemId(family, 1)), []).endswith(("dependent", "one line", "one plane"))
 
 
 @pytest.mark.whole

@@ -1,7 +1,7 @@
 """Arms written in every convention are the same arm, by the matrices of each convention, worked out here anew."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,9 +23,10 @@ from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.verify.certificate import PRESENTED
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.verify.certificate import CONVENTION_CHECKS
 from qdot.exercises.writing.languages import ENGLISH
-from qdot.exercises.writing.render import environment
+from qdot.exercises.writing.render import environment, template_folder
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.support import ROOT
 from tests.support.suites import several
@@ -81,7 +82,7 @@ def test_an_arm_is_written_in_every_convention_and_read_again(family: str, step:
     for convention in CONVENTIONS:
         text = robot_text(Robot(chain), convention)
         robot = read(tmp_path, text)
-        assert not robot.rounded, convention  # all that families draw has short forms
+        assert not robot.is_table_rounded, convention  # all that families draw has short forms
         same_arm(chain, robot.chain, f"{family} {convention}")
         if convention != "screws":  # which place the frames anew
             assert robot_text(Robot(robot.chain), convention) == text, convention
@@ -200,7 +201,7 @@ TABLE_ON_A_BASE = (
 )
 def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_path: Path) -> None:
     robot = read(tmp_path, text)
-    assert robot.rounded == rounded
+    assert robot.is_table_rounded == rounded
     numbers = [number for joint in robot.chain.joints for number in (joint.theta, joint.d, joint.a, joint.alpha)]
     numbers += [*robot.chain.base.position, robot.chain.base.yaw, robot.chain.base.tilt, *robot.chain.point.offset]
     # A rounded number has ten decimals; those that are typed have few.
@@ -208,7 +209,7 @@ def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_pa
 
 
 def test_no_real_robot_is_rounded() -> None:
-    assert [name for name in robots() if read_robot_file(robot_path(name)).rounded] == []
+    assert [name for name in robots() if read_robot_file(robot_path(name)).is_table_rounded] == []
 
 
 URDF = """<?xml version="1.0"?>
@@ -370,7 +371,7 @@ def test_what_is_told_beside_the_table_is_converted_too(tmp_path: Path) -> None:
     robot = read(tmp_path, text)
     for convention in CONVENTIONS:
         again = read(tmp_path, robot_text(robot, convention))
-        assert (again.limits, again.draws) == (robot.limits, robot.draws)
+        assert (again.limits, again.length_ranges) == (robot.limits, robot.length_ranges)
 
 
 def test_skew_axes_stay_exact(tmp_path: Path) -> None:
@@ -394,11 +395,21 @@ def macros(name: str) -> dict[str, list[str]]:
     return {key: value.arguments for key, value in module.items() if isinstance(value, Macro)}
 
 
+def called_macros(convention: str) -> Iterator[str]:
+    """Yield the macros of a convention that templates call, but for questions that don't apply to it."""
+    for path in template_folder().rglob("*.md.j2"):
+        question = QUESTIONS.get(path.name.removesuffix(".md.j2"))
+        if question is None or question.required_feature in {"", *REGISTRY[convention].features}:
+            yield from re.findall(r"(?<![\w.])convention\.(\w+)\(", path.read_text())
+
+
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_a_convention_has_all_that_others_ask_of_it(convention: str) -> None:
-    assert macros(convention) == macros(CONVENTIONS[0])
-    assert convention in PRESENTED
-    assert REGISTRY[convention].misreadings <= set(CATALOGUE)
+    own, usual = macros(convention), macros(CONVENTIONS[0])
+    assert set(called_macros(convention)) <= set(own)
+    assert all(own[name] == usual[name] for name in own.keys() & usual.keys())
+    assert convention in CONVENTION_CHECKS
+    assert REGISTRY[convention].specific_mistakes <= set(CATALOGUE)
     assert not {convention, *REGISTRY[convention].aliases} & {
         name for other in REGISTRY.values() if other.name != convention for name in (other.name, *other.aliases)
     }

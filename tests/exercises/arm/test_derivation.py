@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.formula.identity import Domain, compare_entries, default_role
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA
 from tests.support.suites import few_of
@@ -38,9 +38,9 @@ SCORBOT = Chain(
 
 def agrees(printed: str, matrix: Any) -> bool:
     """Compare a formula or matrix, typed as in the chapter, with a derived one."""
-    theirs = [entry for row in as_matrix(read(printed)) for entry in row]
-    ours = [read(str(entry)) for entry in (matrix if isinstance(matrix, sp.MatrixBase) else [matrix])]
-    return len(theirs) == len(ours) and all(compare_entries(theirs, ours, ROLES, "chapter").equal)
+    theirs = [entry for row in as_matrix(parse_formula(printed)) for entry in row]
+    ours = [parse_formula(str(entry)) for entry in (matrix if isinstance(matrix, sp.MatrixBase) else [matrix])]
+    return len(theirs) == len(ours) and all(compare_entries(theirs, ours, ROLES, "chapter").is_correct)
 
 
 C = "(a1 + a2*c2 + a3*c23)"
@@ -106,14 +106,14 @@ def domain_of(arm: Any) -> Domain:
 def test_textbook_jacobians(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     at_tip = Chain(name, arm.chain.joints, ("vx",))
-    ours = [read(str(entry)) for entry in derive(at_tip).geometric]
-    theirs = [read(entry) for row in arm.record["J_full_base_tip"] for entry in row]
-    assert all(compare_entries(ours, theirs, domain_of(arm), name).equal)
+    ours = [parse_formula(str(entry)) for entry in derive(at_tip).geometric]
+    theirs = [parse_formula(entry) for row in arm.record["J_full_base_tip"] for entry in row]
+    assert all(compare_entries(ours, theirs, domain_of(arm), name).is_correct)
 
 
 @pytest.mark.parametrize("name", SQUARE)
 def test_textbook_determinants_up_to_sign(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
-    ours, theirs = read(str(derive(arm.chain).determinant)), read(arm.record["det"])
-    signs = [compare_entries([ours], [t], domain_of(arm), name).equal[0] for t in (theirs, Node("neg", (theirs,)))]
+    ours, theirs = parse_formula(str(derive(arm.chain).determinant)), parse_formula(arm.record["det"])
+    signs = [compare_entries([ours], [t], domain_of(arm), name).is_correct[0] for t in (theirs, Node("neg", (theirs,)))]
     assert sum(signs) == 1

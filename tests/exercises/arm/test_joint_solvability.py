@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold_together
+from qdot.exercises.arm.joint_solvability import drop_implied, is_implied, may_hold_simultaneously
 from qdot.exercises.common.stream import Stream
 
 T = sp.symbols("theta1:4")
@@ -38,7 +38,7 @@ POSSIBLE: list[tuple[sp.Expr, ...]] = [
 def test_what_never_holds_in_general_is_known_and_what_may_hold_is_not_ruled_out(
     conditions: tuple[sp.Expr, ...],
 ) -> None:
-    assert may_hold_together(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
+    assert may_hold_simultaneously(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -54,34 +54,34 @@ def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
         terms = [stream.integer(1, 9) * stream.choice(list(point)) * stream.choice([A, B, 1]) for _ in range(3)]
         total = sp.Add(*terms)
         conditions.append(total - total.xreplace(point))
-    assert may_hold_together(conditions, T)
+    assert may_hold_simultaneously(conditions, T)
 
 
 @pytest.mark.whole
 def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
     """All three are too long for a basis, and two suffice; of joints that are fixed, nothing is left to work out."""
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
-    assert not may_hold_together([whole, whole**2 + 1, whole**3 - A], T)
+    assert not may_hold_simultaneously([whole, whole**2 + 1, whole**3 - A], T)
     five = sp.symbols("theta1:6")
     long = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in five for p in five), H)
     fixed = [1 - c(five[0]), s(five[1]), c(five[2] + ALPHA), s(five[3]) * B + A]
     at_all = [*fixed, long - long.xreplace({five[4]: 0}), c(five[4])]
-    assert not may_hold_together(at_all, five)
-    assert may_hold_together(at_all[:-1], five)
-    assert may_hold_together([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
+    assert not may_hold_simultaneously(at_all, five)
+    assert may_hold_simultaneously(at_all[:-1], five)
+    assert may_hold_simultaneously([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
 
 
 def test_what_would_take_long_is_left_undecided() -> None:
     four = sp.symbols("theta1:5")
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
-    assert may_hold_together([whole, whole + 1], four)
+    assert may_hold_simultaneously([whole, whole + 1], four)
 
 
 def test_a_condition_follows_from_others() -> None:
-    assert follows(s(2 * T[0]), [s(T[0])], T)
-    assert follows(c(T[0]), [A * c(T[0]) + B * s(T[0]), A * c(T[0]) - B * s(T[0])], T)
-    assert not follows(s(T[0]), [s(2 * T[0])], T)
-    assert not follows(s(T[1]), [s(T[0])], T)
+    assert is_implied(s(2 * T[0]), [s(T[0])], T)
+    assert is_implied(c(T[0]), [A * c(T[0]) + B * s(T[0]), A * c(T[0]) - B * s(T[0])], T)
+    assert not is_implied(s(T[0]), [s(2 * T[0])], T)
+    assert not is_implied(s(T[1]), [s(T[0])], T)
 
 
 def test_conditions_that_follow_from_others_are_left_out() -> None:
@@ -94,5 +94,5 @@ def test_more_work_decides_more() -> None:
     """The minors of two rows and three columns: where the first column is not zero, two of them make the third one."""
     minors = [s(T[0]) * c(T[1]) - c(T[0]) * s(T[1]) * A, s(T[0]) * c(T[2]) * B - c(T[0]) * s(T[2])]
     third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
-    assert not follows(third, minors, T, 10)
-    assert follows(third, minors, T, 10_000)
+    assert not is_implied(third, minors, T, 10)
+    assert is_implied(third, minors, T, 10_000)

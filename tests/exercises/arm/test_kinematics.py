@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.derivation_graph import as_formulas, formulas, propagate_linear_rows
+from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_reference import exponential_jacobian, random_poses
+from qdot.exercises.verify.numeric_reference import exponential_jacobian, random_configurations
 from tests.support.suites import several
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
@@ -94,7 +94,7 @@ def chains(draw: st.DrawFn) -> Chain:
 def values_of(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     values = {joint.name: np.array([value]) for joint, value in zip(chain.q, q, strict=True)}
     values["h"] = np.array([0.37])
-    found = evaluate(compile_program([read(str(entry)) for entry in matrix]), values, 1)[0].real
+    found = evaluate(compile_program([parse_formula(str(entry)) for entry in matrix]), values, 1)[0].real
     return found.reshape(matrix.shape)
 
 
@@ -105,17 +105,17 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
-    working = formulas(chain)
+    working = symbolic_working(chain)
     for i, (frame, rotation) in enumerate(zip(frames, working["rotations"], strict=True)):
         np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
-        np.testing.assert_allclose(values_of(as_formulas(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
+        np.testing.assert_allclose(values_of(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
     np.testing.assert_allclose(values_of(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
-    propagated = as_formulas(np.concatenate([propagate_linear_rows(working), working["angular"]]))
+    propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(working), working["angular"]]))
     np.testing.assert_allclose(values_of(propagated, chain, q), jacobian, atol=1e-12)
     np.testing.assert_allclose(values_of(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
-        p_star = values_of(as_formulas(working["arms"][i]), chain, q)[:, 0]
+        p_star = values_of(to_sympy_matrix(working["arms"][i]), chain, q)[:, 0]
         np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 
@@ -135,5 +135,5 @@ def test_the_jacobian_is_the_slope_of_the_pose(chain: Chain, seed: int) -> None:
 @given(chains())
 def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
     numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
-    poses = random_poses(chain, Stream("exponentials"), 6)
+    poses = random_configurations(chain, Stream("exponentials"), 6)
     assert np.allclose(exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)

@@ -19,17 +19,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import FOLDER, robot_path, robots
+from qdot.exercises.arm.library import ROBOT_FOLDER, robot_path, robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.export_format import robots as robots_to_export
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import list_robot_files as robots_to_export
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search
@@ -112,7 +112,7 @@ def ends(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
 
 @cache
 def read(name: str) -> Robot:
-    return read_robot_file(FOLDER / f"{name}.toml")
+    return read_robot_file(ROBOT_FOLDER / f"{name}.toml")
 
 
 def seen(model: dict[str, Any], robot: Robot) -> tuple[Matrix, Matrix, Matrix]:
@@ -199,7 +199,7 @@ def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_t
     chain = read(name).chain
     said = [" and ".join(f"{c} = 0" for c in component.conditions) for component in solve(chain).singular or ()]
     for text in said:
-        samples = samples_on(chain, text, name, arms=1, each=5)
+        samples = sample_condition(chain, text, name, arm_count=1, samples_per_arm=5)
         assert samples and all(rank_ratios(sample.arm, chain, sample.q) < 1e-6 for sample in samples), text
     found = search(chain, name, several(40, 300))
     assert len(found.reached) > len(found.starts) / 2
@@ -244,7 +244,7 @@ def test_robots_stand_in_the_order_of_their_numbers() -> None:
 
 def test_a_robot_is_found_by_its_name_unless_there_is_a_file(tmp_path: Path) -> None:
     for given in ("panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"):
-        assert robot_path(given) == FOLDER / f"{re.sub('[-_ ]', '', given.lower())}.toml"
+        assert robot_path(given) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', given.lower())}.toml"
     own = tmp_path / "panda"
     own.write_text("mine", encoding="utf-8")
     assert robot_path("panda", tmp_path) == robot_path(str(own)) == own
@@ -298,7 +298,7 @@ def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of
     path.write_text(path.read_text().replace("Cobra600", "cobra"))
     with pytest.raises(QdotError, match=r'line 4: problem 1: robot = "cobra": .*\'cobra600'):
         load_assignment(path.parent)
-    own = (FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
+    own = (ROBOT_FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
     (path.parent / "cobra.toml").write_text(own, encoding="utf-8")
     path.write_text(path.read_text().replace('"cobra"', '"cobra.toml"'))
     assert load_assignment(path.parent).slots[0].family.title == "Mine"
@@ -306,4 +306,4 @@ def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of
 
 
 def _robots_to_export(folder: Path) -> list[str]:
-    return robots_to_export(Order(load_assignment(folder), lambda _: ()))
+    return robots_to_export(ExportRequest(load_assignment(folder), lambda _: ()))

@@ -16,8 +16,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm import convention_frames
-from qdot.exercises.figure.pose import drawn_chain, skeleton
-from qdot.exercises.generation import generate, questions_of, sample_chain
+from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
+from qdot.exercises.generation import generate, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.numeric_reference import modified_frames
@@ -25,7 +25,7 @@ from qdot.exercises.writing.problem_texts import hints, prompt, statement, worke
 from tests.support.suites import few_families, of_families, several
 
 MODIFIED = "modified-dh"
-FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 SOME = several(("polar-rp", "wrist-zyz"), FIXED)
 OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
              "own-frame-velocity")  # fmt: skip
@@ -69,7 +69,7 @@ def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
 
 @of_families(SOME)
 def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
-    asked = [name for name in questions_of(family, MODIFIED) if name in OF_FRAMES]
+    asked = [name for name in questions_of_family(family, MODIFIED) if name in OF_FRAMES]
     certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
     assert certificate.passed, certificate.failures
     assert {check.name for check in certificate.checks} >= {"modified table: axes", "modified table: point"}
@@ -78,13 +78,13 @@ def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
 def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = generate("elbow-3r/1@modified-dh", ["transform"])
 
-    table = ModifiedDh._table
+    table = ModifiedDh._base_and_rows
 
     def wrong(convention: ModifiedDh) -> tuple[Base, list[Joint]]:
         base, (first, second, third) = table(convention)
         return base, [first, replace(second, alpha=-second.alpha), third]
 
-    monkeypatch.setattr(ModifiedDh, "_table", wrong)
+    monkeypatch.setattr(ModifiedDh, "_base_and_rows", wrong)
     failed = {check.name for check in certify(problem).failures}
     assert {"modified table: axes", "modified table: point"} <= failed
 
@@ -104,10 +104,12 @@ def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None
 
 @of_families(FIXED)
 def test_a_figure_shows_the_told_frames(family: str) -> None:
-    arm = drawn_chain(modified(family))
+    arm = make_drawable_chain(modified(family))
     _, poses = at_random(arm)
     for q in poses:
-        assert np.allclose(convention_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
+        assert np.allclose(
+            convention_frames(arm, compute_skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9
+        )
 
 
 @pytest.mark.parametrize(("alpha", "a"), [(0, "3/10"), ("pi/2", 0), ("pi/3", "a0"), ("pi", "-3/10")])
@@ -122,15 +124,15 @@ def test_the_first_row_may_have_a_length_and_a_twist(alpha: object, a: object) -
     assert np.allclose(expected[:, 0], np.eye(4))
     assert np.allclose(numeric.convention_frames(numeric.frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
-    drawn = drawn_chain(arm)
+    drawn = make_drawable_chain(arm)
     for q in poses:
         assert np.allclose(
-            convention_frames(arm, skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9
+            convention_frames(arm, compute_skeleton(drawn, q)), modified_frames(drawn, {}, q[None])[0], atol=1e-9
         )
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
-    assert convention_of(arm).place(0) == on_axis
+    assert convention_of(arm).origin_name(0) == on_axis
     flat = replace(modified("planar-3r", variation="chapter"), base=base)
-    assert [convention_of(flat).place(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert [convention_of(flat).origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
 
 
 def test_ids_tell_the_convention() -> None:
@@ -143,6 +145,6 @@ def test_ids_tell_the_convention() -> None:
 
 def test_places_have_the_names_of_the_convention() -> None:
     planar, puma = (convention_of(modified(family, variation="chapter")) for family in ("planar-3r", "puma-560"))
-    assert [planar.place(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
-    assert puma.place(1) == "O_2"
-    assert puma.place(2) is None  # d3 leads away from O_2 of the standard
+    assert [planar.origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert puma.origin_name(1) == "O_2"
+    assert puma.origin_name(2) is None  # d3 leads away from O_2 of the standard

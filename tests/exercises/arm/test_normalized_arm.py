@@ -7,15 +7,21 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import classify, classify_conditions, generalize, samples_on, split_by_value
+from qdot.exercises.arm.classification import (
+    classify,
+    classify_conditions,
+    generalize,
+    sample_condition,
+    split_by_value,
+)
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
+from qdot.exercises.arm.lengths import are_unrelated, substitute_arm_lengths, with_symbolic_lengths
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, Values, singular_set
-from qdot.exercises.arm.singularity_kinds import kind_at, kinds_at
+from qdot.exercises.arm.singularity_kinds import classify_sample, classify_samples
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.verify.appearance import holds, places_on
+from qdot.exercises.verify.appearance import samples_on_component, statement_holds
 from tests.support.suites import few_families, several
 
 A1, A2 = sp.symbols("a1 a2")
@@ -63,10 +69,14 @@ def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
 def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
     pieces = [piece for component in singular_set(chain) or () for piece in component.pieces()]
-    samples = [sample for piece in pieces for sample in samples_on(chain, piece, "at once", arms=2, each=2)]
-    assert kinds_at(chain, samples) == [kind_at(chain, sample) for sample in samples]
+    samples = [
+        sample
+        for piece in pieces
+        for sample in sample_condition(chain, piece, "at once", arm_count=2, samples_per_arm=2)
+    ]
+    assert classify_samples(chain, samples) == [classify_sample(chain, sample) for sample in samples]
     assert len(samples) > 3
-    assert kinds_at(chain, []) == []
+    assert classify_samples(chain, []) == []
 
 
 @pytest.mark.parametrize(
@@ -85,8 +95,8 @@ def test_a_turn_about_the_first_axis_changes_nothing_where_the_rows_turn_into_ea
 
 
 def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) -> None:
-    general, lengths = with_open_lengths(problem.chain)
-    again = with_lengths(general, lengths)
+    general, lengths = with_symbolic_lengths(problem.chain)
+    again = substitute_arm_lengths(general, lengths)
     assert again.parameters == problem.chain.parameters
     values = {symbol.name: 0.3 + 0.1 * k for k, symbol in enumerate(again.parameters)}
     q = np.array([0.4 - 0.3 * k for k in range(again.n)])
@@ -105,7 +115,10 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
                 classify(problem.chain, component),
                 classify_conditions(normalize_arm(problem.chain), tuple(pieces)),
             )
-            assert all(holds(problem.chain, kind.meaning, sample) for sample in places_on(problem.chain, component))
+            assert all(
+                statement_holds(problem.chain, kind.meaning, sample)
+                for sample in samples_on_component(problem.chain, component)
+            )
             assert not (kind.uniform and own.uniform) or kind.kind == own.kind
 
 

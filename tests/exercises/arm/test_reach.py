@@ -12,8 +12,8 @@ from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm
-from qdot.exercises.arm.reach import reaches, reaches_beside, reaches_beyond
-from qdot.exercises.arm.three_joints import UNSURE, YES, reaches_places
+from qdot.exercises.arm.reach import reaches_beyond, reaches_displaced_pose, reaches_point
+from qdot.exercises.arm.three_joints import UNSURE, YES, reaches_targets
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -39,7 +39,7 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
     random = np.random.default_rng(6)
     for arm, _ in arms(family):
         places = arm.point(random.uniform(-3, 3, (50, len(arm.kinds))))
-        answers = [reaches(arm, place) for place in places]
+        answers = [reaches_point(arm, place) for place in places]
         assert False not in answers and answers.count(True) > 45
 
 
@@ -48,7 +48,7 @@ def test_a_place_on_the_first_axis_is_reached_by_a_slide_through_it() -> None:
     arm = NumericChain(normalize_arm(sample_chain(ProblemId.parse("spherical/10007").with_variation("full"))), {})
     for height in (1.0, 1e-2, 1e-4, -1e-4):
         for aside in (0.0, 1e-17, -1e-19):
-            assert reaches(arm, np.array([0.0, aside, height])), (height, aside)
+            assert reaches_point(arm, np.array([0.0, aside, height])), (height, aside)
 
 
 @of_families(BESIDE)
@@ -70,14 +70,14 @@ def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarra
     angles = np.zeros(3)
     angles[third] = np.arctan2(turn[second, first], turn[first, first])
     shift = np.concatenate([arm.point_of(others) - arm.point_of(frames), angles])
-    return reaches_beside(arm, frames, task, shift[task])
+    return reaches_displaced_pose(arm, frames, task, shift[task])
 
 
 @of_families(BESIDE)
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)
-    monkeypatch.setattr(reach, "_BEYOND", 0.2)
+    monkeypatch.setattr(reach, "_TESTED_DISTANCE", 0.2)
     said = [_search(arm, task, random, monkeypatch) for arm, task in arms(family) for _ in range(4)]
     assert all(formula is None or formula is search for formula, search in said)
     assert sum(formula is not None for formula, _ in said) > len(said) / 2
@@ -88,20 +88,20 @@ def _search(
 ) -> tuple[bool | None, bool]:
     way = random.normal(size=len(task))
     answers: list[bool | None] = []
-    monkeypatch.setattr(reach, "reaches_places", lambda arms, places: np.array([UNSURE]))
-    monkeypatch.setattr(reach, "reaches_beside", lambda *of: answers.append(reaches_beside(*of)))
+    monkeypatch.setattr(reach, "reaches_targets", lambda arms, places: np.array([UNSURE]))
+    monkeypatch.setattr(reach, "reaches_displaced_pose", lambda *of: answers.append(reaches_displaced_pose(*of)))
     sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
     (found,) = reach.reaches_beyond([sample], list(task), (way / np.linalg.norm(way))[None])
     return answers[0], bool(found)
 
 
 def test_of_other_arms_and_tasks_nothing_is_said() -> None:
-    assert reaches(arms("scara")[0][0], np.zeros(3)) is None
+    assert reaches_point(arms("scara")[0][0], np.zeros(3)) is None
     for family, rows, known in (
         ("planar-3r-pose", [0, 1, 5], True), ("planar-3r-pose", [0, 1, 3], False), ("orthogonal-3r", [0, 1, 2], False)
     ):  # fmt: skip
         arm, _ = arms(family)[0]
-        assert (reaches_beside(arm, arm.frames(np.zeros(3)), rows, np.zeros(3)) is not None) is known
+        assert (reaches_displaced_pose(arm, arm.frames(np.zeros(3)), rows, np.zeros(3)) is not None) is known
 
 
 TASK = ("vx", "vy", "vz")
@@ -146,13 +146,13 @@ def test_the_formula_says_what_a_search_finds(kinds: str) -> None:
             continue  # singular everywhere
         elsewhere = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
         places = np.concatenate([arm.point(poses), elsewhere])
-        told = reaches_places(NumericChain.stack([arm] * len(places)), places)
+        told = reaches_targets(NumericChain.stack([arm] * len(places)), places)
         asked += len(places)
         assert UNSURE not in told
         assert (told[:PLACES] == YES).all()
         for place, answer in zip(places[PLACES:], told[PLACES:], strict=True):
             assert bool(answer == YES) == found(arm, place, stream), (kinds, arm.fixed, place)
-            known = reaches(arm, place)
+            known = reaches_point(arm, place)
             assert known is None or known == bool(answer == YES)
     assert asked > 2 * PLACES
 
@@ -181,4 +181,4 @@ def test_a_spherical_arm_whose_slide_is_all_it_has_reaches_what_is_beside_its_ce
 def test_a_third_joint_that_moves_nothing_is_told_unsure() -> None:
     rows = (Joint("R", "theta1", 0, 0.5, sp.pi / 2), Joint("R", "theta2", 0, 0.4, 0), Joint("R", "theta3", 0.2, 0, 0))
     arm = NumericChain(Chain("still", rows, TASK), {})
-    assert reaches_places(arm, np.array([[0.3, 0.3, 0.2]])).tolist() == [UNSURE]
+    assert reaches_targets(arm, np.array([[0.3, 0.3, 0.2]])).tolist() == [UNSURE]

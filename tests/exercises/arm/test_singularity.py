@@ -18,11 +18,11 @@ from qdot.exercises.arm.singularity import (
     common_zeros,
     singular_set,
     solve_condition,
-    tidy_ways,
+    tidy_branches,
 )
 from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import Space
+from qdot.exercises.formula.conditions import ConfigurationSpace
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, search
 from tests.support import DATA
 from tests.support.suites import several
@@ -95,7 +95,7 @@ def test_what_follows_from_other_conditions_is_not_said() -> None:
 def test_what_follows_where_an_angle_is_at_an_end_is_not_said(end: sp.Expr) -> None:
     there = {T1: solve_condition(end, arm("vx", ("R", T1, 0, 1, 0)))[1][0]}  # type: ignore[index]
     long = sp.expand(end * A1 + sp.sin(T2 - there[T1] + T1))
-    told = tidy_ways([(end, sp.sin(T2), long)], Search((T1, T2)), "what is tried")
+    told = tidy_branches([(end, sp.sin(T2), long)], Search((T1, T2)), "what is tried")
     assert [set(one) for one in told] == [{end, sp.sin(T2)}]
 
 
@@ -103,7 +103,7 @@ def test_of_two_ways_that_are_the_same_one_is_kept() -> None:
     """Each lies in the other, so that both were left out, and singular configurations of an arm were missing."""
     same = [(sp.cos(T1), sp.sin(T2)), (sp.cos(T1), A1 * sp.cos(T1) + sp.sin(T1) * sp.sin(T2))]
     for ways in (same, same[::-1], [*same, (sp.cos(T1), sp.sin(T2), sp.cos(T3))]):
-        assert [set(one) for one in tidy_ways(ways, Search((T1, T2, T3)), "what is tried")] == [set(same[0])]
+        assert [set(one) for one in tidy_branches(ways, Search((T1, T2, T3)), "what is tried")] == [set(same[0])]
 
 
 def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +160,7 @@ def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) ->
     chain = textbook_arms["elbow_RRR"].chain
     moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
     book = [text for component in singular_set(chain) or () for text in component.pieces()]
-    assert compared(chain, claimed(moved), book).equal
+    assert compared(chain, claimed(moved), book).are_equal
 
 
 def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
@@ -196,7 +196,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
 def test_conditions_that_never_hold_together_are_not_said(chain: Chain, right: list[str]) -> None:
     found = singular_set(chain)
     assert found is not None and bool(found) is bool(right)
-    assert compared(chain, claimed(chain), right).equal
+    assert compared(chain, claimed(chain), right).are_equal
 
 
 @dataclass(frozen=True)
@@ -234,8 +234,8 @@ def assert_sound(chain: Chain, stream: Stream) -> None:
     for piece in claimed(chain):
         for _ in range(60):
             lengths = {symbol.name: 2 * 10 ** stream.uniform(-2, 0.5) for symbol in chain.parameters}
-            space = Space(joints, domain_of(chain, lengths))
-            values = space.on_piece(piece, space.names_of([[piece]]), stream, count=6)
+            space = ConfigurationSpace(joints, domain_of(chain, lengths))
+            values = space.sample_piece(piece, space.collect_names([[piece]]), stream, count=6)
             q = np.stack([values[joint] for joint in joints], axis=1)
             assert (rank_ratios(NumericChain(chain, lengths), chain, q) < 1e-7).all(), (chain, piece)
             if len(q):

@@ -23,17 +23,17 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import samples_on
+from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.program import evaluate_each
-from qdot.exercises.formula.trees import names
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.trees import find_names
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import Solution, solve
-from qdot.exercises.verify.singular import NEAR
+from qdot.exercises.verify.singular import SET_TOLERANCE
 from qdot.exercises.writing.solution_steps import SingularComponent
 from tests.exercises.arm.poses import exponential
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
@@ -117,9 +117,9 @@ def _drawn(stream: Stream, low: float, high: float, points: int) -> np.ndarray:
 
 def _book(text: str, values: Values) -> np.ndarray:
     """Return the values of a book's formula, (points,)."""
-    node, points = read(text), len(values["x"])
-    assert names(node) <= {*values, "pi"}, text
-    found = evaluate_each([node], values, points)[0]
+    node, points = parse_formula(text), len(values["x"])
+    assert find_names(node) <= {*values, "pi"}, text
+    found = evaluate_variants([node], values, points)[0]
     assert np.isfinite(found).all() and np.abs(found.imag).max() < 1e-12, text
     return np.asarray(found.real)
 
@@ -369,13 +369,13 @@ def test_the_singular_set_is_the_books(arm: Arm) -> None:
     chain, book = _chain(arm), _all_singular(arm)
     assert_is_book(chain, claimed(chain), book)
     for text in book:
-        samples = samples_on(chain, text, arm.name, arms=3, each=3)
+        samples = sample_condition(chain, text, arm.name, arm_count=3, samples_per_arm=3)
         assert samples, text
         assert all(rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples), text
     found = search(chain, f"{arm.name}/search", 20)
     assert (rank_ratios(found.arm, chain, found.starts) > 1e-6).all()
     assert len(found.reached)
-    assert found.are_in(read_pieces(chain, book), NEAR).all()
+    assert found.are_in(read_pieces(chain, book), SET_TOLERANCE).all()
 
 
 @_with("singular", "derived", slow=SLOW)
@@ -386,6 +386,6 @@ def test_what_is_shown_of_singularities_and_their_kinds_are_the_books(arm: Arm) 
     assert_is_book(chain, read_pieces(chain, components), _all_singular(arm))
     for text, kind in arm.told.get("kinds", {}).items():
         (found,) = (
-            one for shown, one in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).equal
+            one for shown, one in components.items() if compared(chain, read_pieces(chain, [shown]), [text]).are_equal
         )
         assert found.kind == kind

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
-from qdot.exercises.arm.trigonometry import are_identical, factor_trig, fourier, textbook
+from qdot.exercises.arm.trigonometry import are_identical, compute_fourier_form, factor_trig, textbook_form
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
 ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]
@@ -27,14 +27,14 @@ def at_a_point(expression: sp.Expr) -> float:
 
 @given(polynomials)
 def test_a_fourier_form_is_the_same_function(expression: sp.Expr) -> None:
-    assert at_a_point(fourier(expression).expression()) == pytest.approx(at_a_point(expression), abs=1e-9)
+    assert at_a_point(compute_fourier_form(expression).expression()) == pytest.approx(at_a_point(expression), abs=1e-9)
 
 
 @settings(max_examples=60)
 @given(polynomials)
 def test_factoring_keeps_the_function(expression: sp.Expr) -> None:
     assert are_identical(factor_trig(expression).expression(), expression)
-    assert are_identical(textbook(expression), expression)
+    assert are_identical(textbook_form(expression), expression)
 
 
 @given(polynomials)
@@ -58,7 +58,7 @@ def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Ex
     ],
 )
 def test_a_result_is_printed_as_in_a_textbook(given_as: sp.Expr, printed: str) -> None:
-    assert str(textbook(given_as)) == printed
+    assert str(textbook_form(given_as)) == printed
 
 
 def test_a_product_is_told_by_its_factors() -> None:
@@ -73,7 +73,7 @@ def test_a_product_is_told_by_its_factors() -> None:
 
 def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
     total = sp.expand(6 * A1 * sp.sin(T1) ** 2 * (A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)) * (A1 + sp.sin(T3)))
-    found = factor_trig(total, most=3)
+    found = factor_trig(total, max_terms=3)
     assert {str(f): p for f, p in found.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
     assert found.coefficient == 6 and len([f for f, _ in found.factors if f.is_Add]) == 1
     assert are_identical(found.expression(), total)
@@ -81,7 +81,7 @@ def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
 
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
 def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
-    for read_form in (fourier, lambda expression: are_identical(expression, A1)):
+    for read_form in (compute_fourier_form, lambda expression: are_identical(expression, A1)):
         with pytest.raises(ValueError, match=r"is not a|expected an expression convertible to a polynomial"):
             read_form(wrong)
 
@@ -122,4 +122,4 @@ def test_roots_of_numbers_are_refused_and_not_dropped(root: sp.Expr) -> None:
         with pytest.raises(ValueError, match="roots of numbers"):
             factor_trig(root * terms)
         with pytest.raises(ValueError, match="roots of numbers"):
-            textbook(sp.expand(root * terms))
+            textbook_form(sp.expand(root * terms))

@@ -18,7 +18,7 @@ from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.decimals import read_decimals
-from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
 from qdot.exercises.common.errors import QdotError
@@ -176,7 +176,12 @@ def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeyp
 def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
     (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.name, student.email, student.others) == ("zoë", "Zoë É", "z@x.org", (("group", "B"),))
+    assert (student.id, student.name, student.email, student.other_columns) == (
+        "zoë",
+        "Zoë É",
+        "z@x.org",
+        (("group", "B"),),
+    )
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "cp1252", "utf-8"])
@@ -193,7 +198,7 @@ def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str) -> Non
 def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder: Path) -> None:
     (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
     (student,) = load_assignment(folder).roster
-    assert (student.id, student.others) == ("s1", (("name, or what stands for it", "Ada"),))
+    assert (student.id, student.other_columns) == ("s1", (("name, or what stands for it", "Ada"),))
 
 
 @pytest.mark.parametrize("own", CONVENTIONS)
@@ -266,7 +271,7 @@ def outcomes(folder: Path) -> dict[str, str]:
     def each(released: ReleaseResult) -> None:
         found[released.student] = released.outcome
 
-    release(load_assignment(folder), CERTIFIER, 1, each)
+    release_notebooks(load_assignment(folder), CERTIFIER, 1, each)
     return found
 
 
@@ -351,7 +356,7 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path)
             path.parent.mkdir(parents=True, exist_ok=True)
             _begun_beside(path).write_text("{")
 
-    release(assignment, CERTIFIER, 0, a_worker_dies)
+    release_notebooks(assignment, CERTIFIER, 0, a_worker_dies)
     assert not list(folder.rglob("*.tmp"))
     with pytest.raises(ZeroDivisionError), files.clean_up_after(paths):
         a_worker_dies(ReleaseResult("s001", "written"))

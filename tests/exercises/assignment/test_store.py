@@ -12,7 +12,7 @@ import sympy as sp
 
 from qdot.exercises.assignment import store
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.problem.record import digests
 from qdot.exercises.writing.render import TemplateCache
@@ -37,7 +37,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOTS, encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, CERTIFIER, 1, lambda _: None)
+    release_notebooks(assignment, CERTIFIER, 1, lambda _: None)
     return assignment
 
 

@@ -73,7 +73,7 @@ def test_a_line_of_progress_says_how_far_it_is(
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     with console.progress("verifying", 5) as counter:
         for _ in range(4):
-            now[0] += 0.4 * console.EVERY
+            now[0] += 0.4 * console.PROGRESS_INTERVAL
             counter.step()
     assert capsys.readouterr().err.splitlines() == ["verifying: 3 of 5"]
 

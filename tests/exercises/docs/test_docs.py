@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.listing import LISTING, listing
-from qdot.exercises.generation import find_out, questions_of
+from qdot.exercises.families.listing import LISTING_FILE, listing
+from qdot.exercises.generation import compute_listing, questions_of_family
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import ASKED
 from tests.support import ROOT
@@ -46,24 +46,25 @@ def test_pages_are_up_to_date() -> None:
         if not (DOCS / name).is_file() or (DOCS / name).read_text(encoding="utf-8") != text
     ]
     assert not stale
-    assert LISTING.read_text(encoding="utf-8") == listing_text()
+    assert LISTING_FILE.read_text(encoding="utf-8") == listing_text()
 
 
 SLOW = ("lbr-7r", "random-3", "random-4")
 
 
 @pytest.mark.parametrize(
-    "family", [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()]
+    "family",
+    [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()],
 )
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     """Where this fails, run: make docs"""
-    assert listing()[family] == find_out(FAMILIES[family])
+    assert listing()[family] == compute_listing(FAMILIES[family])
 
 
 def test_difficulty_follows_the_steps() -> None:
     for name, listed in listing().items():
         assert list(listed.by_variation) == sorted(listed.by_variation)
-        assert len(listed.by_variation) == (0 if FAMILIES[name].varied else len(STEPS))
+        assert len(listed.by_variation) == (0 if FAMILIES[name].has_varied_structure else len(VARIATION_STEPS))
 
 
 @together
@@ -73,7 +74,7 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
         assert f"families/{name}.svg" in page and FAMILIES[name].title in text and FAMILIES[name].source in text
-        told, asked = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of(name))
+        told, asked = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of_family(name))
         assert told == (set(QUESTIONS) - asked if "all but" in text or "): all." in text else asked)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Hashable, Sequence
 
 import pytest
 
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
@@ -42,9 +42,9 @@ def test_every_family_is_measured_at_every_step_and_everybody_shares_the_arm_of_
     measured = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"]
     assert list(measured) == list(FAMILIES)
     for family, entry in measured.items():
-        assert list(entry["steps"]) == list(STEPS)
+        assert list(entry["steps"]) == list(VARIATION_STEPS)
         assert all(count <= entry["students"] for counts in entry["steps"].values() for count in counts.values())
-        if not FAMILIES[family].varied:
+        if not FAMILIES[family].has_varied_structure:
             assert set(entry["steps"]["chapter"].values()) == {entry["students"]}
 
 

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from qdot.exercises.arm.difficulty import HARDEST
+from qdot.exercises.arm.difficulty import HARDEST_BAND
 from qdot.exercises.families.structures import group_clean_structures, read_clean_structures
 from tests.support import ROOT
 from tests.tools.structures import count_tables, normal_form, regular_forms, tables
@@ -26,6 +26,6 @@ def test_counts_of_forms_structures_and_classes(n: int) -> None:
 def test_counts_by_difficulty_and_kinds(n: int) -> None:
     clean = read_clean_structures()[n]
     steps = Counter(structure.step for structure in clean)
-    assert f"| {n} joints | {' | '.join(str(steps[step]) for step in range(HARDEST + 1))} |" in PAGE
+    assert f"| {n} joints | {' | '.join(str(steps[step]) for step in range(HARDEST_BAND + 1))} |" in PAGE
     for kinds, count in Counter("".join(row.kind for row in structure.rows) for structure in clean).items():
         assert re.search(rf"\| {kinds} \| {count} \|", PAGE)

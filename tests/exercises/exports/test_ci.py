@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.exports.repositories import ACTIONS
-from qdot.exercises.exports.wheel import versions, wheel
+from qdot.exercises.exports.wheel import list_versions, make_wheel
 from tests.support import ROOT
 from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
 from tests.support.command import fails, run
@@ -247,10 +247,10 @@ def test_workflows_and_their_commands_are_as_linters_want_them(assignment: Assig
 
 
 def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
-    first = wheel()
-    wheel.cache_clear()
-    assert wheel() == first
-    named = versions().splitlines()
+    first = make_wheel()
+    make_wheel.cache_clear()
+    assert make_wheel() == first
+    named = list_versions().splitlines()
     assert any(line.startswith("sympy==") for line in named)
     assert not [line for line in named if line.startswith(("pytest==", "qdot-robotics=="))]
 

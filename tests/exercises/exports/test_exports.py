@@ -11,8 +11,8 @@ import pytest
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
-from qdot.exercises.exports.bank import bank, process_bank
-from qdot.exercises.exports.export_format import Order, robots
+from qdot.exercises.exports.bank import iterate_bank, process_bank
+from qdot.exercises.exports.export_format import ExportRequest, list_robot_files
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
@@ -31,30 +31,34 @@ DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
-    return Order(a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variants=4)
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+    return ExportRequest(
+        a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variant_count=4
+    )
 
 
-def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_one(order: Order) -> None:
+def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_one(order: ExportRequest) -> None:
     told: list[None] = []
-    short = list(bank(replace(order, each=lambda: told.append(None))))
+    short = list(iterate_bank(replace(order, on_step=lambda: told.append(None))))
     assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
-    assert len(told) == 4 == EXPORT_FORMATS["html"].steps(order) * 4
+    assert len(told) == 4 == EXPORT_FORMATS["html"].count_steps(order) * 4
     assert len({digests(variant.problem).sha256 for variant in short}) == 4
     assert not [failed for variant in short for failed in certify(variant.problem).failures]
-    longer = list(bank(replace(order, variants=6, jobs=2)))
+    longer = list(iterate_bank(replace(order, variant_count=6, jobs=2)))
     assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
     drawn = {str(problem.id) for _, problem in order.assignment.problems("ada")}
     assert not drawn & {str(variant.problem.id) for variant in longer}
 
 
-def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_family_with_few_problems_gives_all_it_has_and_says_so(
+    order: ExportRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
     same = order.assignment.slots[0].problem("secret", "ada")
-    monkeypatch.setattr("qdot.exercises.exports.bank.attempt", lambda make, vouch: (same, None))
+    monkeypatch.setattr("qdot.exercises.exports.bank.try_draw", lambda make, vouch: (same, None))
     notes: list[str] = []
     told: list[None] = []
     worked: list[Problem] = []  # nothing is made of what was there
-    asked = replace(order, note=notes.append, each=lambda: told.append(None))
+    asked = replace(order, report=notes.append, on_step=lambda: told.append(None))
     assert len(list(process_bank(asked, lambda _order, _slot, problem: worked.append(problem)))) == 1
     assert worked == [same]
     assert len(told) == 4
@@ -68,34 +72,34 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
     (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{asked}')
     assignment = load_assignment(tmp_path)
     notes: list[str] = []
-    assert len(list(bank(Order(assignment, find_failures, variants=3, note=notes.append)))) == 1
+    assert len(list(iterate_bank(ExportRequest(assignment, find_failures, variant_count=3, report=notes.append)))) == 1
     assert len(notes) == 1 and notes[0].startswith("p1: scorbot") and "variation" not in notes[0]
 
 
 @pytest.mark.whole
-def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: Order) -> None:
+def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order: ExportRequest) -> None:
     """Nobody but this process is told how far it is, and of what can't be asked."""
     steps, notes = list[int](), list[str]()
-    alone = replace(order, variants=2, solutions=True, each=lambda: steps.append(1), note=notes.append)
+    alone = replace(order, variant_count=2, has_solutions=True, on_step=lambda: steps.append(1), report=notes.append)
     many = replace(alone, jobs=2)
     elsewhere = {process for _, process in process_bank(many, _process)}
     assert elsewhere and os.getpid() not in elsewhere
     for outlet in ("moodle", "stack"):
         counted, told = len(steps), len(notes)
-        one = list(EXPORT_FORMATS[outlet].files(alone))
+        one = list(EXPORT_FORMATS[outlet].export(alone))
         assert (len(steps) - counted, notes[told:]) == (2, notes[: len(notes) - told])
-        two = list(EXPORT_FORMATS[outlet].files(many))
+        two = list(EXPORT_FORMATS[outlet].export(many))
         assert two == one
 
 
-def _process(_order: Order, _slot: Slot, _problem: Problem) -> int:
+def _process(_order: ExportRequest, _slot: Slot, _problem: Problem) -> int:
     return os.getpid()
 
 
-def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:
+def test_a_bank_is_of_the_variation_that_is_asked_for(order: ExportRequest, tmp_path: Path) -> None:
     """Where problems are drawn by assignment.toml again, that says how arms vary."""
-    asked = replace(order, assignment=order.assignment.with_variation("base+lengths"), variants=2)
-    assert {variant.problem.id.variation for variant in bank(asked)} == {"lengths+base"}
+    asked = replace(order, assignment=order.assignment.with_variation("base+lengths"), variant_count=2)
+    assert {variant.problem.id.variation for variant in iterate_bank(asked)} == {"lengths+base"}
     folder = order.assignment.folder
     command: list[str | Path] = ["export", folder, "--to", "moodle", "--variants", "1", "--out"]
     assert "moodle: 2 files in" in run(*command, tmp_path / "m", "--variation", "chapter")
@@ -120,25 +124,27 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """What stands for the site's scripts, which packages of SCORM hold."""
     made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scorm, "built_assets", lambda: made)
+        patch.setattr(scorm, "find_assets", lambda: made)
         yield
 
 
 @pytest.mark.parametrize("outlet", EXPORT_FORMATS)
-def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order, assets: None, outlet: str) -> None:
+def test_a_problem_that_fails_its_certificate_is_not_exported(order: ExportRequest, assets: None, outlet: str) -> None:
     with pytest.raises(QdotError, match=r"p1.* \(planar-2r\): none of 10 draws can be asked\. The first: wrong"):
-        list(EXPORT_FORMATS[outlet].files(replace(order, failures=lambda _: ["wrong"], variants=1)))
+        list(EXPORT_FORMATS[outlet].export(replace(order, find_failures=lambda _: ["wrong"], variant_count=1)))
 
 
-@pytest.mark.parametrize("outlet", [name for name, outlet in EXPORT_FORMATS.items() if outlet.check is robots])
-def test_a_robot_outside_of_the_folder_is_refused(order: Order, outlet: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "outlet", [name for name, outlet in EXPORT_FORMATS.items() if outlet.check is list_robot_files]
+)
+def test_a_robot_outside_of_the_folder_is_refused(order: ExportRequest, outlet: str, tmp_path: Path) -> None:
     (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
     with pytest.raises(QdotError, match="lies outside of"):
         EXPORT_FORMATS[outlet].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
 
 
 @pytest.fixture(scope="module")
-def certified(order: Order) -> Order:
+def certified(order: ExportRequest) -> ExportRequest:
     """An order with solutions, each of whose problems is certified once for all outlets."""
     known: dict[str, Sequence[str]] = {}
 
@@ -148,26 +154,26 @@ def certified(order: Order) -> Order:
             known[name] = find_failures(problem)
         return known[name]
 
-    return replace(order, variants=several(1, 2), solutions=True, failures=failures)
+    return replace(order, variant_count=several(1, 2), has_solutions=True, find_failures=failures)
 
 
 @pytest.mark.parametrize("outlet", EXPORT_FORMATS)
-def test_every_outlet_writes_the_same_files_twice(certified: Order, assets: None, outlet: str) -> None:
-    files = list(EXPORT_FORMATS[outlet].files(certified))
-    assert files and files == list(EXPORT_FORMATS[outlet].files(certified))
+def test_every_outlet_writes_the_same_files_twice(certified: ExportRequest, assets: None, outlet: str) -> None:
+    files = list(EXPORT_FORMATS[outlet].export(certified))
+    assert files and files == list(EXPORT_FORMATS[outlet].export(certified))
     paths = [file.path for file in files]
     assert len(set(paths)) == len(paths)
     assert not [path for path in paths if path.startswith("/") or ".." in path.split("/")]
-    public = [file.content for file in files if not file.private]
+    public = [file.content for file in files if not file.is_private]
     content = [one if isinstance(one, bytes) else one.encode() for one in public]
     assert not [data for data in content if certified.assignment.secret.encode() in data]
     # Who knows the id of a problem is shown its solution by `qdot show`.
-    ids = [variant.problem.id for variant in bank(certified)]
+    ids = [variant.problem.id for variant in iterate_bank(certified)]
     ids += [problem.id for _, problem in certified.assignment.problems("ada")]
     assert not [identity for identity in ids for data in content if str(identity.seed).encode() in data]
 
 
-def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
+def test_export_as_an_instructor_uses_it(order: ExportRequest, tmp_path: Path) -> None:
     folder = order.assignment.folder
     assert "html: 1 file in" in run("export", folder, "--to", "html", "--solutions", "--jobs", "1")
     page = folder / "exports" / "html" / "handout-solutions" / "ada.html"
@@ -179,9 +185,9 @@ def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
     assert "no-such" in fails("export", tmp_path / "no-such", "--to", "html")
 
 
-def test_reports_are_asked_for_by_format_and_path(order: Order, tmp_path: Path) -> None:
+def test_reports_are_asked_for_by_format_and_path(order: ExportRequest, tmp_path: Path) -> None:
     folder = order.assignment.folder
-    of_a_class = [name for name, form in FORMATS.items() if not form.of_one_student]
+    of_a_class = [name for name, form in FORMATS.items() if not form.is_for_one_student]
     asked = [part for name in of_a_class for part in ("--report", f"{name}={tmp_path / name}")]
     run("grade", folder, *asked, "--jobs", "1")
     assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()

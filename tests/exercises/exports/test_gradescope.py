@@ -12,9 +12,9 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.grader.grading.result import MadeFrom
+from qdot.grader.grading.result import MarkingVersions
 from qdot.grader.integrations.gradescope import apply_attempt_policy, find_due_date, main, make_results
-from qdot.grader.reports.gradescope import ForStaff, GradescopeResults
+from qdot.grader.reports.gradescope import GradescopeResults, StaffData
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
 from tests.support.handing_in import TOML, Cells, a_class, code, right
@@ -122,7 +122,7 @@ def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() 
     def best(results: GradescopeResults, most: int, earlier: list[Any], **metadata: str) -> GradescopeResults:
         return apply_attempt_policy(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
-    for_staff = ForStaff("ada", "hw", MadeFrom(), None, ())
+    for_staff = StaffData("ada", "hw", MarkingVersions(), None, ())
     two, hour = GradescopeResults(2.0, "", "text", "visible", "hidden", (), for_staff), "2027-01-09T{:02}:00:00Z"
     earlier: list[Any] = [{"score": "3.5"}, {"score": 4.0, "autograder_error": True}, {"score": None}]
     assert best(two, 5, earlier).score == 3.5

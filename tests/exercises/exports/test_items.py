@@ -13,12 +13,12 @@ from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.items import Choose, Field, Item, Numeric, WrongValue, items
-from qdot.exercises.exports.markup import Picture, allowance, decimal
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.items import ChoiceForm, NumberField, NumberForm, QuizItem, WrongValue, make_items
+from qdot.exercises.exports.markup import Picture, format_decimal, format_tolerance
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.verify.numeric_reference import exponential_jacobian
@@ -41,26 +41,26 @@ questions = ["speed"]
 """
 
 
-def an_order(folder: Path, toml: str = TOML, variants: int = 2) -> Order:
+def an_order(folder: Path, toml: str = TOML, variants: int = 2) -> ExportRequest:
     assignment = a_class(folder / "hw", [Student("ada")])
     (assignment.folder / "assignment.toml").write_text(toml)
-    return Order(load_assignment(assignment.folder), lambda _: [], variants=variants)
+    return ExportRequest(load_assignment(assignment.folder), lambda _: [], variant_count=variants)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> list[Item]:
-    return list(items(an_order(tmp_path_factory.mktemp("items"))))
+def made(tmp_path_factory: pytest.TempPathFactory) -> list[QuizItem]:
+    return list(make_items(an_order(tmp_path_factory.mktemp("items"))))
 
 
-def by_kind(made: Sequence[Item], kind: str) -> Item:
+def by_kind(made: Sequence[QuizItem], kind: str) -> QuizItem:
     return next(one for one in made if one.key.endswith(f"-{kind}"))
 
 
-def test_every_part_of_every_variant_is_an_item_of_its_own_that_stands_alone(made: list[Item]) -> None:
+def test_every_part_of_every_variant_is_an_item_of_its_own_that_stands_alone(made: list[QuizItem]) -> None:
     assert len(made) == 2 * (6 + 3 + 1) == len({one.key for one in made})
     for one in made:
         assert isinstance(one.body[0], Picture)
-        for text in (*one.body, *(one.number.body if one.number else ())):
+        for text in (*one.body, *(one.single_number_item.body if one.single_number_item else ())):
             if isinstance(text, Picture):
                 assert text.alt and text.svg.startswith("<svg")
             else:  # nothing of how formulas are typed, nor of letters
@@ -69,36 +69,36 @@ def test_every_part_of_every_variant_is_an_item_of_its_own_that_stands_alone(mad
 
 
 def test_formulas_are_asked_for_at_a_configuration_directions_are_scaled_and_a_set_becomes_a_choice(
-    made: list[Item],
+    made: list[QuizItem],
 ) -> None:
     one = by_kind(made, "jacobian")
-    assert isinstance(one.form, Numeric)
+    assert isinstance(one.form, NumberForm)
     assert [len(row) for row in one.form.rows] == [2, 2]
     asked = str(one.body[-1])
     assert "$v_{x}, v_{y}$" in asked and "three significant digits" in asked and r"\theta_{1} = " in asked
-    assert one.number is not None
-    assert len(one.number.form.fields) == 1  # type: ignore[union-attr]
+    assert one.single_number_item is not None
+    assert len(one.single_number_item.form.fields) == 1  # type: ignore[union-attr]
     counts = by_kind(made, "jacobian-size").form
-    assert isinstance(counts, Numeric) and [field.tolerance for field in counts.fields] == [0, 0]  # they are exact
+    assert isinstance(counts, NumberForm) and [field.tolerance for field in counts.fields] == [0, 0]  # they are exact
     one = by_kind(made, "lost-direction")
-    assert isinstance(one.form, Numeric)
+    assert isinstance(one.form, NumberForm)
     assert [entry for row in one.form.rows for entry in row if isinstance(entry, str)] == ["1"]
     assert abs(one.form.fields[0].value) <= 1
     assert "entry $u_{" in str(one.body[-1])
-    assert isinstance(by_kind(made, "singular-angles-choice").form, Choose)
+    assert isinstance(by_kind(made, "singular-angles-choice").form, ChoiceForm)
 
 
-def test_three_digits_are_right_and_no_mistake_is(made: list[Item]) -> None:
-    fields = [field for one in made if isinstance(one.form, Numeric) for field in one.form.fields]
-    assert sum(len(field.wrong) for field in fields) > 2 * len(fields)
+def test_three_digits_are_right_and_no_mistake_is(made: list[QuizItem]) -> None:
+    fields = [field for one in made if isinstance(one.form, NumberForm) for field in one.form.fields]
+    assert sum(len(field.wrong_values) for field in fields) > 2 * len(fields)
     for field in fields:
         rounded = float(f"{field.value:.2e}")
-        assert abs(rounded - field.value) <= float(allowance(field.tolerance))
-        near: list[Field | WrongValue] = [field, *field.wrong]
+        assert abs(rounded - field.value) <= float(format_tolerance(field.tolerance))
+        near: list[NumberField | WrongValue] = [field, *field.wrong_values]
         for number, one in enumerate(near):
             for other in near[number + 1 :]:
                 assert abs(one.value - other.value) > one.tolerance + other.tolerance
-        assert all(wrong.title and wrong.advice and "{" not in wrong.advice for wrong in field.wrong)
+        assert all(wrong.mistake_title and wrong.feedback and "{" not in wrong.feedback for wrong in field.wrong_values)
 
 
 DETERMINANT = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
@@ -107,14 +107,14 @@ DETERMINANT = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquest
 def test_decimals_are_the_tolerance_and_what_cannot_be_asked_is_told_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (one,) = items(an_order(tmp_path, f"{DETERMINANT}decimals = 2\n", 1))
-    assert isinstance(one.form, Numeric)
+    (one,) = make_items(an_order(tmp_path, f"{DETERMINANT}decimals = 2\n", 1))
+    assert isinstance(one.form, NumberForm)
     (field,) = one.form.fields
     assert field.tolerance == pytest.approx(0.05 * abs(field.value))
     assert "two significant digits" in str(one.body[-1])
     monkeypatch.setattr("qdot.exercises.exports.items.ask_in_numbers", lambda problem, part: None)
     notes: list[str] = []
-    assert not list(items(replace(an_order(tmp_path / "other", DETERMINANT), note=notes.append)))
+    assert not list(make_items(replace(an_order(tmp_path / "other", DETERMINANT), report=notes.append)))
     assert len(notes) == 1 and notes[0].startswith("p1: determinant ")
 
 
@@ -157,7 +157,7 @@ KINDS = (
 
 
 def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family: str) -> None:
-    can = [kind for kind in KINDS if kind in questions_of(family)]
+    can = [kind for kind in KINDS if kind in questions_of_family(family)]
     first = list(FAMILIES).index(family)
     for kind in can[first % max(len(can), 1) :][:1]:
         problem = generate(ProblemId(family, 3, (kind,)))
@@ -168,10 +168,10 @@ def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family
 
 
 def test_numbers_are_written_as_platforms_read_them() -> None:
-    assert decimal(1e-7) == "0.0000001"
-    assert decimal(123456.0) == "123456"
-    assert "e" not in decimal(-2.5e-9)
-    assert float(allowance(0.0123451)) >= 0.0123451
+    assert format_decimal(1e-7) == "0.0000001"
+    assert format_decimal(123456.0) == "123456"
+    assert "e" not in format_decimal(-2.5e-9)
+    assert float(format_tolerance(0.0123451)) >= 0.0123451
 
 
 @pytest.mark.parametrize("family", several(["planar-3r"], ["planar-2r", "elbow-3r", "planar-3r"]))
@@ -184,18 +184,18 @@ def test_numbers_are_asked_for_as_they_are_and_mistakes_give_others(family: str)
         assert found is not None and isinstance(part.answer, Number), part.name
         right = np.array(part.answer.reference.tolist(), dtype=float)
         assert np.array_equal(found.values, right), part.name
-        assert found.wrong or not is_derived(part), part.name
-        for title, _, values in found.wrong:
+        assert found.wrong_answers or not is_derived(part), part.name
+        for title, _, values in found.wrong_answers:
             assert values.shape != right.shape or not np.array_equal(values, right), title
 
 
-def test_where_one_number_is_asked_for_it_is_one_that_tells_most_mistakes_apart(made: list[Item]) -> None:
-    alone = [(one.form, one.number.form) for one in made if one.number is not None]
+def test_where_one_number_is_asked_for_it_is_one_that_tells_most_mistakes_apart(made: list[QuizItem]) -> None:
+    alone = [(one.form, one.single_number_item.form) for one in made if one.single_number_item is not None]
     tells = []
     for whole, single in alone:
-        assert isinstance(whole, Numeric) and isinstance(single, Numeric)
+        assert isinstance(whole, NumberForm) and isinstance(single, NumberForm)
         (asked,) = single.fields
         able = [field for field in whole.fields if round(abs(field.value), 9) not in (0, 1)] or whole.fields
-        tells.append({len(field.wrong) for field in able})
-        assert len(asked.wrong) == max(tells[-1])
+        tells.append({len(field.wrong_values) for field in able})
+        assert len(asked.wrong_values) == max(tells[-1])
     assert any(len(counts) > 1 for counts in tells)

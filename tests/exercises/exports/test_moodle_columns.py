@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.support.handing_in import a_class
 
@@ -38,7 +38,9 @@ def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("columns") / "hw"
     a_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
-    file, *_ = EXPORT_FORMATS[request.param].files(Order(load_assignment(folder), lambda _: [], variants=1))
+    file, *_ = EXPORT_FORMATS[request.param].export(
+        ExportRequest(load_assignment(folder), lambda _: [], variant_count=1)
+    )
     return ET.fromstring(file.content)
 
 

@@ -17,11 +17,11 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.nbgrader import SIGN, checksum, export_nbgrader
-from qdot.exercises.problem.problem import variable
-from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, make_outputs, restore_cells
-from qdot.grader.reports.rows import Row
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.nbgrader import MARKS_COMMENT, compute_checksum, export_nbgrader
+from qdot.exercises.problem.problem import answer_variable
+from qdot.grader.integrations.nbgrader_cells import MAX_LINE_LENGTH, fill_in_marks, make_outputs, restore_cells
+from qdot.grader.reports.rows import PartRow
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, grade
 from tests.support.programs import reader
@@ -79,7 +79,7 @@ def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], 
     cells = {cell["id"]: cell for cell in notebook["cells"]}
     ((slot, problem),) = of.problems(student)
     for part in problem.parts:
-        cells[f"{slot}-{part.name}"]["source"] = f"{variable(slot, part.name)} = {part.answer.code()}"
+        cells[f"{slot}-{part.name}"]["source"] = f"{answer_variable(slot, part.name)} = {part.answer.code()}"
     if change:
         change(notebook["cells"], cells)
     return json.dumps(notebook)
@@ -226,7 +226,7 @@ def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment)
         marks = [cell for cell in cells if cell["metadata"]["nbgrader"]["grade"]]
         assert [cell["metadata"]["nbgrader"]["points"] for cell in marks] == [1, 2, 1]
         assert {cell["source"].splitlines()[-1] for cell in marks} == {"0.0"}  # no points where qdot doesn't mark it
-        assert all(cell["source"].startswith(SIGN) for cell in marks)
+        assert all(cell["source"].startswith(MARKS_COMMENT) for cell in marks)
 
 
 def test_a_notebook_is_made_whole_whatever_was_done_to_it(assignment: Assignment) -> None:
@@ -242,8 +242,8 @@ def test_a_notebook_is_made_whole_whatever_was_done_to_it(assignment: Assignment
     assert len(restore_cells([], POINTS)) == 3
 
 
-def row(part: str, points: float | None, outcome: str = "partial") -> Row:
-    return Row(part, "Title", outcome, points, POINTS[part], "a reason")
+def row(part: str, points: float | None, outcome: str = "partial") -> PartRow:
+    return PartRow(part, "Title", outcome, points, POINTS[part], "a reason")
 
 
 def test_outputs_that_nbgrader_scores_with_the_points() -> None:
@@ -251,8 +251,8 @@ def test_outputs_that_nbgrader_scores_with_the_points() -> None:
     assert (stream["name"], stream["text"]) == ("stdout", "partial: a reason\n")
     assert value["data"] == {"text/plain": "1.5"}
     assert make_outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
-    long = Row("p1.jacobian", "Title", "partial", 1.5, 2.0, "a reason " * 30)
-    assert max(map(len, make_outputs(long)[0]["text"].splitlines())) <= WIDTH
+    long = PartRow("p1.jacobian", "Title", "partial", 1.5, 2.0, "a reason " * 30)
+    assert max(map(len, make_outputs(long)[0]["text"].splitlines())) <= MAX_LINE_LENGTH
     (error,) = make_outputs(row("p1.jacobian", 0, "wrong"))
     assert (error["output_type"], error["ename"], error["evalue"]) == ("error", "wrong", "a reason")
     assert all(word in " ".join(error["traceback"]) for word in ("Title", "0 of 2", "wrong", "a reason"))
@@ -261,7 +261,7 @@ def test_outputs_that_nbgrader_scores_with_the_points() -> None:
 def test_no_mark_where_there_can_be_none() -> None:
     rows = [row(part, 1.0) for part in POINTS]
     cells = restore_cells([], POINTS)
-    fill_in(cells, rows)
+    fill_in_marks(cells, rows)
     assert all(cell["outputs"] for cell in cells)
     for points, marked, said in (
         (POINTS, [*rows[:2], row("p1.determinant", None)], "p1-determinant: qdot failed on it"),
@@ -270,7 +270,7 @@ def test_no_mark_where_there_can_be_none() -> None:
         ({"p1.jacobian": 2.0, "p1.determinant": 1.0}, rows, "p1-position: "),
     ):
         with pytest.raises(QdotError, match=said):
-            fill_in(restore_cells([], points), marked)
+            fill_in_marks(restore_cells([], points), marked)
 
 
 def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
@@ -279,16 +279,16 @@ def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
         for name, source in (("position", "p1_position = blank"), ("jacobian", "p1_jacobian = ("))
     ]
     cells = restore_cells(notebook, POINTS)
-    fill_in(cells, [row("p1.position", 0, "missing"), row("p1.jacobian", 0, "missing"), row("p1.determinant", 1)])
+    fill_in_marks(cells, [row("p1.position", 0, "missing"), row("p1.jacobian", 0, "missing"), row("p1.determinant", 1)])
     by_id = {cell["id"]: cell["metadata"]["nbgrader"] for cell in cells}
-    assert by_id["position"]["checksum"] == checksum(cells[0])
+    assert by_id["position"]["checksum"] == compute_checksum(cells[0])
     assert "checksum" not in by_id["jacobian"]
 
 
 def test_names_are_given_as_nbgrader_imports_them_which_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:
     students = [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen"), Student("ada+x")]
     notes: list[str] = []
-    order = Order(a_class(tmp_path / "hw", students), lambda _: (), note=notes.append)
+    order = ExportRequest(a_class(tmp_path / "hw", students), lambda _: (), report=notes.append)
     (names,) = (str(file.content) for file in export_nbgrader(order) if file.path == "students.csv")
     assert names.splitlines()[:3] == [
         "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"

@@ -16,8 +16,8 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.exports.otter import PLUGIN, parts_of
-from qdot.exercises.problem.problem import variable
+from qdot.exercises.exports.otter import PLUGIN_PATH, list_parts
+from qdot.exercises.problem.problem import answer_variable
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
@@ -49,7 +49,7 @@ def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | N
         for cell in notebook["cells"]:
             part = cell["metadata"].get("qdot", {}).get("part")
             if part:
-                cell["source"] = f"{variable(*part.split('.'))} = {answers[part]}"
+                cell["source"] = f"{answer_variable(*part.split('.'))} = {answers[part]}"
     path = folder / "hw.ipynb"
     path.write_text(json.dumps(notebook))
     return path
@@ -63,7 +63,7 @@ def wrong(answers: Answers) -> None:
 def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assignment: Assignment) -> None:
     notebook = json.loads((exported(assignment) / "students/ada/hw.ipynb").read_text())
     told = notebook["metadata"]["otter"]
-    names = {name: points for _, name, points, _ in parts_of(assignment)}
+    names = {name: points for _, name, points, _ in list_parts(assignment)}
     assert told["OK_FORMAT"] is True and told["assignment_name"] == "hw"
     assert {name: test["points"] for name, test in told["tests"].items()} == names
     tagged = [cell for cell in notebook["cells"] if "otter_answer_cell" in cell["metadata"].get("tags", ())]
@@ -75,7 +75,7 @@ def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assi
     cells = ["".join(cell["source"]) for cell in json.loads(text)["cells"]]
     asked = [cell for cell in cells if cell.startswith("# BEGIN QUESTION")]
     assert asked == [f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}" for name, points in names.items()]
-    assert PLUGIN in cells[0] and "run_tests: false" in cells[0]
+    assert PLUGIN_PATH in cells[0] and "run_tests: false" in cells[0]
     assert assignment.secret not in text
     private = [path for path in exported(assignment).rglob("*") if path.is_file() and path.stat().st_mode & 0o077 == 0]
     assert {path.name for path in private} == {"assignment.toml", "roster.csv", "secret.txt"}
@@ -158,7 +158,7 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
             packed.writestr(name, code)
     found = scored(autograder, tmp_path, tmp_path / "hw.zip")
     assert not ran.exists(), ran.read_text()
-    points = {name: points for _, name, points, _ in parts_of(assignment)}
+    points = {name: points for _, name, points, _ in list_parts(assignment)}
     assert found.keys() == points.keys()
     assert (found["p1-position"][0], found["p1-jacobian"][0]) == (0, points["p1-jacobian"])
     assert 0 < found["p1-determinant"][0] < points["p1-determinant"]

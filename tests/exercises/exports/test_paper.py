@@ -12,16 +12,23 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import install_words
+from qdot.exercises.common.extras import install_command
 from qdot.exercises.exports import boxes, marking
-from qdot.exercises.exports.boxes import Box, box_of, options_of, scale_working_room, share_that_fits, working_room
-from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.marking import TOO_LONG, mark_part
+from qdot.exercises.exports.boxes import (
+    AnswerBox,
+    arrange_options,
+    compute_share_that_fits,
+    compute_working_space,
+    make_box,
+    scale_working_space,
+)
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
+from qdot.exercises.exports.marking import TOO_LONG, explain_marking
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.exports.sheet import Sheet, sheets
+from qdot.exercises.exports.sheet import Sheet, make_sheets
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
-from qdot.exercises.figure.tikz import tikz
+from qdot.exercises.figure.tikz import convert_to_tikz
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string
@@ -30,10 +37,10 @@ from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
-from qdot.exercises.writing.on_paper import on_paper
+from qdot.exercises.writing.on_paper import remove_typing_remarks
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.short_answer import short_answer
-from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
+from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
@@ -64,15 +71,15 @@ DOCUMENT = """#set document(title: "All", date: none)
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("paper") / "hw"
     a_class(folder, CLASS)
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
-    return Order(load_assignment(folder), find_failures)
+    return ExportRequest(load_assignment(folder), find_failures)
 
 
-def files(order: Order, outlet: str) -> dict[str, File]:
-    return {file.path: file for file in EXPORT_FORMATS[outlet].files(order)}
+def files(order: ExportRequest, outlet: str) -> dict[str, ExportedFile]:
+    return {file.path: file for file in EXPORT_FORMATS[outlet].export(order)}
 
 
 def text_of(content: str | bytes, folder: Path) -> str:
@@ -117,19 +124,19 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
 
 def test_nothing_is_typed_on_paper_where_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
     for text in (statement(problem, ""), *(prompt(problem, part) for part in problem.parts)):
-        shown = on_paper(text, problem)
+        shown = remove_typing_remarks(text, problem)
         assert not re.search(r"`|\btyped\b|\bin quotes\b|as in *[.,]|  |\( ?\)| [,.;]", shown), shown
         assert set(re.findall(r"\$[^$]+\$", text)) <= set(re.findall(r"\$[^$]+\$", shown))
     for part in problem.parts:
-        box, short = box_of(problem, part, "x" * 3000), short_answer(problem, part)
+        box, short = make_box(problem, part, "x" * 3000), short_answer(problem, part)
         assert short.strip() and "None" not in short
-        options = options_of(problem, part)
-        assert (options is None) == (not part.answer.offered)
+        options = arrange_options(problem, part)
+        assert (options is None) == (not part.answer.offered_options)
         if options is not None:
-            assert len(options.offered) == len(part.answer.offered) and options.ticked == (box is None)
+            assert len(options.options) == len(part.answer.offered_options) and options.has_tick_boxes == (box is None)
         if box is not None:
             assert part.shape in (None, (box.rows, box.columns))
-            assert box.room < 220  # millimetres: it fits on a page
+            assert box.total_height < 220  # millimetres: it fits on a page
             assert len(box.units) in (0, box.rows) and len(box.labels) in (0, box.rows, box.columns)
 
 
@@ -139,7 +146,7 @@ def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
     for part in problem.parts[-several(3, 6) :]:
         drawn += [part_svg(problem.chain, part, "p"), solution_figure(problem, part, "s")]
     for svg in filter(None, drawn):
-        picture = tikz(svg)
+        picture = convert_to_tikz(svg)
         strokes = len(re.findall(r"<(?:rect|polyline|polygon|circle)\b", svg))
         assert (picture.count(r"\path["), picture.count(r"\node[")) == (strokes, svg.count("<text"))
         assert picture.count("{") == picture.count("}")
@@ -149,16 +156,16 @@ def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
 def test_text_is_never_markup_and_comes_out_as_it_went_in(tmp_path: Path) -> None:
     plain = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
     hostile = f'{plain} `c` "e" #eval("1") \' */'
-    assert typst_escaped("*a*") == r"\*a\*"
-    source = DOCUMENT + typst_escaped(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
+    assert escape_typst("*a*") == r"\*a\*"
+    source = DOCUMENT + escape_typst(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
     assert compile_pdf(source)
-    assert plain in text_of(compile_pdf(DOCUMENT + typst_escaped(plain)), tmp_path)
+    assert plain in text_of(compile_pdf(DOCUMENT + escape_typst(plain)), tmp_path)
 
 
 def test_a_wide_formula_is_made_smaller_or_broken() -> None:
     assert re.search(r", \d\d%\)", to_typst("$$" + "x" * 80 + "$$"))
     assert to_typst("$$y = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(30)) + "$$").count(" \\ ") == 2
-    assert ROOM * 10.5 / 72 * 2.54 < 15.9
+    assert TYPST_WIDTH * 10.5 / 72 * 2.54 < 15.9
     wide = "$$x = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(12)) + "$$"
     assert to_latex(wide).count(r"\\") < to_latex(wide, 0.5).count(r"\\")
 
@@ -166,25 +173,25 @@ def test_a_wide_formula_is_made_smaller_or_broken() -> None:
 # --- sheets ---
 
 
-def test_a_sheet_holds_no_answer_unless_it_is_to(order: Order) -> None:
+def test_a_sheet_holds_no_answer_unless_it_is_to(order: ExportRequest) -> None:
     for kind in ("handout", "exam"):
-        for sheet in sheets(replace(order, sheet=kind)):
+        for sheet in make_sheets(replace(order, sheet=kind)):
             assert not any(part.solution or part.answer or part.solution_figure for part in sheet.parts)
-            assert all(part.scored == (kind == "exam") for part in sheet.parts)
+            assert all(part.has_score_space == (kind == "exam") for part in sheet.parts)
             assert all((part.box is not None) == (kind == "exam" and not part.options) for part in sheet.parts)
             assert sheet.has_hints == (kind == "handout")
-    (key, _) = sheets(replace(order, sheet="key"))
+    (key, _) = make_sheets(replace(order, sheet="key"))
     assert all(part.answer and not part.solution for part in key.parts)
-    (solved, _) = sheets(replace(order, solutions=True))
+    (solved, _) = make_sheets(replace(order, has_solutions=True))
     assert all(part.solution for part in solved.parts)
     assert not solved.has_hints
 
 
 @pytest.mark.parametrize("outlet", ["html", "latex", "pdf"])
 @pytest.mark.parametrize("kind", ["handout", "exam"])
-def test_no_answer_and_no_seed_reaches_a_student(order: Order, outlet: str, kind: str, tmp_path: Path) -> None:
+def test_no_answer_and_no_seed_reaches_a_student(order: ExportRequest, outlet: str, kind: str, tmp_path: Path) -> None:
     made = files(replace(order, sheet=kind), outlet)
-    assert not any(file.private for file in made.values())
+    assert not any(file.is_private for file in made.values())
     for student in CLASS:
         ((_, problem),) = order.assignment.problems(student.id)
         ending = {"latex": "tex"}.get(outlet, outlet)
@@ -196,8 +203,8 @@ def test_no_answer_and_no_seed_reaches_a_student(order: Order, outlet: str, kind
         assert len(numbers) == 2 and not any(number in shown for number in numbers)
 
 
-def test_pages_are_whole_and_can_be_heard(order: Order) -> None:
-    for given in (order, replace(order, sheet="exam"), replace(order, solutions=True), replace(order, sheet="key")):
+def test_pages_are_whole_and_can_be_heard(order: ExportRequest) -> None:
+    for given in (order, replace(order, sheet="exam"), replace(order, has_solutions=True), replace(order, sheet="key")):
         for file in files(given, "html").values():
             assert isinstance(file.content, str)
             page = Page(file.content.removeprefix("<!DOCTYPE html>\n"))
@@ -214,7 +221,7 @@ def test_pages_are_whole_and_can_be_heard(order: Order) -> None:
             assert "Ada Lovelace &lt;b&gt;" in file.content or "zoë" in file.content
 
 
-def test_a_pdf_as_a_reader_sees_it(order: Order, tmp_path: Path) -> None:
+def test_a_pdf_as_a_reader_sees_it(order: ExportRequest, tmp_path: Path) -> None:
     exam = replace(order, sheet="exam")
     made = files(exam, "pdf")
     assert list(made) == ["exam/ada.pdf", "exam/zoë.pdf", "exam-all.pdf"]
@@ -230,8 +237,8 @@ def test_a_pdf_as_a_reader_sees_it(order: Order, tmp_path: Path) -> None:
     assert len(pages) >= 2 and all(min(page.read_bytes()[20:]) < 100 for page in pages)
 
 
-def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: Order, tmp_path: Path) -> None:
-    made = files(replace(order, sheet="exam", page="letter"), "pdf")
+def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: ExportRequest, tmp_path: Path) -> None:
+    made = files(replace(order, sheet="exam", paper_size="letter"), "pdf")
     pages = text_of(made["exam-all.pdf"].content, tmp_path).split("\f")
     first = [number for number, page in enumerate(pages, 1) if "page 1 of" in page]
     assert len(first) == len(CLASS) and all(number % 2 for number in first)
@@ -240,10 +247,10 @@ def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: Order, tmp_pa
     assert f"page {last[0]} of {last[0]}" in pages[last[0] - 1]
 
 
-def test_a_key_lists_everybody_by_question(order: Order, tmp_path: Path) -> None:
+def test_a_key_lists_everybody_by_question(order: ExportRequest, tmp_path: Path) -> None:
     made = files(replace(order, sheet="key"), "pdf")
     assert list(made) == ["key/ada.pdf", "key/zoë.pdf", "key-all.pdf"]
-    assert all(file.private for file in made.values())
+    assert all(file.is_private for file in made.values())
     shown = text_of(made["key-all.pdf"].content, tmp_path)
     assert shown.count("ada") == shown.count("zoë") == 5
     for student in CLASS:
@@ -271,21 +278,23 @@ HEAVY = {
 }
 
 
-def an_exam(folder: Path, asked: dict[str, list[str]]) -> Order:
+def an_exam(folder: Path, asked: dict[str, list[str]]) -> ExportRequest:
     """Return the order of an exam in one version, of a problem for each family."""
     a_class(folder, CLASS)
     problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {asked[name]}\n' for name in asked)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
-    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1, earns=compute_earned_share)
+    return ExportRequest(
+        load_assignment(folder), lambda _: [], sheet="exam", version_count=1, earned_share=compute_earned_share
+    )
 
 
 @pytest.fixture(scope="module")
-def six(tmp_path_factory: pytest.TempPathFactory) -> Order:
+def six(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return an_exam(tmp_path_factory.mktemp("six") / "exam", SIX)
 
 
-def pages_of_an_exam(order: Order, folder: Path) -> list[str]:
+def pages_of_an_exam(order: ExportRequest, folder: Path) -> list[str]:
     """Return the pages of an exam of six problems: eight at most, which part no figure from its table and facts."""
     shown = text_of(files(order, "pdf")["exam-versions/A.pdf"].content, folder)
     assert shown.count("\f") <= 8
@@ -295,7 +304,7 @@ def pages_of_an_exam(order: Order, folder: Path) -> list[str]:
     return pages
 
 
-def test_an_exam_of_six_problems_takes_eight_pages(six: Order, tmp_path: Path) -> None:
+def test_an_exam_of_six_problems_takes_eight_pages(six: ExportRequest, tmp_path: Path) -> None:
     shown = "".join(pages_of_an_exam(six, tmp_path))
     assert "•A." not in shown.replace(" ", "") and "typed" not in shown
 
@@ -312,7 +321,7 @@ def test_an_exam_of_six_heavy_arms_takes_eight_pages_too_and_no_question_is_part
     assert source.count("fill\\nopagebreak") == 15  # what is left of a page goes to the room for working
 
 
-def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> None:
+def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: ExportRequest) -> None:
     page = str(files(six, "html")["exam-versions/A.html"].content)
     source = str(files(six, "latex")["exam-versions/A.tex"].content)
     assert page.count('<div class="beside">') == 6 and source.count(r"\shrunk{\drawn}") >= 6
@@ -320,41 +329,41 @@ def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> 
     assert "**A.**" not in page and r"\item \textbf{A.}" not in source
 
 
-def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Path) -> None:
+def test_a_marking_sheet_says_what_known_mistakes_earn(six: ExportRequest, tmp_path: Path) -> None:
     order = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
     made = files(order, "pdf")
     assert list(made) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
-    assert all(file.private for file in made.values())
+    assert all(file.is_private for file in made.values())
     shown = text_of(made["marking-versions/A.pdf"].content, tmp_path)
     assert "Determinant" in shown
     page = str(files(order, "html")["marking-versions/A.html"].content)
     source = str(files(order, "latex")["marking-versions/A.tex"].content)
     assert page.count('class="marking"') == source.count(r"\begin{tabular}") == 6
-    (sheet,) = sheets(order)
+    (sheet,) = make_sheets(order)
     for part in sheet.parts:
         assert part.marking is not None and part.marking.rule and not part.solution
-        right, *wrong = part.marking.marks
-        assert right.points == f"{part.worth:.3g}" and right.answer
-        assert all(float(mark.points) < part.worth for mark in wrong)
+        right, *wrong = part.marking.lines
+        assert right.points == f"{part.max_points:.3g}" and right.answer
+        assert all(float(mark.points) < part.max_points for mark in wrong)
     determinant = next(part for part in sheet.parts if part.label == "1.2").marking
     assert determinant is not None
-    assert ("Determinant with the wrong sign", "0.8") in [(mark.title, mark.points) for mark in determinant.marks]
+    assert ("Determinant with the wrong sign", "0.8") in [(mark.title, mark.points) for mark in determinant.lines]
 
 
 @pytest.mark.whole
 def test_what_is_too_wide_for_a_marking_sheet_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
-    long, short = (mark_part(wide, part, compute_earned_share).marks for part in wide.parts)
+    long, short = (explain_marking(wide, part, compute_earned_share).lines for part in wide.parts)
     assert TOO_LONG in {mark.answer for mark in long} and all(mark.answer for mark in long)  # no cell is empty
     assert TOO_LONG not in {mark.answer for mark in short}
-    monkeypatch.setattr(marking, "LEGIBLE", 0.1)
-    assert mark_part(wide, wide.parts[0], compute_earned_share).marks[0].answer == "see the key"
+    monkeypatch.setattr(marking, "MAX_WIDTH_RATIO", 0.1)
+    assert explain_marking(wide, wide.parts[0], compute_earned_share).lines[0].answer == "see the key"
 
 
 def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
     (part,) = (problem := generate(ProblemId("planar-2r", 1, ("jacobian",)))).parts
     rules = {
-        by: mark_part(problem, replace(part, credit=Credit(by)), compute_earned_share).rule
+        by: explain_marking(problem, replace(part, credit=Credit(by)), compute_earned_share).rule
         for by in ("", "entries", "columns", "whole")
     }
     assert (
@@ -364,38 +373,38 @@ def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
     assert rules["columns"].startswith("Each right column: 1.") and rules["whole"] == "0 points."
 
 
-def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> None:
-    made = files(replace(order, sheet="exam", versions=2), "html")
+def test_versions_have_no_names_and_are_no_students_problems(order: ExportRequest) -> None:
+    made = files(replace(order, sheet="exam", version_count=2), "html")
     assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
-    drawn: list[Sheet] = list(sheets(replace(order, versions=2)))
+    drawn: list[Sheet] = list(make_sheets(replace(order, version_count=2)))
     assert [sheet.name for sheet in drawn] == ["Version A", "Version B"]
-    own = {sheet.problems[0].table for sheet in sheets(order)}
+    own = {sheet.problems[0].table for sheet in make_sheets(order)}
     assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
-    assert EXPORT_FORMATS["html"].steps(replace(order, versions=2)) == 2
+    assert EXPORT_FORMATS["html"].count_steps(replace(order, version_count=2)) == 2
     with pytest.raises(QdotError, match="needs the grader"):
         files(replace(order, sheet="marking"), "html")
 
 
 def test_what_can_not_be_written_keeps_no_other_outlet_from_it(
-    order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    order: ExportRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where a library is missing, and where an outlet fails after its first file."""
 
-    def failing(_: Order) -> Generator[File, None, None]:
-        yield File("a", "")
+    def failing(_: ExportRequest) -> Generator[ExportedFile, None, None]:
+        yield ExportedFile("a", "")
         raise QdotError("nothing can be asked")
 
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
-    monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], files=failing))
+    monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], export=failing))
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
-    assert install_words("pdf") in said and "stack: nothing can be asked" in said
+    assert install_command("pdf") in said and "stack: nothing can be asked" in said
     assert (tmp_path / "html" / "handout" / "ada.html").exists() and not (tmp_path / "pdf").exists()
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
 
 
-def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: Order, tmp_path: Path) -> None:
+def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: ExportRequest, tmp_path: Path) -> None:
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path, "--to", "html"]
     for asked, said in (
         (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),
@@ -405,8 +414,8 @@ def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: 
     assert not list(tmp_path.iterdir())
 
 
-def test_latex_is_whole(order: Order) -> None:
-    for given in (replace(order, sheet="exam"), replace(order, solutions=True), replace(order, sheet="key")):
+def test_latex_is_whole(order: ExportRequest) -> None:
+    for given in (replace(order, sheet="exam"), replace(order, has_solutions=True), replace(order, sheet="key")):
         for file in files(given, "latex").values():
             source = str(file.content)
             begun, ended = (re.findall(rf"\\{word}\{{(\w+)\}}", source) for word in ("begin", "end"))
@@ -426,7 +435,7 @@ def compiled(source: str | bytes, folder: Path) -> str:
 
 @pytest.mark.integration
 @pytest.mark.parametrize("asked", [{"solutions": True}, {"sheet": "key"}])
-def test_latex_compiles(order: Order, asked: dict[str, Any], tmp_path: Path) -> None:
+def test_latex_compiles(order: ExportRequest, asked: dict[str, Any], tmp_path: Path) -> None:
     """Of a class, one handout with the solutions, which has all that the others have, and a key."""
     compiled(next(iter(files(replace(order, **asked), "latex").values())).content, tmp_path)
 
@@ -435,7 +444,7 @@ def test_latex_compiles(order: Order, asked: dict[str, Any], tmp_path: Path) -> 
 @pytest.mark.parametrize("convention", ["screws", "dh"])
 def test_a_table_of_oblique_axes_keeps_within_the_page(convention: str, tmp_path: Path) -> None:
     """It is too wide to stand beside the figure; that of a DH table isn't."""
-    order = Order(a_class(tmp_path / "hw", [Student("ada")]), find_failures)
+    order = ExportRequest(a_class(tmp_path / "hw", [Student("ada")]), find_failures)
     asked = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
     text = f'title = "T"\nkey = "hw"\n{asked}convention = "{convention}"\n'
     (order.assignment.folder / "assignment.toml").write_text(text)
@@ -444,17 +453,22 @@ def test_a_table_of_oblique_axes_keeps_within_the_page(convention: str, tmp_path
 
 
 def test_a_box_has_room_for_its_working_and_rows_and_shrinks_where_an_exam_takes_many_pages() -> None:
-    assert Box(40).room > 40 + boxes.ROW
-    assert Box(40, rows=3).room == Box(40).room + 2 * boxes.ROW
-    assert Box(50, rows=2, height=9).room == Box(0, rows=2, height=9).room + 50
-    assert Box(0, rows=3, units=("m", "m", "m")).room == Box(0).room  # side by side
-    assert working_room("") < working_room("x" * 1000) < working_room("x" * 10_000) == boxes.MOST
-    two = [Box(20), Box(30)]
-    assert share_that_fits(two, fixed=100, page=500) == 1
-    assert share_that_fits(two, fixed=100, page=140) == 0.8
-    assert share_that_fits(two, fixed=500, page=100) == boxes.LEAST_SHARE
-    assert share_that_fits([], fixed=500, page=100) == 1
-    assert scale_working_room(Box(20), 1.0) == Box(20, packed=20)
-    assert scale_working_room(Box(20), 0.65) == Box(
-        13, packed=round(20 * boxes.PACKED_SHARE)
+    assert AnswerBox(40).total_height > 40 + boxes.ROW_HEIGHT
+    assert AnswerBox(40, rows=3).total_height == AnswerBox(40).total_height + 2 * boxes.ROW_HEIGHT
+    assert AnswerBox(50, rows=2, row_height=9).total_height == AnswerBox(0, rows=2, row_height=9).total_height + 50
+    assert AnswerBox(0, rows=3, units=("m", "m", "m")).total_height == AnswerBox(0).total_height  # side by side
+    assert (
+        compute_working_space("")
+        < compute_working_space("x" * 1000)
+        < compute_working_space("x" * 10_000)
+        == boxes.MAX_WORKING_SPACE
+    )
+    two = [AnswerBox(20), AnswerBox(30)]
+    assert compute_share_that_fits(two, fixed_height=100, page_height=500) == 1
+    assert compute_share_that_fits(two, fixed_height=100, page_height=140) == 0.8
+    assert compute_share_that_fits(two, fixed_height=500, page_height=100) == boxes.MIN_SHARE
+    assert compute_share_that_fits([], fixed_height=500, page_height=100) == 1
+    assert scale_working_space(AnswerBox(20), 1.0) == AnswerBox(20, min_working_space=20)
+    assert scale_working_space(AnswerBox(20), 0.65) == AnswerBox(
+        13, min_working_space=round(20 * boxes.PACKED_SHARE)
     )  # closer where pages are filled

@@ -28,8 +28,16 @@ from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti
 from qdot.exercises.exports import items as made
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.items import Choose, Item, Match, Numeric, Option, WrongValue, items
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.items import (
+    ChoiceForm,
+    MatchingForm,
+    NumberForm,
+    QuizItem,
+    QuizOption,
+    WrongValue,
+    make_items,
+)
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 
@@ -48,22 +56,30 @@ parsed = ElementTree.fromstring
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return an_order(tmp_path_factory.mktemp("platforms"), TOML, 2)
 
 
 @pytest.fixture(scope="module")
-def asked(order: Order) -> list[Item]:
+def asked(order: ExportRequest) -> list[QuizItem]:
     """The assignment's items, and one of columns to match, which takes long to draw."""
-    made = list(items(order))
-    form = Match((r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2))
-    one = replace(made[0], key="p3-001-match", category=("T", "p3", "Match"), form=form, number=None, title="Match")
-    nasty = Option(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
-    several = replace(one, key="p4-001-nasty", category=("T", "p4", "Nasty"), form=Choose((nasty, Option("$c$", True))))
+    made = list(make_items(order))
+    form = MatchingForm(
+        (r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2)
+    )
+    one = replace(
+        made[0], key="p3-001-match", category=("T", "p3", "Match"), form=form, single_number_item=None, title="Match"
+    )
+    nasty = QuizOption(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
+    several = replace(
+        one, key="p4-001-nasty", category=("T", "p4", "Nasty"), form=ChoiceForm((nasty, QuizOption("$c$", True)))
+    )
     return [*made, one, several]
 
 
-def files_of(outlet: Callable[[Order], Iterator[Any]], order: Order, asked: list[Item]) -> dict[str, Any]:
+def files_of(
+    outlet: Callable[[ExportRequest], Iterator[Any]], order: ExportRequest, asked: list[QuizItem]
+) -> dict[str, Any]:
     """Return what an outlet writes for these items: the contents of its files by their names."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (made, moodle):
@@ -79,7 +95,7 @@ def unzipped(content: bytes) -> Package:
 
 
 @pytest.fixture(scope="module")
-def moodles(order: Order, asked: list[Item]) -> dict[str, Any]:
+def moodles(order: ExportRequest, asked: list[QuizItem]) -> dict[str, Any]:
     return files_of(moodle.export_moodle, order, asked)
 
 
@@ -96,12 +112,12 @@ def backup(moodles: dict[str, Any]) -> Package:
 
 
 @pytest.fixture(scope="module")
-def canvass(order: Order, asked: list[Item]) -> Package:
+def canvass(order: ExportRequest, asked: list[QuizItem]) -> Package:
     return unzipped(files_of(canvas.export_canvas, order, asked)["hw.zip"])
 
 
 @pytest.fixture(scope="module")
-def qti_file(order: Order, asked: list[Item]) -> bytes:
+def qti_file(order: ExportRequest, asked: list[QuizItem]) -> bytes:
     content: bytes = files_of(qti.export_qti, order, asked)["hw.zip"]
     return content
 
@@ -111,20 +127,20 @@ def local(root: Element, tag: str) -> list[Element]:
 
 
 @pytest.mark.parametrize("level", FEEDBACK)
-def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str) -> None:
+def test_platforms_tell_as_much_as_the_assignment_does(order: ExportRequest, level: str) -> None:
     """Mistakes, values and solutions from their levels on; solutions also where they are ordered."""
     at = FEEDBACK.index(level)
     told = replace(order, assignment=replace(order.assignment, feedback=level))
-    asked = list(items(told))
+    asked = list(make_items(told))
     forms = [one.form for one in asked]
-    wrong = [option.feedback for form in forms if isinstance(form, Choose) for option in form.options]
-    fields = [field for form in forms if isinstance(form, Numeric) for field in form.fields]
-    wrong += [each.advice for field in fields for each in field.wrong]
+    wrong = [option.feedback for form in forms if isinstance(form, ChoiceForm) for option in form.options]
+    fields = [field for form in forms if isinstance(form, NumberForm) for field in form.fields]
+    wrong += [each.feedback for field in fields for each in field.wrong_values]
     assert any(wrong) == (at >= FEEDBACK.index("mistake"))
 
     quiz, ordered_quiz = (
         unzipped(files_of(moodle.export_moodle, given, asked)["hw.mbz"])
-        for given in (told, replace(told, solutions=True))
+        for given in (told, replace(told, has_solutions=True))
     )
     settings = parsed(quiz["activities/quiz_1/quiz.xml"])
     assert ordered_quiz == quiz  # its settings are the teacher's
@@ -133,15 +149,15 @@ def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str)
     assert values == (after if at >= FEEDBACK.index("values") else closed)
     assert solutions == (after if level == "solutions" else closed)
 
-    for ordered in (told, replace(told, solutions=True)):
-        tells = level == "solutions" or ordered.solutions
+    for ordered in (told, replace(told, has_solutions=True)):
+        tells = level == "solutions" or ordered.has_solutions
         package = unzipped(files_of(qti.export_qti, ordered, asked)["hw.zip"])
         each = [text for name, text in package.items() if name.startswith("items/")]
         assert {b'identifier="solution"' in text for text in each} == {tells}
         package = unzipped(files_of(canvas.export_canvas, ordered, asked)["hw.zip"])
         assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == tells
         shown = b"<show_correct_answers>true" in package["qdot-hw/assessment_meta.xml"]
-        assert shown == (at >= FEEDBACK.index("values") or ordered.solutions)
+        assert shown == (at >= FEEDBACK.index("values") or ordered.has_solutions)
 
 
 # --- Moodle ---
@@ -211,13 +227,13 @@ def test_moodle_xml_keeps_moodles_rules(bank: Element) -> None:
 
 
 def test_options_in_moodle_have_the_letters_of_their_solutions(
-    bank: Element, backup: Package, asked: list[Item]
+    bank: Element, backup: Package, asked: list[QuizItem]
 ) -> None:
     for shuffled in (*bank.iter("shuffleanswers"), *parsed(backup["questions.xml"]).iter("shuffleanswers")):
         assert shuffled.text in ("false", "0")
     assert parsed(backup["activities/quiz_1/quiz.xml"]).findtext("quiz/shuffleanswers") == "0"
     lettered = [f"{letter}. " for letter in LETTERS]
-    chosen = [one for one in asked if isinstance(one.form, Choose) and not one.form.fixed]
+    chosen = [one for one in asked if isinstance(one.form, ChoiceForm) and not one.form.has_fixed_order]
     for question in bank.findall("question[@type='multichoice']"):
         one = next(one for one in asked if question.findtext("idnumber", "").endswith(one.key))
         begins = [answer.findtext("text", "")[:3] for answer in question.findall("answer")]
@@ -227,7 +243,7 @@ def test_options_in_moodle_have_the_letters_of_their_solutions(
     assert [stem for stem in stems if stem] == lettered[:2]
 
 
-def test_pages_in_moodle_lose_nothing_and_fit_a_small_window(moodles: dict[str, Any], asked: list[Item]) -> None:
+def test_pages_in_moodle_lose_nothing_and_fit_a_small_window(moodles: dict[str, Any], asked: list[QuizItem]) -> None:
     page: str = moodles["hw.xml"]
     assert "&" not in re.sub(r"<!\[CDATA\[.*?\]\]>", "", page, flags=re.DOTALL)  # it drops the space in `&gt; &lt;`
     assert r"A. \(a &lt; b\) &amp; c" in list(parsed(page).itertext())
@@ -242,15 +258,15 @@ def test_pages_in_moodle_lose_nothing_and_fit_a_small_window(moodles: dict[str, 
     assert all('style="max-width: 100%; height: auto"' in figure for figure in figures)
 
 
-def first_changed(item: Item, **changes: Any) -> list[str]:
+def first_changed(item: QuizItem, **changes: Any) -> list[str]:
     """Return what Moodle is told of the boxes of a matrix, the first of them changed."""
-    assert isinstance(item.form, Numeric)
+    assert isinstance(item.form, NumberForm)
     ((first, *rest), *rows) = item.form.rows
     form = replace(item.form, rows=((replace(first, **changes), *rest), *rows))  # type: ignore[type-var]
-    return [box.notation for box in moodle._boxes(form)]
+    return [box.notation for box in moodle._make_boxes(form)]
 
 
-def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Item]) -> None:
+def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[QuizItem]) -> None:
     for value, tolerance, width in ((0.5, 0.0025, 12), (-0.00012345678, 5e-12, 14)):
         boxes = [CLOZE.fullmatch(box) for box in first_changed(asked[0], value=value, tolerance=tolerance)]
         assert {len(box[5]) for box in boxes if box} == {width}
@@ -308,7 +324,9 @@ def texts(question: Element, *paths: str) -> list[str]:
     return [question.findtext(path, "") for path in paths]
 
 
-def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: list[Item], backup: Package) -> None:
+def test_moodles_quiz_draws_each_question_for_its_points(
+    order: ExportRequest, asked: list[QuizItem], backup: Package
+) -> None:
     names = ("attempts_number", "grademethod", "delay1", "delay2", "timeclose")
     settings = parsed(backup["activities/quiz_1/quiz.xml"])
     assert settings.findtext("quiz/name") == "Arms & ‹signs› / more"
@@ -316,7 +334,7 @@ def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: li
     assert [float(slot.text or "") for slot in settings.iter("maxmark")] == points
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
     due = datetime(2027, 1, 15, 12, tzinfo=UTC)
-    limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, apart=3600), due_date=due)
+    limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, min_interval=3600), due_date=due)
     content = files_of(moodle.export_moodle, replace(order, assignment=limited), asked)["hw.mbz"]
     settings = parsed(unzipped(content)["activities/quiz_1/quiz.xml"])
     told = [settings.findtext(f"quiz/{name}") for name in names]
@@ -369,11 +387,11 @@ END_GROUP
 """
 
 
-def test_canvas_is_given_what_text2qti_gives_it(order: Order, asked: list[Item], tmp_path: Path) -> None:
+def test_canvas_is_given_what_text2qti_gives_it(order: ExportRequest, asked: list[QuizItem], tmp_path: Path) -> None:
     (tmp_path / "quiz.txt").write_text(TEXT2QTI)
     subprocess.run([reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
     golden = unzipped((tmp_path / "quiz.zip").read_bytes())
-    unmatched = [one for one in asked if not isinstance(one.form, Match)]
+    unmatched = [one for one in asked if not isinstance(one.form, MatchingForm)]
     ours = unzipped(files_of(canvas.export_canvas, order, unmatched)["hw.zip"])
     assert sorted(paths_in(ours) - paths_in(golden)) == []
 
@@ -412,9 +430,9 @@ def test_canvas_finds_all_that_is_named(canvass: Package) -> None:
     assert r"\(\theta_{1}\)" in written and "$" not in written
 
 
-def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: Order, asked: list[Item]) -> None:
+def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: ExportRequest, asked: list[QuizItem]) -> None:
     notes: list[str] = []
-    files_of(canvas.export_canvas, replace(order, note=notes.append), asked)
+    files_of(canvas.export_canvas, replace(order, report=notes.append), asked)
     assert len(notes) == 1
 
 
@@ -454,7 +472,7 @@ def test_qti_holds_to_its_schema(qti_file: bytes, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_qti_names_nothing_that_is_not_there_and_marks_as_it_should(qti_file: bytes, asked: list[Item]) -> None:
+def test_qti_names_nothing_that_is_not_there_and_marks_as_it_should(qti_file: bytes, asked: list[QuizItem]) -> None:
     package = unzipped(qti_file)
     manifest = parsed(package["imsmanifest.xml"])
     assert {str(each.get("href")) for each in local(manifest, "file")} | {"imsmanifest.xml"} == set(package)
@@ -469,16 +487,16 @@ def test_qti_names_nothing_that_is_not_there_and_marks_as_it_should(qti_file: by
         assert {str(each.get("responseIdentifier")) for each in asks} == declared
         told = {str(each.text) for each in local(item, "baseValue") if each.get("baseType") == "identifier"}
         assert {str(each.get("identifier")) for each in local(item, "modalFeedback")} <= told
-        if isinstance(one.form, Numeric):
+        if isinstance(one.form, NumberForm):
             for (value, held), field in zip(right_numbers(item), one.form.fields, strict=True):
                 assert abs(value - field.value) < 1e-8 and held
-        elif isinstance(one.form, Choose) and not one.form.fixed:  # solutions say that the answer is B
+        elif isinstance(one.form, ChoiceForm) and not one.form.has_fixed_order:  # solutions say that the answer is B
             letters = ["".join(each.itertext()).strip()[:2] for each in local(item, "simpleChoice")]
             assert letters == [f"{letter}." for letter in LETTERS[: len(letters)]]
             assert not [each for each in item.iter() if each.get("shuffle") == "true"]
 
 
-def test_qtis_test_asks_one_variant_of_each_problem_for_its_points(qti_file: bytes, asked: list[Item]) -> None:
+def test_qtis_test_asks_one_variant_of_each_problem_for_its_points(qti_file: bytes, asked: list[QuizItem]) -> None:
     test = parsed(unzipped(qti_file)["test.xml"])
     assert len(local(test, "assessmentItemRef")) == len(asked)
     places = [each for each in local(test, "assessmentSection") if local(each, "selection")]
@@ -491,7 +509,7 @@ def test_qtis_test_asks_one_variant_of_each_problem_for_its_points(qti_file: byt
         refs = [str(each.get("identifier")) for variant in variants for each in local(variant, "assessmentItemRef")]
         assert refs == keys
     (control,) = local(test, "itemSessionControl")
-    assert control.get("maxAttempts") == str(qti.TRIES)
+    assert control.get("maxAttempts") == str(qti.DEFAULT_ATTEMPTS)
     (outcome,) = local(test, "outcomeDeclaration")
     points = {one.key[:2] + one.category[2]: one.points for one in asked}
     assert float(str(outcome.get("normalMaximum"))) == sum(points.values())

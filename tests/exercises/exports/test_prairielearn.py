@@ -22,13 +22,13 @@ from qdot.exercises.answers import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.prairielearn import TRIES, input_names, number_of
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.prairielearn import DEFAULT_ATTEMPTS, find_assignment_number, list_input_names
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
-from qdot.grader.integrations.prairielearn import LONGEST
+from qdot.grader.integrations.prairielearn import MAX_ANSWER_LENGTH
 from tests.support.elements import filled
 from tests.support.handing_in import a_class
 
@@ -59,29 +59,29 @@ Data = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     folder = tmp_path_factory.mktemp("pl") / "hw"
     a_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
     (folder / "arm.toml").write_text(ROBOT)
-    return Order(load_assignment(folder), lambda _: [], variants=2)
+    return ExportRequest(load_assignment(folder), lambda _: [], variant_count=2)
 
 
 @pytest.fixture(scope="module")
-def course(order: Order, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def course(order: ExportRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("course")
-    for file in EXPORT_FORMATS["prairielearn"].files(order):
+    for file in EXPORT_FORMATS["prairielearn"].export(order):
         path = root / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(file.content if isinstance(file.content, str) else file.content.decode())
-        assert file.private == (file.path.startswith("serverFilesCourse") and not file.path.endswith("README.md"))
+        assert file.is_private == (file.path.startswith("serverFilesCourse") and not file.path.endswith("README.md"))
     return root
 
 
 @pytest.fixture(scope="module")
-def problems(order: Order) -> dict[str, list[Problem]]:
+def problems(order: ExportRequest) -> dict[str, list[Problem]]:
     found: dict[str, list[Problem]] = {}
-    for variant in bank(order):
+    for variant in iterate_bank(order):
         found.setdefault(variant.slot.name, []).append(variant.problem)
     return found
 
@@ -194,39 +194,41 @@ def test_files_are_those_that_the_platform_reads(course: Path) -> None:
     assert {tag for one in infos.values() for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
 
 
-def test_assessments_ask_every_question_in_order_for_its_points(course: Path, order: Order) -> None:
+def test_assessments_ask_every_question_in_order_for_its_points(course: Path, order: ExportRequest) -> None:
     folder = course / "courseInstances/qdot/assessments"
     homework, exam = (loaded(folder / f"hw-{kind}/infoAssessment.json") for kind in ("homework", "exam"))
     worth = {f"hw-{slot.name}": sum(slot.max_points) for slot in order.assignment.slots}
     (practice,), (once,) = homework["zones"], exam["zones"]
     assert {one["id"]: one["autoPoints"] for one in practice["questions"]} == worth
-    assert {one["triesPerVariant"] for one in practice["questions"]} == {TRIES}
-    assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {k: [v] * TRIES for k, v in worth.items()}
+    assert {one["triesPerVariant"] for one in practice["questions"]} == {DEFAULT_ATTEMPTS}
+    assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {
+        k: [v] * DEFAULT_ATTEMPTS for k, v in worth.items()
+    }
     assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
     few = replace(order.assignment, attempts=AttemptPolicy(best_of=2))
-    made = list(EXPORT_FORMATS["prairielearn"].files(replace(order, assignment=few, variants=1)))
+    made = list(EXPORT_FORMATS["prairielearn"].export(replace(order, assignment=few, variant_count=1)))
     (again,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
     assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
 
 
-def test_an_assessment_is_called_by_the_number_of_its_title_or_key(order: Order) -> None:
+def test_an_assessment_is_called_by_the_number_of_its_title_or_key(order: ExportRequest) -> None:
     for title, key, number in (
         ("Homework 6", "robots", "6"), ("Robots, 2nd part", "hw12", "12"), ("Arms of 2R", "velocity-3r", "1"),
     ):  # fmt: skip
-        assert number_of(replace(order.assignment, title=title, key=key)) == number
+        assert find_assignment_number(replace(order.assignment, title=title, key=key)) == number
 
 
-def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
+def test_uuids_stay_and_belong_to_one_question(course: Path, order: ExportRequest) -> None:
     found = [loaded(path)["uuid"] for path in sorted(course.glob("questions/*/info.json"))]
     assert len({uuid.UUID(text) for text in found}) == 4
     for secret, is_same in ((order.assignment.secret, True), ("another", False)):
         given = replace(order.assignment, secret=secret, slots=order.assignment.slots[2:3])
-        files = EXPORT_FORMATS["prairielearn"].files(replace(order, assignment=given, variants=1))
+        files = EXPORT_FORMATS["prairielearn"].export(replace(order, assignment=given, variant_count=1))
         again = [json.loads(file.content)["uuid"] for file in files if "info.json" in file.path]
         assert (again == found[2:3]) == is_same and bool(set(again) & set(found)) == is_same
 
 
-def test_the_secret_stays_at_home(course: Path, order: Order) -> None:
+def test_the_secret_stays_at_home(course: Path, order: ExportRequest) -> None:
     assert not [path for path in course.rglob("*") if path.is_file() and order.assignment.secret in path.read_text()]
 
 
@@ -241,7 +243,7 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
     assert one.data["params"]["seed"] != other.data["params"]["seed"]
     problem = problem_of(one, problems["p1"])
     page = one.page("question")
-    names = [name for part in problem.parts for name in input_names(part)]
+    names = [name for part in problem.parts for name in list_input_names(part)]
     assert names == re.findall(r'answers-name="([^"]+)"', page)
     assert "{{" not in page and page.count('<details class="mb-2">') == 3 * len(problem.parts)  # none sticks to a box
     assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
@@ -274,7 +276,7 @@ def test_options_matches_and_numbers_have_elements_of_their_own(
     for part in problem_of(question, problems["p4"]).parts:
         offered = question.data["correct_answers"]["options"].get(part.name)
         if isinstance(offered, list):
-            assert [k for k, one in enumerate(offered) if one["right"] == "true"] == list(part.answer.right)
+            assert [k for k, one in enumerate(offered) if one["right"] == "true"] == list(part.answer.correct_indices)
             assert all(one["html"] in page for one in offered)
     everything = "".join(Question(course, f"hw-p{k}", 1).page(p) for k in (1, 2, 4) for p in ("question", "answer"))
     assert not [word for word in ("in quotes", "?:", "**Answer", "the letter, ") if word in everything]
@@ -310,9 +312,9 @@ def test_options_that_are_wrong_take_off_what_right_ones_earn(course: Path, prob
     problem = problem_of(question, problems["p4"])
     several, match, judged, *_ = problem.parts
     wrong = {
-        several.name: "".join(LETTERS[k] for k in range(len(several.answer.offered))),
-        match.name: "".join(LETTERS[k] for k in (*match.answer.right[1:], match.answer.right[0])),
-        judged.name: ("true", "false")[1 - judged.answer.right[0]],
+        several.name: "".join(LETTERS[k] for k in range(len(several.answer.offered_options))),
+        match.name: "".join(LETTERS[k] for k in (*match.answer.correct_indices[1:], match.answer.correct_indices[0])),
+        judged.name: ("true", "false")[1 - judged.answer.correct_indices[0]],
     }
     question.submit(form(question, problem, wrong))
     assert [question.data["partial_scores"][name]["score"] for name in wrong] == [0, 0, 0]
@@ -335,7 +337,7 @@ def test_a_mistake_is_named_and_no_number_is(course: Path, problems: dict[str, l
     assert 0 < question.data["score"] < 0.5
     said = question.data["feedback"]
     assert "(1, 1)" in said["jacobian"]["said"]
-    sentences = [CATALOGUE[name].says[:30] for name in ("determinant-sign", "sign") if name in CATALOGUE]
+    sentences = [CATALOGUE[name].message[:30] for name in ("determinant-sign", "sign") if name in CATALOGUE]
     assert any(said["determinant"]["advice"].startswith(sentence) for sentence in sentences)
     page = question.page("submission")
     assert said["determinant"]["advice"] in page and said["position"]["said"] in page
@@ -348,7 +350,8 @@ def test_a_mistake_is_named_and_no_number_is(course: Path, problems: dict[str, l
 
 HOSTILE = {
     "[[1, 2], [3": "can't be read", "__import__('os').system('x')": "can't be read", "{{params.seed}}": "",
-    "(" * 5000: "can't be read", "1+" * LONGEST + "1": str(LONGEST), "9^9^9^9^9": "", "<script>alert(1)</script>": "",
+    "(" * 5000: "can't be read", "1+" * MAX_ANSWER_LENGTH + "1": str(MAX_ANSWER_LENGTH), "9^9^9^9^9": "",
+    "<script>alert(1)</script>": "",
 }  # fmt: skip
 
 
@@ -375,7 +378,7 @@ def test_what_is_blank_or_fails_in_qdot_or_is_of_another_engine_costs_no_attempt
         question.submit(answers)
         assert list(question.data["format_errors"]) == ["position"]
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("qdot.grader.grading.marking.judge_given", fails)
+    monkeypatch.setattr("qdot.grader.grading.marking.judge_parsed", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"] and "rank" not in question.data["partial_scores"]
     question.data["params"]["engine"] += 1

@@ -24,8 +24,8 @@ import pytest
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import an_order
@@ -52,19 +52,19 @@ credit = {position = 0.5}
 def patched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     assets = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scorm, "built_assets", lambda: assets)
+        patch.setattr(scorm, "find_assets", lambda: assets)
         yield
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return an_order(tmp_path_factory.mktemp("scorm"), TOML, 2)
 
 
-def exported(order: Order) -> dict[str, dict[str, bytes]]:
+def exported(order: ExportRequest) -> dict[str, dict[str, bytes]]:
     """Return what is in each package, by its version."""
-    files: list[File] = list(EXPORT_FORMATS["scorm"].files(order))
-    assert all(file.private for file in files)  # what is right is in them
+    files: list[ExportedFile] = list(EXPORT_FORMATS["scorm"].export(order))
+    assert all(file.is_private for file in files)  # what is right is in them
     return {file.path.partition("-scorm")[2].removesuffix(".zip"): unzipped(file.content) for file in files}
 
 
@@ -75,7 +75,7 @@ def unzipped(content: str | bytes) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def made(order: Order, patched: None) -> dict[str, dict[str, bytes]]:
+def made(order: ExportRequest, patched: None) -> dict[str, dict[str, bytes]]:
     return exported(order)
 
 
@@ -191,9 +191,9 @@ def test_the_page_is_told_its_set_with_points_and_credit(made: dict[str, dict[st
 
 
 def test_all_variants_are_there_and_nothing_by_which_others_are_made(
-    order: Order, made: dict[str, dict[str, bytes]]
+    order: ExportRequest, made: dict[str, dict[str, bytes]]
 ) -> None:
-    variants = list(bank(order))
+    variants = list(iterate_bank(order))
     package = made["2004"]
     index = json.loads(package["bank/index.json"])
     assert {problem["key"] for family in index["families"] for problem in family["problems"]} == {
@@ -214,37 +214,37 @@ def test_all_variants_are_there_and_nothing_by_which_others_are_made(
         assert b"made_from" not in content, name
 
 
-def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: Order, patched: None) -> None:
+def test_what_the_assignment_says_of_tries_hints_and_passing_comes_along(order: ExportRequest, patched: None) -> None:
     several = AttemptPolicy(best_of=5)
     assignment = replace(order.assignment, attempts=several, hints=True, feedback="mistake", title="x" * 300)
-    package = exported(replace(order, assignment=assignment, variants=1, passing=Fraction(2, 5)))["12"]
+    package = exported(replace(order, assignment=assignment, variant_count=1, passing_share=Fraction(2, 5)))["12"]
     titles = ElementTree.fromstring(package["imsmanifest.xml"]).iter(f"{{{CP12}}}title")
     assert {len(str(title.text)) for title in titles} == {200}  # the schema takes no more
     assert (told(package)["tries"], told(package)["pass"]) == (5, 0.4)
     assert json.loads(package["bank/index.json"])["feedback"] == "mistake"
     assert not [name for name in package if "solutions" in name]
     assert all(part["hints"] for part in json.loads(package["bank/p1/p1-001.json"])["parts"])
-    solved = exported(replace(order, assignment=assignment, variants=1, solutions=True))["12"]
+    solved = exported(replace(order, assignment=assignment, variant_count=1, has_solutions=True))["12"]
     assert "bank/p1/p1-001.solutions.json" in solved
 
 
-def test_what_a_browser_judges_otherwise_is_told(order: Order, patched: None, tmp_path: Path) -> None:
+def test_what_a_browser_judges_otherwise_is_told(order: ExportRequest, patched: None, tmp_path: Path) -> None:
     toml = TOML.replace('"whole"', '"factors"').replace("credit = {position = 0.5}", "decimals = {position = 3}")
     notes: list[str] = []
     other = an_order(tmp_path, toml, 1)
-    exported(replace(other, note=notes.append))
+    exported(replace(other, report=notes.append))
     assert [note.partition(":")[0] for note in notes] == ["p1", "p2"]
     assert "credit of determinant" in notes[0] and "decimals" in notes[1] and "position" in notes[1]
 
 
-def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: Order) -> None:
+def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: ExportRequest) -> None:
     slot = replace(order.assignment.slots[0], questions=("determinant",) * 1001)
     with pytest.raises(QdotError, match=r"assignment\.toml: .* 1001 .* 1000"):
         EXPORT_FORMATS["scorm"].check(replace(order, assignment=replace(order.assignment, slots=(slot,))))
 
 
 def test_packages_are_written_by_the_command_and_need_the_sites_scripts(
-    order: Order, patched: None, monkeypatch: pytest.MonkeyPatch
+    order: ExportRequest, patched: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = order.assignment.folder
     asked = ("export", folder, "--to", "scorm", "--variants", "1", "--jobs", "1", "--pass", "60")
@@ -253,5 +253,5 @@ def test_packages_are_written_by_the_command_and_need_the_sites_scripts(
     assert sorted(path.name for path in written.iterdir()) == ["hw-1.a-scorm12.zip", "hw-1.a-scorm2004.zip"]
     assert told(unzipped((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
     assert runner.invoke(app, ["export", str(folder), "--to", "scorm", "--pass", "101"]).exit_code == 2
-    monkeypatch.setattr(scorm, "built_assets", lambda: None)
+    monkeypatch.setattr(scorm, "find_assets", lambda: None)
     assert "the site's scripts are not built: run `make site`" in fails(*asked)

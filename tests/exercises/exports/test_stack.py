@@ -17,15 +17,15 @@ import sympy as sp
 
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.known_wrong import known_wrong, same_entries
+from qdot.exercises.exports.bank import iterate_bank
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.known_wrong import compare_entry_by_entry, find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.exports.stack_parts import _are_usable, share_of, stack_part_of
-from qdot.exercises.formula.parser import read
+from qdot.exercises.exports.stack_parts import _are_usable, compute_share, convert_part
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -70,8 +70,8 @@ ratprint: false$
 
 
 @pytest.fixture(scope="module")
-def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
-    return Order(of(tmp_path_factory.mktemp("stack") / "hw", TOML), lambda _: [], variants=2)
+def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
+    return ExportRequest(of(tmp_path_factory.mktemp("stack") / "hw", TOML), lambda _: [], variant_count=2)
 
 
 def of(folder: Path, toml: str) -> Assignment:
@@ -86,9 +86,9 @@ def notes() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def quiz(order: Order, notes: list[str]) -> ET.Element:
-    (file,) = EXPORT_FORMATS["stack"].files(replace(order, note=notes.append))
-    assert file.private
+def quiz(order: ExportRequest, notes: list[str]) -> ET.Element:
+    (file,) = EXPORT_FORMATS["stack"].export(replace(order, report=notes.append))
+    assert file.is_private
     return ET.fromstring(file.content)
 
 
@@ -108,7 +108,7 @@ def named(quiz: ET.Element, name: str) -> ET.Element:
 
 
 def test_a_part_is_a_question_in_a_category_of_its_own_with_the_points_of_the_assignment(
-    quiz: ET.Element, order: Order
+    quiz: ET.Element, order: ExportRequest
 ) -> None:
     categories = [content(question, "category/text") for question in quiz if question.get("type") == "category"]
     assert categories[:2] == [
@@ -122,10 +122,10 @@ def test_a_part_is_a_question_in_a_category_of_its_own_with_the_points_of_the_as
     assert len({content(question, "questionnote/text") for question in questions(quiz)}) == 4
     assert [content(question, "defaultgrade") for question in questions(quiz)][:12:2] == ["1", "2", "1", "1", "2", "1"]
     assert {content(tree, "value") for tree in quiz.findall("question/prt")} == {"1.0000000"}
-    problem = next(iter(bank(replace(order, variants=1)))).problem
+    problem = next(iter(iterate_bank(replace(order, variant_count=1)))).problem
     determinant = problem.parts[2].answer
     assert isinstance(determinant, Expression)
-    assert text_of(determinant.reference) not in content(named(quiz, "determinant"), "questiontext/text")
+    assert expression_text(determinant.reference) not in content(named(quiz, "determinant"), "questiontext/text")
 
 
 def test_what_stack_can_not_do_is_told(notes: list[str], quiz: ET.Element) -> None:
@@ -156,15 +156,15 @@ def test_texts_and_feedback_are_castext_with_inputs_pictures_and_mathematics_for
 def test_formulas_are_compared_where_they_are_numbers_of_middling_size() -> None:
     """At a1 = 0.5 and 0.6: not where one is imaginary, undefined or huge, nor where the pivot is nearly zero."""
     for entry in ("3*a1", "sqrt(a1 - 1)", "1/(a1 - 1/2)", "100000*a1", "(a1 - 1/2)/8"):
-        program = compile_program([read(entry, {"a1": "length"})])
+        program = compile_program([parse_formula(entry, {"a1": "length"})])
         assert _are_usable(program, [{"a1": 0.6}, {"a1": 0.5}], 0) == (entry == "3*a1"), entry
 
 
 def test_how_sets_are_typed_speaks_of_joints_as_they_are() -> None:
     for family, typed in (("cylindrical", "{theta1 = pi/3, d3 = 1/2}"), ("planar-2r", "{theta2 = 1/2, theta2 = pi/3}")):
         problem = generate(ProblemId(family, 3, ("singular-angles",)))
-        one = stack_part_of(problem, problem.parts[0])
-        assert not isinstance(one, str) and typed in one.words
+        one = convert_part(problem, problem.parts[0])
+        assert not isinstance(one, str) and typed in one.expected_answer
 
 
 def test_notes_of_nodes_are_unique_and_every_note_is_reached_by_a_test(quiz: ET.Element) -> None:
@@ -310,7 +310,7 @@ def test_answers_as_students_type_them_are_judged_alike(
 def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistake(family: str) -> None:
     problem = generate(ProblemId(family, 3, ("position", "jacobian", "determinant")))
     for part in problem.parts:
-        found = known_wrong(problem, part, 4)
+        found = find_known_wrong_answers(problem, part, 4)
         assert len(found) == 4 == len({wrong.mistake for wrong in found})
         for wrong in found:
             assert isinstance(wrong.answer, sp.MatrixBase)
@@ -319,37 +319,41 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
                 share = earned(problem, part, text, "known").share
-                assert share_of(problem, part, wrong.answer, wrong.equal, is_known=True) == pytest.approx(share)
+                assert compute_share(problem, part, wrong.answer, wrong.entries_equal, is_known=True) == pytest.approx(
+                    share
+                )
             blamed = diagnose(problem, part, text, "known")
             assert blamed is not None and blamed.mistakes
 
 
-def test_shares_are_those_of_the_grader_whatever_the_policy(order: Order) -> None:
-    variant = next(iter(bank(replace(order, variants=1))))
+def test_shares_are_those_of_the_grader_whatever_the_policy(order: ExportRequest) -> None:
+    variant = next(iter(iterate_bank(replace(order, variant_count=1))))
     part = variant.problem.parts[1]
-    assert part.credit is not None and part.credit.by == "columns"
-    for wrong in known_wrong(variant.problem, part, 6):
+    assert part.credit is not None and part.credit.rule == "columns"
+    for wrong in find_known_wrong_answers(variant.problem, part, 6):
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
         judged = earned(variant.problem, part, text, "s")
-        assert share_of(variant.problem, part, wrong.answer, wrong.equal, is_known=True) == pytest.approx(judged.share)
+        assert compute_share(variant.problem, part, wrong.answer, wrong.entries_equal, is_known=True) == pytest.approx(
+            judged.share
+        )
 
 
-def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: Order) -> None:
-    problem = next(iter(bank(replace(order, variants=1)))).problem
+def test_what_is_marked_as_a_whole_earns_nothing_in_part(order: ExportRequest) -> None:
+    problem = next(iter(iterate_bank(replace(order, variant_count=1)))).problem
     for name in ("position", "jacobian", "joint-rates"):
-        one = stack_part_of(problem, replace(problem[name], credit=Credit("whole")))
-        assert not isinstance(one, str) and {case.score for case in one.cases} <= {0, 1, None}, name
+        one = convert_part(problem, replace(problem[name], credit=Credit("whole")))
+        assert not isinstance(one, str) and {case.score for case in one.question_tests} <= {0, 1, None}, name
         if name == "joint-rates":
-            assert "share: 0;" in one.marking
+            assert "share: 0;" in one.marking_lines
 
 
 def test_directions_and_sets_that_tie_joints() -> None:
     problem = generate(ProblemId("planar-3r", 3, ("self-motion",)))
-    one = stack_part_of(problem, problem.parts[0])
-    assert not isinstance(one, str) and one.cases[1].value == "form1" and "form1: -3*ta1;" in one.variables
+    one = convert_part(problem, problem.parts[0])
+    assert not isinstance(one, str) and one.question_tests[1].value == "form1" and "form1: -3*ta1;" in one.variables
     tied = generate(ProblemId("puma-560", 3, ("singular-angles",)))
-    refused = stack_part_of(tied, tied.parts[0])
+    refused = convert_part(tied, tied.parts[0])
     assert isinstance(refused, str) and "no values of single joints" in refused
 
 
@@ -360,4 +364,4 @@ def test_maxima_text_means_the_same() -> None:
         assert isinstance(answer, (Expression, Matrix))
         for entry in answer.reference if isinstance(answer, Matrix) else [answer.reference]:
             again = sp.sympify(maxima_text(entry).replace("%pi", "pi").replace("^", "**"))
-            assert same_entries(problem, sp.Matrix([again]), sp.Matrix([entry])) == (True,)
+            assert compare_entry_by_entry(problem, sp.Matrix([again]), sp.Matrix([entry])) == (True,)

@@ -8,11 +8,11 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.difficulty import difficulty, step
+from qdot.exercises.arm.difficulty import difficulty, difficulty_band
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.common.variation import STEPS, name_of_axes
+from qdot.exercises.common.variation import VARIATION_STEPS, name_variation
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import applicable_questions, questions_of, sample_chain
+from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, few_of, of_families, several
@@ -20,7 +20,7 @@ from tests.support.suites import FEW, every_family, few_of, of_families, several
 ARMS = 80
 DERIVED = several(2, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
-FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 few_fixed = pytest.mark.families(several(FEW, tuple(FIXED)), every=True)
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
 MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 15, 4
@@ -47,7 +47,7 @@ def test_the_chapters_arm_is_plain(family: str) -> None:
         lengths = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints]
         assert all(length == 0 or length.is_Symbol for length in lengths)
         assert not any(arm.offsets) or family == "wrist-rpy"
-        assert family not in FIXED or arm == FAMILIES[family].plain
+        assert family not in FIXED or arm == FAMILIES[family].textbook_arm
     assert FAMILIES[family].name == family and FAMILIES[family].title and FAMILIES[family].source
 
 
@@ -55,8 +55,8 @@ def test_the_chapters_arm_is_plain(family: str) -> None:
 def test_an_axis_changes_one_thing(family: str) -> None:
     """Along one axis alone, an arm differs from the plain one in what the axis is called after, and in nothing else."""
     plain = sample_chain(ProblemId(family, 0, variation="chapter"))
-    for axis in FAMILIES[family].has_axes:
-        varied = [sample_chain(ProblemId(family, seed, variation=name_of_axes([axis]))) for seed in range(12)]
+    for axis in FAMILIES[family].variation_names:
+        varied = [sample_chain(ProblemId(family, seed, variation=name_variation([axis]))) for seed in range(12)]
         changed = set().union(*(differences(plain, arm) for arm in varied))
         allowed = {
             "lengths": {"lengths"}, "zeros": {"zeros"}, "senses": {"twists"}, "base": {"base"},
@@ -89,12 +89,12 @@ def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -
 
 @few_fixed
 def test_difficulty_follows_the_steps(family: str) -> None:
-    least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in STEPS]
+    least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in VARIATION_STEPS]
     assert least == sorted(least)
 
 
 @of_families(FIXED)
-@pytest.mark.parametrize("variation", STEPS)
+@pytest.mark.parametrize("variation", VARIATION_STEPS)
 def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> None:
     """Lengths and places in steps of 5 cm, angles that are multiples of 15 degrees.
 
@@ -114,14 +114,14 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
 # --- a class in which nobody's arm is harder than another's ---
 
 
-@pytest.mark.parametrize("variation", several([*STEPS][-1:], [*STEPS]))
+@pytest.mark.parametrize("variation", several([*VARIATION_STEPS][-1:], [*VARIATION_STEPS]))
 @few_fixed
 def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_at_most(
     family: str, variation: str
 ) -> None:
     some = arms(family, variation)[:DERIVED]
-    assert {applicable_questions(arm) for arm in some} == {questions_of(family)}
-    steps = [step(arm) for arm in some]
+    assert {applicable_questions(arm) for arm in some} == {questions_of_family(family)}
+    steps = [difficulty_band(arm) for arm in some]
     assert max(steps) - min(steps) <= 1
 
 
@@ -135,7 +135,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
 )  # fmt: skip
 def test_the_scale_of_difficulty(identity: str, expected: tuple[int, int]) -> None:
     arm = sample_chain(ProblemId.parse(identity))
-    assert (difficulty(arm), step(arm)) == expected
+    assert (difficulty(arm), difficulty_band(arm)) == expected
 
 
 @of_families(FIXED)

@@ -9,12 +9,12 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.difficulty import step
+from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import AXES
+from qdot.exercises.common.variation import VARIATION_AXES
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.random_n import _order_structures as order
 from qdot.exercises.families.random_n import _sample_arm as arm_of
@@ -112,9 +112,9 @@ def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
 
 def arm(family: str, seed: str) -> Chain:
     """Return an arm on which everything varies that can."""
-    structures = FAMILIES[family].structures
+    structures = FAMILIES[family].sample_structure
     assert structures is not None
-    return structures(Stream(seed), AXES)
+    return structures(Stream(seed), VARIATION_AXES)
 
 
 @pytest.mark.whole
@@ -135,7 +135,7 @@ def test_numbers_are_found_for_every_class(n: int) -> None:
     In `make test`, of each third class of three joints, and of each eighth of four.
     """
     for alike in islice(group_clean_structures(n), 0, None, several({3: 3, 4: 8}[n], 1)):
-        chain = arm_of(alike[0], Stream("numbers"), AXES)
+        chain = arm_of(alike[0], Stream("numbers"), VARIATION_AXES)
         assert chain is not None and is_clean(chain), alike[0]
         assert class_key(*drawn(chain)) == class_key(alike[0].rows, alike[0].task)
 
@@ -197,7 +197,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
 @pytest.mark.parametrize("band", [(0, 0), (1, 2)])
 def test_a_band_of_difficulty_is_kept(band: tuple[int, int]) -> None:
     for seed in range(6):
-        assert band[0] <= step(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
+        assert band[0] <= difficulty_band(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
 
 
 def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
@@ -205,7 +205,7 @@ def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
     for seed in range(5):
         problem = generate(ProblemId("random-3", seed, asked))
         assert [part.name for part in problem.parts] == list(asked)
-        assert all(QUESTIONS[name].refusal(problem.chain) is None for name in asked)
+        assert all(QUESTIONS[name].find_obstacle(problem.chain) is None for name in asked)
 
 
 @pytest.mark.parametrize(

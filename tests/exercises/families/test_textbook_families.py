@@ -11,14 +11,14 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import classify_conditions, samples_on
+from qdot.exercises.arm.classification import classify_conditions, sample_condition
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.verify.singular import NEAR
+from qdot.exercises.verify.singular import SET_TOLERANCE
 from tests.exercises.arm.sets import assert_is_book, claimed, lengths_of, rank_ratios, rows_of, search
 from tests.support.problems import as_table
 from tests.support.suites import of_families, several
@@ -145,7 +145,7 @@ def test_every_condition_can_hold_for_any_lengths_and_costs_rank(family: str) ->
     for seed in SEVERAL:
         chain = arm_of(family, seed)
         for together in alternatives(family, chain):
-            samples = samples_on(chain, as_text(together), f"{family}/{seed}", arms=4, each=2)
+            samples = sample_condition(chain, as_text(together), f"{family}/{seed}", arm_count=4, samples_per_arm=2)
             assert len({sample.arm for sample in samples}) == 4
             assert all(rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples)
 
@@ -157,7 +157,7 @@ def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: s
         found = search(chain, f"{family}/{seed}")
         assert np.median(rank_ratios(found.arm, chain, found.starts)) > 1e-3
         assert len(found.reached) > 0 or family == "cartesian"
-        inside = found.are_in(claimed(chain), NEAR)
+        inside = found.are_in(claimed(chain), SET_TOLERANCE)
         # Where components meet, a find may be farther from each than that: the certificate looks closer.
         assert inside.all() or (chain.n > 6 and inside.mean() > 0.7)
 

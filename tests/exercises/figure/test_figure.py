@@ -15,11 +15,11 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import arm_figure as drawing
 from qdot.exercises.figure.arm_figure import (
-    TRIED,
+    POSES_TRIED,
     alt_text,
     arm_figure,
     figure_svg,
@@ -29,10 +29,20 @@ from qdot.exercises.figure.arm_figure import (
     singular_svg,
     thumbnail_svg,
 )
-from qdot.exercises.figure.plane import exact, is_flat
-from qdot.exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
-from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
-from qdot.exercises.figure.small import PANEL, Panel
+from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
+from qdot.exercises.figure.pose import LONG_ARM_JOINTS, best_poses, list_candidate_poses, make_drawable_chain
+from qdot.exercises.figure.shapes import (
+    Box,
+    Circle,
+    Figure,
+    Glyph,
+    Polyline,
+    Text,
+    Vector2D,
+    lettering_size,
+    upright_lettering,
+)
+from qdot.exercises.figure.small import PANEL_SIZE, PanelSet
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support import problems
@@ -118,7 +128,7 @@ def sampled(identity: str) -> Chain:
 
 
 @cache
-def panel(chain: Chain) -> Panel:
+def panel(chain: Chain) -> PanelSet:
     return singular_panel(chain)
 
 
@@ -137,7 +147,7 @@ def words(figure: Figure) -> list[str]:
     return ["".join(run.text for run in text.runs) for text in figure.texts]
 
 
-def strokes(figure: Figure, *styles: str) -> list[tuple[Pair, ...]]:
+def strokes(figure: Figure, *styles: str) -> list[tuple[Vector2D, ...]]:
     """Return the lines of some styles."""
     return [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style in styles]
 
@@ -146,13 +156,13 @@ def glyphs(figure: Figure) -> list[Glyph]:
     return sorted((shape for shape in figure.shapes if isinstance(shape, Glyph)), key=lambda glyph: glyph.number)
 
 
-def ink(figure: Figure) -> list[tuple[str, tuple[Pair, ...]]]:
+def ink(figure: Figure) -> list[tuple[str, tuple[Vector2D, ...]]]:
     """Return all lines and circles of a drawing, with the style of each."""
     inner = [one for shape in figure.shapes for one in (shape.shapes if isinstance(shape, Glyph) else (shape,))]
     return [(one.style, one.points if isinstance(one, Polyline) else (one.center,)) for one in inner]
 
 
-def is_inside(figure: Figure, *more: Pair) -> bool:
+def is_inside(figure: Figure, *more: Vector2D) -> bool:
     """Return whether all lines of a figure, and more points, are on its paper."""
     points = [point for _, stroke in ink(figure) for point in stroke]
     return all(0 <= x <= figure.width and 0 <= y <= figure.height for x, y in (*points, *more))
@@ -229,7 +239,7 @@ def test_a_wrist_has_all_frames_on_its_joints_axes_named(identity: str) -> None:
     assert {f"{axis}{i}" for axis in "xz" for i in range(4)} <= shown
 
 
-def glyph_places(figure: Figure) -> list[Pair]:
+def glyph_places(figure: Figure) -> list[Vector2D]:
     """The middles of the joints' glyphs, in the order of the joints."""
     places = []
     for glyph in glyphs(figure):
@@ -270,13 +280,15 @@ def test_axes_are_named_where_they_tell_something(arm: str, there: set[str], not
 @few_families
 def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str) -> None:
     """A link crosses another one only where it does so in every pose that is looked at."""
-    for step in STEPS if family not in LONG_ARMS else several(("full",), tuple(STEPS)):
-        chain = exact(sample_chain(ProblemId(family, 1, variation=step)))
-        figure, arm = drawn(chain), drawn_chain(chain)
+    for step in VARIATION_STEPS if family not in LONG_ARMS else several(("full",), tuple(VARIATION_STEPS)):
+        chain = with_exact_numbers(sample_chain(ProblemId(family, 1, variation=step)))
+        figure, arm = drawn(chain), make_drawable_chain(chain)
         assert not faults(figure), (step, faults(figure))
-        tried = best_poses(chain, arm, TRIED[chain.n > LONG])
+        tried = best_poses(chain, arm, POSES_TRIED[chain.n > LONG_ARM_JOINTS])
         crossed = [crossings(chain, arm, entries) for entries in tried]
-        assert not any(crossed) or min(crossings(chain, arm, entries) for entries in candidates(chain, arm)), step
+        assert not any(crossed) or min(
+            crossings(chain, arm, entries) for entries in list_candidate_poses(chain, arm)
+        ), step
 
 
 def test_a_given_pose_is_drawn() -> None:
@@ -292,8 +304,8 @@ def test_a_given_pose_is_drawn_from_the_clearest_side(monkeypatch: pytest.Monkey
         drawn.append((round(cost, 1), composed))
         return composed, cost
 
-    compose = drawing._compose
-    monkeypatch.setattr(drawing, "_compose", noted)
+    compose = drawing._draw_and_label
+    monkeypatch.setattr(drawing, "_draw_and_label", noted)
     later = 0
     for seed in range(6):
         chain = sampled(f"elbow-3r/{seed}")
@@ -339,12 +351,12 @@ def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> Non
     figures = panel(ARMS[name]).drawings
     captions = [caption for caption, _ in figures]
     assert captions[0] == "regular" and all(caption[0].isdigit() for caption in captions[1:])
-    assert all((figure.width, figure.height) == PANEL and is_inside(figure) for _, figure in figures)
+    assert all((figure.width, figure.height) == PANEL_SIZE and is_inside(figure) for _, figure in figures)
     root = ET.fromstring(singular_svg(ARMS[name], "where"))
     assert [text.text for text in root.iter(f"{SVG}text")][: len(captions)] == captions
     assert all(caption in root.findtext(f"{SVG}desc", "") for caption in captions[1:])
     marked = any(strokes(figure, "lost") for _, figure in figures)
-    assert ("Dashed: P cannot move that way" in panel(ARMS[name]).key) == marked
+    assert ("Dashed: P cannot move that way" in panel(ARMS[name]).legend) == marked
 
 
 def sizes(svg: str) -> tuple[str | None, set[str | None]]:
@@ -369,7 +381,11 @@ def test_captions_stand_apart_inside_their_drawing_and_tell_degrees_and_metres(i
     root = ET.fromstring(singular_svg(sampled(identity)) or "<svg/>")
     boxes = []
     for text in root.iter(f"{SVG}text"):
-        (wide, high), x, y = extent(roman(text.text or "")), float(text.get("x", 0)), float(text.get("y", 0))
+        (wide, high), x, y = (
+            lettering_size(upright_lettering(text.text or "")),
+            float(text.get("x", 0)),
+            float(text.get("y", 0)),
+        )
         boxes.append((x - wide / 2, y - 0.8 * high, x + wide / 2, y + 0.2 * high))
     width, height = float(root.get("width", 0)), float(root.get("height", 0))
     assert all(box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height for box in boxes)
@@ -397,7 +413,7 @@ def test_shoulder_singularity_is_drawn_with_the_point_on_the_axis() -> None:
 
 
 def test_nothing_is_drawn_where_there_is_no_singular_configuration() -> None:
-    assert singular_svg(ARMS["gantry"]) == "" and panel(ARMS["gantry"]) == Panel()
+    assert singular_svg(ARMS["gantry"]) == "" and panel(ARMS["gantry"]) == PanelSet()
 
 
 def test_a_wrist_folded_onto_itself_looks_folded() -> None:
@@ -476,16 +492,16 @@ def test_a_hand_that_only_turns_has_an_arrow(identity: str) -> None:
     """The 6R arm's wrist turns about one point, which is P: only z6 tells that it does."""
     chain = sampled(identity)
     assert all(len(strokes(figure, "axis-z")) == 1 for _, figure in panel(chain).drawings)
-    assert f"blue: z{'₆₇'[chain.n - 6]}." in panel(chain).key
-    assert panel(chain).key in " ".join(svg_text(chain))
+    assert f"blue: z{'₆₇'[chain.n - 6]}." in panel(chain).legend
+    assert panel(chain).legend in " ".join(svg_text(chain))
 
 
-def tips(figure: Figure) -> dict[Pair, str]:
+def tips(figure: Figure) -> dict[Vector2D, str]:
     """Where the arrows of axes end, each with the axis it is of."""
     return {points[0]: axis for axis in "xyzw" for points in strokes(figure, f"axis-{axis}-head")}
 
 
-def gap(text: Text, point: Pair) -> float:
+def gap(text: Text, point: Vector2D) -> float:
     """How far a label is from a point, in pixels."""
     (x, y), (left, top, right, bottom) = point, text.box
     return float(np.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)))
@@ -493,7 +509,7 @@ def gap(text: Text, point: Pair) -> float:
 
 def has_leader(figure: Figure, text: Text) -> bool:
     lines = strokes(figure, "leader")
-    return any(gap(text, start) < 0.01 and np.hypot(*np.subtract(end, text.at)) < 3 for start, end in lines)
+    return any(gap(text, start) < 0.01 and np.hypot(*np.subtract(end, text.named_point)) < 3 for start, end in lines)
 
 
 @of_all
@@ -505,11 +521,11 @@ def test_a_label_is_near_to_what_it_names_or_has_a_leader() -> None:
         leaders += len(strokes(figure, "leader"))
         texts += len(figure.texts)
         for text in figure.texts:
-            most = 16.0 if text.style == "angle" or text.at in ends else 24.0
-            if text.style in "xyzw" and text.at in ends:  # an axis seen end-on has no arrow
-                assert ends[text.at] == text.style
-                most = min([most, *(gap(text, end) for end in ends if end != text.at)])
-            assert gap(text, text.at) <= most or has_leader(figure, text)
+            most = 16.0 if text.style == "angle" or text.named_point in ends else 24.0
+            if text.style in "xyzw" and text.named_point in ends:  # an axis seen end-on has no arrow
+                assert ends[text.named_point] == text.style
+                most = min([most, *(gap(text, end) for end in ends if end != text.named_point)])
+            assert gap(text, text.named_point) <= most or has_leader(figure, text)
     assert 0 < leaders < 0.08 * texts
 
 
@@ -534,7 +550,7 @@ def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family
         assert not faults(figure), part.kind
         names = {name for word in words(figure) for name in word.replace(" = ", ", ").split(", ")}
         assert {"P", *(f"O{i}" for i in range(chain.n + 1))} <= names
-        assert is_flat(chain) or {"x0", f"x{chain.n}", *(f"z{i}" for i in range(chain.n + 1))} <= names
+        assert is_drawn_flat(chain) or {"x0", f"x{chain.n}", *(f"z{i}" for i in range(chain.n + 1))} <= names
         if family in LONG_ARMS:
-            spots = [text.at for text, word in zip(figure.texts, words(figure), strict=True) if "O" in word]
+            spots = [text.named_point for text, word in zip(figure.texts, words(figure), strict=True) if "O" in word]
             assert min(float(np.hypot(*np.subtract(a, b))) for a, b in combinations(spots, 2)) >= APART

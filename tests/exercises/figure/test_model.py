@@ -10,11 +10,21 @@ from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.figure import arm_figure as figure
 from qdot.exercises.figure import small
 from qdot.exercises.figure.arm_figure import arm_figure, figure_pose
-from qdot.exercises.figure.labels import Layout, Request
-from qdot.exercises.figure.model import model_of
-from qdot.exercises.figure.places import Ink, Line, Places, samples
-from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, entries_of_pose
-from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, move_shape, symbol
+from qdot.exercises.figure.labels import LabelRequest, Layout
+from qdot.exercises.figure.model import make_model
+from qdot.exercises.figure.places import InkPoints, LabelPlaces, LeaderLine, sample_points
+from qdot.exercises.figure.pose import DEFAULT_LENGTH, compute_table_entries, list_candidate_poses
+from qdot.exercises.figure.shapes import (
+    Box,
+    Circle,
+    Figure,
+    Glyph,
+    Polyline,
+    Shape,
+    indexed_lettering,
+    lettering_size,
+    shift_shape,
+)
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 
@@ -32,7 +42,7 @@ def texts(drawing: Figure) -> list[str]:
 def test_arms_that_look_alike_have_one_model_and_their_own_labels() -> None:
     one = planar((Q1 + sp.pi / 4, sp.Rational(45, 100)), (Q2, sp.Rational(3, 10)))
     other = planar((Q1 - sp.pi / 2, sp.Rational(6, 10)), (Q2, sp.Rational(4, 10)))
-    assert model_of(one).chain == model_of(other).chain
+    assert make_model(one).chain == make_model(other).chain
     first, second = arm_figure(one), arm_figure(other)
     assert first.shapes == second.shapes
     assert [(text.x, text.y) for text in first.texts] == [(text.x, text.y) for text in second.texts]
@@ -42,26 +52,26 @@ def test_arms_that_look_alike_have_one_model_and_their_own_labels() -> None:
 
 def test_longer_lengths_are_longer_and_equal_ones_equal() -> None:
     lengths = [sp.Rational(k, 100) for k in (70, 68, 70)]
-    rows = model_of(planar(*zip((Q1, Q2, Q3), lengths, strict=True))).chain.joints
+    rows = make_model(planar(*zip((Q1, Q2, Q3), lengths, strict=True))).chain.joints
     assert rows[0].a == rows[2].a > rows[1].a > 0
-    negative = model_of(planar((Q1, sp.Rational(1, 2)), (Q2, -sp.Rational(1, 2)))).chain.joints
+    negative = make_model(planar((Q1, sp.Rational(1, 2)), (Q2, -sp.Rational(1, 2)))).chain.joints
     assert negative[0].a == -negative[1].a > 0
 
 
 def test_an_arm_that_can_have_no_other_is_its_own() -> None:
     """Its base stands at numbers, a label would be too wide, or it has more lengths than there are steps."""
     alone = planar((Q1, sp.Rational(1, 2)), (Q2, sp.Symbol("a2")), base=Base((sp.Rational(1, 3), sp.S.Zero, sp.S.Zero)))
-    assert model_of(alone).chain.joints == alone.joints
+    assert make_model(alone).chain.joints == alone.joints
     wide = planar((Q1 + sp.pi / 180 * sp.Rational(225, 2), sp.Rational(12345, 100)), (Q2, sp.Rational(1, 2)))
-    assert model_of(wide).chain.joints == wide.joints
+    assert make_model(wide).chain.joints == wide.joints
     joints = tuple(Joint("R", f"theta{i}", sp.Rational(i, 10), sp.Rational(i, 7), sp.pi / 2) for i in range(1, 6))
     many = Chain("many", joints, ("vx", "vy", "vz"))
-    assert model_of(many).chain.joints == many.joints
+    assert make_model(many).chain.joints == many.joints
 
 
 def test_symbols_stay_as_they_are() -> None:
     chain = planar((Q1, sp.Symbol("a1")), (Q2 + sp.Symbol("beta"), sp.Rational(1, 4)))
-    joints = model_of(chain).chain.joints
+    joints = make_model(chain).chain.joints
     assert (joints[0].a, joints[1].theta) == (chain.joints[0].a, chain.joints[1].theta)
 
 
@@ -69,16 +79,16 @@ def test_symbols_stay_as_they_are() -> None:
 def test_a_pose_of_the_model_is_the_arms(name: str) -> None:
     """Slides are as much longer as the arm is, and angles the same, with other zeros."""
     chain = sample_chain(ProblemId.parse(name))
-    model, pose = model_of(chain), figure_pose(chain)
-    entries = entries_of_pose(model.chain, dict(model.pose(pose)))
-    assert model.entries(entries) == pytest.approx(entries_of_pose(chain, pose), abs=1e-8)
+    model, pose = make_model(chain), figure_pose(chain)
+    entries = compute_table_entries(model.chain, dict(model.model_pose(pose)))
+    assert model.arm_entries(entries) == pytest.approx(compute_table_entries(chain, pose), abs=1e-8)
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "elbow-3r/8", "scara/2", "puma-560/1"])
 def test_the_arms_labels_find_the_room_that_its_models_have(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
     for text in arm_figure(chain).texts:
-        width = sum(extent(((run.text, run.italic, run.size < 15.0),))[0] - 2.0 for run in text.runs) + 2.0
+        width = sum(lettering_size(((run.text, run.italic, run.size < 15.0),))[0] - 2.0 for run in text.runs) + 2.0
         assert width <= text.box[2] - text.box[0] + 1e-6
 
 
@@ -111,46 +121,50 @@ SIZE = (520.0, 360.0)
 
 def by_hand(box: Box, shapes: tuple[Shape, ...]) -> int:
     left, top, right, bottom = box
-    points = samples(shapes).tolist()
+    points = sample_points(shapes).tolist()
     return sum(left - r < x < right + r and top - r < y < bottom + r for x, y, r in points)
 
 
-def places(*rivals: tuple[float, float]) -> Places:
+def places(*rivals: tuple[float, float]) -> LabelPlaces:
     anchors = (((180.0, 140.0), (0.6, 0.8)), ((330.0, 170.0), (0.0, -1.0)))
-    return Places(symbol("O", "1"), anchors, 11.0, 23.0, rivals, Ink(SHAPES), SIZE)
+    return LabelPlaces(indexed_lettering("O", "1"), anchors, 11.0, 23.0, rivals, InkPoints(SHAPES), SIZE)
 
 
 def test_points_in_a_box_are_counted_as_one_by_one() -> None:
-    ink, counts = Ink(SHAPES), [by_hand(box, SHAPES) for box in BOXES]
-    assert [ink.hits(box) for box in BOXES] == counts and len(set(counts)) > 5
+    ink, counts = InkPoints(SHAPES), [by_hand(box, SHAPES) for box in BOXES]
+    assert [ink.count_covered(box) for box in BOXES] == counts and len(set(counts)) > 5
 
 
 def test_a_leader_is_a_line_like_others() -> None:
     shape = Polyline(((100.0, 200.0), (140.0, 260.0)), "leader")
-    line = Line(shape)
-    assert [line.hits(box) for box in BOXES] == [by_hand(box, (shape,)) for box in BOXES]
-    assert all(line.is_near(box) for box in BOXES if line.hits(box) or line.is_under(box))
+    line = LeaderLine(shape)
+    assert [line.count_covered(box) for box in BOXES] == [by_hand(box, (shape,)) for box in BOXES]
+    assert all(line.is_near(box) for box in BOXES if line.count_covered(box) or line.is_covered_by(box))
     assert line.crosses((90.0, 240.0), (150.0, 220.0)) and not line.crosses((90.0, 240.0), (90.0, 200.0))
 
 
 @pytest.mark.parametrize("rivals", [(), ((195.0, 160.0), (330.0, 150.0))])
 def test_no_place_is_cheaper_than_the_best(rivals: tuple[tuple[float, float], ...]) -> None:
     taken = [(190.0, 145.0, 230.0, 165.0), (310.0, 130.0, 360.0, 150.0)]
-    found = places(*rivals).best(taken, [], math.inf)
+    found = places(*rivals).find_best(taken, [], math.inf)
     assert found is not None
     box, cost = found
-    assert places(*rivals).best(taken, [], cost) == found
-    assert places(*rivals).best(taken, [], cost - 0.02) is None
+    assert places(*rivals).find_best(taken, [], cost) == found
+    assert places(*rivals).find_best(taken, [], cost - 0.02) is None
     assert not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken)
 
 
 def test_a_link_seen_end_on_still_has_a_label() -> None:
-    nowhere = Places(symbol("a", "1"), [((90.0, 90.0), (0.0, -0.0))], 8.0, 20.0, (), Ink(SHAPES), SIZE)
-    assert nowhere.best([], [], math.inf) is not None
+    nowhere = LabelPlaces(
+        indexed_lettering("a", "1"), [((90.0, 90.0), (0.0, -0.0))], 8.0, 20.0, (), InkPoints(SHAPES), SIZE
+    )
+    assert nowhere.find_best([], [], math.inf) is not None
 
 
 def test_labels_that_cost_too_much_are_given_up() -> None:
-    requests = [Request(symbol("O", str(k)), (((180.0, 140.0), (0.6, 0.8)),), kind="origin") for k in range(4)]
+    requests = [
+        LabelRequest(indexed_lettering("O", str(k)), (((180.0, 140.0), (0.6, 0.8)),), kind="origin") for k in range(4)
+    ]
     whole = Layout(requests, SHAPES, SIZE)
     assert whole.place_all() and whole.cost > 1.0
     assert Layout(requests, SHAPES, SIZE).place_all(whole.cost)
@@ -158,10 +172,10 @@ def test_labels_that_cost_too_much_are_given_up() -> None:
 
 
 def test_what_is_moved_keeps_its_form() -> None:
-    there = tuple(move_shape(shape, (7.0, -5.0)) for shape in SHAPES)
+    there = tuple(shift_shape(shape, (7.0, -5.0)) for shape in SHAPES)
     assert there != SHAPES
-    back = samples(there) - (7.0, -5.0, 0.0)
-    assert abs(back - samples(SHAPES)).max() < 1e-9
+    back = sample_points(there) - (7.0, -5.0, 0.0)
+    assert abs(back - sample_points(SHAPES)).max() < 1e-9
 
 
 def _point(chain: Chain, pose: dict[str, float] | None) -> tuple[float, float]:
@@ -185,5 +199,5 @@ def test_a_slide_is_longer_than_any_link_in_the_plane_only(family: str, least: f
     chain = sample_chain(ProblemId(family, 0))
     slide = next(i for i, joint in enumerate(chain.joints) if joint.kind == "P")
     lengths = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number]
-    extensions = candidates(chain, chain)[:, slide] / (max([*lengths, 0.0]) or DEFAULT_LENGTH)
+    extensions = list_candidate_poses(chain, chain)[:, slide] / (max([*lengths, 0.0]) or DEFAULT_LENGTH)
     assert least <= extensions.min() and extensions.max() <= most

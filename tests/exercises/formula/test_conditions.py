@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import Space, compare_sets
+from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
-from qdot.exercises.formula.trees import ReadError
+from qdot.exercises.formula.trees import ParseError
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", "a3"), "length")})
-SPACE = Space(JOINTS, DOMAIN)
+SPACE = ConfigurationSpace(JOINTS, DOMAIN)
 
 
-def equal(claimed: str, reference: str, space: Space = SPACE, seed: str = "seed") -> bool:
-    left, right = (parse_pieces(read(text), space.joints) for text in (claimed, reference))
-    return compare_sets(left, right, space, seed).equal
+def equal(claimed: str, reference: str, space: ConfigurationSpace = SPACE, seed: str = "seed") -> bool:
+    left, right = (parse_pieces(parse_formula(text), space.joints) for text in (claimed, reference))
+    return compare_sets(left, right, space, seed).are_equal
 
 
 FOLD = "[theta2 = 0, theta2 = pi]"
@@ -38,7 +38,7 @@ OTHER_FOLD = [
     "sin(theta2)*sin(theta3) = 0", "a1 = 0", "0 = 0", "1 = 0",
 ]  # fmt: skip
 SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
-LONG_ENOUGH = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 0.1, "a2": 0.5, "a3": 0.4}))
+LONG_ENOUGH = ConfigurationSpace(JOINTS, Domain({**DOMAIN.roles, "a1": 0.1, "a2": 0.5, "a3": 0.4}))
 BRANCH, OTHER_BRANCH = (f"theta3 = {sign}acos(-(a1 + a2*cos(theta2))/a3) - theta2" for sign in ("", "-"))
 SAME_SHOULDER = [
     "a1 + a2*c2 + a3*c23 = 0", "a3*c23 = -a1 - a2*c2", "Eq(a1 + a2*c2, -a3*c23)", f"{BRANCH} or {OTHER_BRANCH}",
@@ -54,7 +54,7 @@ SAME_LINES = [
     "sin(theta2)^2 + sin(theta3)^2 = 0",
 ]  # fmt: skip
 OTHER_LINES = ["sin(theta2) = 0 or sin(theta3) = 0", "{theta2: [0, pi], theta3: 0}"]
-SLIDE = Space(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
+SLIDE = ConfigurationSpace(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
 COMPARED = [
     (FOLD, SPACE, SAME_FOLD, OTHER_FOLD), (SHOULDER, LONG_ENOUGH, SAME_SHOULDER, OTHER_SHOULDER),
     (LINES, SPACE, SAME_LINES, OTHER_LINES),
@@ -64,7 +64,7 @@ COMPARED = [
 
 @pytest.mark.parametrize(("reference", "space", "same", "others"), COMPARED, ids=["fold", "tied", "lines", "slide"])
 def test_a_set_is_the_same_however_it_is_written_and_another_is_another(
-    reference: str, space: Space, same: list[str], others: list[str]
+    reference: str, space: ConfigurationSpace, same: list[str], others: list[str]
 ) -> None:
     for claimed in same:
         assert equal(claimed, reference, space) and equal(reference, claimed, space), claimed
@@ -73,15 +73,17 @@ def test_a_set_is_the_same_however_it_is_written_and_another_is_another(
 
 
 def test_a_piece_that_does_not_exist_for_the_lengths_is_neither_right_nor_wrong() -> None:
-    short = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
-    found = compare_sets(parse_pieces(read(SHOULDER), JOINTS), parse_pieces(read(FOLD), JOINTS), short, "seed")
-    assert found.sound == (None,)
+    short = ConfigurationSpace(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
+    found = compare_sets(
+        parse_pieces(parse_formula(SHOULDER), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), short, "seed"
+    )
+    assert found.is_sound == (None,)
 
 
 @pytest.mark.parametrize("text", ["theta2 in theta3 in 0 =", "{theta2: }", "[theta2 = [[0]]]", "theta2 = ...", "{...}"])
 def test_what_is_no_condition_is_refused(text: str) -> None:
-    with pytest.raises(ReadError):
-        parse_pieces(read(text), JOINTS)
+    with pytest.raises(ParseError):
+        parse_pieces(parse_formula(text), JOINTS)
 
 
 @pytest.mark.parametrize(
@@ -94,17 +96,19 @@ def test_what_is_no_condition_is_refused(text: str) -> None:
 )  # fmt: skip
 def test_no_claim_stalls_the_comparison(text: str) -> None:
     every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long ways to say what is right
-    with contextlib.suppress(ReadError):  # refused, or compared; what would be wrong is to hang
+    with contextlib.suppress(ParseError):  # refused, or compared; what would be wrong is to hang
         assert (
-            compare_sets(parse_pieces(read(text), JOINTS), parse_pieces(read(FOLD), JOINTS), SPACE, "seed").equal
+            compare_sets(
+                parse_pieces(parse_formula(text), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), SPACE, "seed"
+            ).are_equal
             is every_turn
         )
 
 
 @pytest.mark.parametrize("text", ["sin(theta2) = 0", "sin(theta2)^2 = 0", "tan(theta2) = 0", "1 = cos(theta2)^2"])
 def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
-    (piece,) = parse_pieces(read(text), JOINTS)
-    values = SPACE.on_piece(piece, SPACE.names_of([[piece]]), Stream("branches"), count=60)["theta2"]
+    (piece,) = parse_pieces(parse_formula(text), JOINTS)
+    values = SPACE.sample_piece(piece, SPACE.collect_names([[piece]]), Stream("branches"), count=60)["theta2"]
     at_zero, at_pi = (np.sum(np.abs(np.sin(values / 2)) < 1e-3), np.sum(np.abs(np.cos(values / 2)) < 1e-3))
     assert at_zero > 10
     assert at_pi > 10
@@ -119,9 +123,10 @@ def test_large_terms_that_cancel_take_no_pose_from_its_branch(b: str, c: str, se
     whole = f"{b} + {c}*cos(theta2) + a3*(cos(theta2)*(1 - {t}^2) - sin(theta2)*2*{t})/(1 + {t}^2)"
     plain = f"sin(theta3) = 0 or {b} + {c}*cos(theta2) + a3*cos(theta2 + theta3) = 0"
     claimed, reference = (
-        parse_pieces(read(text), JOINTS) for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
+        parse_pieces(parse_formula(text), JOINTS)
+        for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
     )
     found = compare_sets(claimed, reference, SPACE, str(seed))
-    assert found.equal and found.least > 45
-    wrong = parse_pieces(read(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
-    assert not compare_sets(claimed, wrong, SPACE, str(seed)).equal
+    assert found.are_equal and found.fewest_configurations > 45
+    wrong = parse_pieces(parse_formula(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
+    assert not compare_sets(claimed, wrong, SPACE, str(seed)).are_equal

@@ -11,18 +11,18 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
 from qdot.exercises.formula.identity import (
-    READABLE,
+    READABLE_POINTS,
     Comparison,
     Domain,
     EntryDifference,
     Rounding,
-    allowed_for_decimals,
     chance_of_missing,
     compare_entries,
+    decimal_tolerance,
     default_role,
 )
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.trees import names
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import find_names
 from qdot.grader.judging.compare import compare_line
 from tests.support import DATA
 from tests.support.suites import several
@@ -31,8 +31,8 @@ CASES = [json.loads(line) for line in (DATA / "corpus.jsonl").read_text(encoding
 
 
 def compare(student: str, reference: str, seed: str = "seed") -> Comparison:
-    ours, theirs = read(reference), read(student)
-    used = names(ours) | names(theirs)
+    ours, theirs = parse_formula(reference), parse_formula(student)
+    used = find_names(ours) | find_names(theirs)
     return compare_entries([theirs], [ours], Domain({name: default_role(name) for name in used}), seed)
 
 
@@ -54,7 +54,7 @@ NOISY = (
 
 @pytest.mark.parametrize("text", NOISY)
 def test_what_floating_point_leaves_of_zero_is_no_term(text: str) -> None:
-    assert compare(text, "a1*cos(theta1)").equal == (True,)
+    assert compare(text, "a1*cos(theta1)").is_correct == (True,)
 
 
 @pytest.mark.parametrize(
@@ -64,11 +64,11 @@ def test_what_floating_point_leaves_of_zero_is_no_term(text: str) -> None:
      "a1*cos(theta1) + sqrt(10^34)*a2*1e-17", "a1*cos(theta1) + (10^13 + 9)/10^13*a2"],
 )  # fmt: skip
 def test_a_term_that_is_small_is_one(text: str) -> None:
-    assert compare(text, "a1*cos(theta1)").equal == (False,)
+    assert compare(text, "a1*cos(theta1)").is_correct == (False,)
 
 
 def test_an_entry_that_is_only_rounding_is_zero() -> None:
-    assert compare("6.12323399573677e-17*a2*cos(theta1)", "0").equal == (True,)
+    assert compare("6.12323399573677e-17*a2*cos(theta1)", "0").is_correct == (True,)
 
 
 def test_a_reference_may_be_a_long_sum() -> None:
@@ -95,12 +95,12 @@ WRONG_IN_PLACES = [
 @pytest.mark.parametrize(("inner", "share"), [("sin(theta2)", 0.5), ("sin(theta2/2 + 3/4*pi)", 0.25)])
 def test_the_bound_of_a_comparison_in_numbers(inner: str, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """With three points, what is wrong at a share of the circle gets through at the rate that the bound states."""
-    for constant in ("POINTS", "POINTS_BRANCHING"):
+    for constant in ("POINT_COUNT", "POINT_COUNT_BRANCHING"):
         monkeypatch.setattr(identity, constant, 3)
     found = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
-    passed = [one for one in found if one.equal == (True,)]
+    passed = [one for one in found if one.is_correct == (True,)]
     assert len(passed) / len(found) == pytest.approx(chance_of_missing(3, share), abs=0.07)
-    assert all(one.certificate.bound == chance_of_missing(3, identity.SHARE_BRANCHING) for one in passed)
+    assert all(one.certificate.bound == chance_of_missing(3, identity.WRONG_SHARE_BRANCHING) for one in passed)
 
 
 RIGHT = [
@@ -123,7 +123,7 @@ RIGHT = [
 def test_other_forms_of_the_same_function_are_right_and_what_is_right_in_places_only_is_wrong(seed: str) -> None:
     for due, pairs in ((True, RIGHT), (False, WRONG_IN_PLACES)):
         for student, reference in pairs:
-            assert compare(student, reference, seed).equal == (due,), student
+            assert compare(student, reference, seed).is_correct == (due,), student
 
 
 def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
@@ -138,9 +138,9 @@ def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
 
 
 def test_entries_are_judged_one_by_one() -> None:
-    student, reference = ([read(t) for t in texts] for texts in (["a1", "a2", "0"], ["a1", "a1", "0"]))
+    student, reference = ([parse_formula(t) for t in texts] for texts in (["a1", "a2", "0"], ["a1", "a1", "0"]))
     found = compare_entries(student, reference, Domain({"a1": "length", "a2": "length"}), "seed")
-    assert found.equal == (True, False, True)
+    assert found.is_correct == (True, False, True)
     assert isinstance(found.certificate.counterexample, EntryDifference)
     assert found.certificate.counterexample.entry == 1
 
@@ -148,7 +148,9 @@ def test_entries_are_judged_one_by_one() -> None:
 def test_a_given_number_may_be_typed_or_named() -> None:
     domain = Domain({"a1": 0.35, "theta1": "angle"})
     for typed in ("0.35*cos(theta1)", "7/20*cos(theta1)", "a1*cos(theta1)"):
-        assert compare_entries([read(typed)], [read("7*cos(theta1)/20")], domain, "seed").equal == (True,)
+        assert compare_entries(
+            [parse_formula(typed)], [parse_formula("7*cos(theta1)/20")], domain, "seed"
+        ).is_correct == (True,)
 
 
 def test_no_answer_stalls_the_comparison() -> None:
@@ -162,7 +164,9 @@ def test_no_answer_stalls_the_comparison() -> None:
 def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
     domain = Domain({"theta1": "angle", "a1": "length", "d2": "signed", "a2": 0.35})
     drawn = domain.sample({"theta1", "a1", "d2", "a2", "x"}, 4000, Stream("points"))
-    low_high = {name: (values[READABLE:].min(), values[READABLE:].max()) for name, values in drawn.items()}
+    low_high = {
+        name: (values[READABLE_POINTS:].min(), values[READABLE_POINTS:].max()) for name, values in drawn.items()
+    }
     assert low_high["theta1"] == pytest.approx((-np.pi, np.pi), abs=0.02)
     assert low_high["a1"] == (pytest.approx(0.05, rel=0.02), pytest.approx(40, rel=0.02))
     assert np.median(drawn["a1"]) == pytest.approx((0.05 * 40) ** 0.5, rel=0.2)
@@ -172,10 +176,10 @@ def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
         assert np.abs(drawn[name]).min() == pytest.approx(0.2, abs=0.02)
         assert np.mean(drawn[name] > 0) == pytest.approx(0.5, abs=0.05)
     for name in ("theta1", "a1", "d2"):
-        assert all(round(value, 2) == value for value in drawn[name][:READABLE])
-    lengths = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE] for k in range(200)]
+        assert all(round(value, 2) == value for value in drawn[name][:READABLE_POINTS])
+    lengths = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE_POINTS] for k in range(200)]
     assert (np.min(lengths), np.max(lengths)) == (pytest.approx(0.2, abs=0.011), pytest.approx(1.5, abs=0.011))
-    assert not all(round(value, 2) == value for value in drawn["a1"][READABLE : READABLE + 5])
+    assert not all(round(value, 2) == value for value in drawn["a1"][READABLE_POINTS : READABLE_POINTS + 5])
 
 
 def test_given_numbers_are_fractions_where_they_can_be() -> None:
@@ -191,15 +195,15 @@ def test_given_numbers_are_fractions_where_they_can_be() -> None:
     ],
 )  # fmt: skip
 def test_only_decimals_as_long_as_doubles_may_be_off(text: str, allowed: float) -> None:
-    assert allowed_for_decimals(read(text)) == allowed
+    assert decimal_tolerance(parse_formula(text)) == allowed
 
 
 @pytest.mark.parametrize("given", [Fraction(1, 3), 0.375])
 def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | Fraction) -> None:
     def right(student: str, **roles: float | Fraction) -> bool:
         return compare_entries(
-            [read(student)], [read("a1*cos(theta1)")], Domain({"theta1": "angle", **roles}), "s"
-        ).equal[0]
+            [parse_formula(student)], [parse_formula("a1*cos(theta1)")], Domain({"theta1": "angle", **roles}), "s"
+        ).is_correct[0]
 
     assert right("a1*cos(theta1)", a1=given)
     assert not right("a1*cos(theta1)*(10^13 + 1)/10^13", a1=given)
@@ -217,14 +221,18 @@ def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | F
     ],
 )  # fmt: skip
 def test_an_assignment_may_allow_a_part_or_an_amount(rounding: Rounding | None, off: str, due: bool) -> None:
-    found = compare_entries([read(f"a1*({off})")], [read("a1")], Domain({"a1": "length"}), "seed", rounding)
-    assert found.equal == (due,)
+    found = compare_entries(
+        [parse_formula(f"a1*({off})")], [parse_formula("a1")], Domain({"a1": "length"}), "seed", rounding
+    )
+    assert found.is_correct == (due,)
 
 
 def test_the_bound_is_that_of_the_worst_entry() -> None:
     texts = ["a1", "(a1 + a2)^900", "a2"]
-    found = compare_entries([read(t) for t in texts], [read(t) for t in texts], Domain({}), "seed")
+    found = compare_entries([parse_formula(t) for t in texts], [parse_formula(t) for t in texts], Domain({}), "seed")
     alone = [compare(text, text).certificate.bound or 0.0 for text in texts]
     assert found.certificate.bound == max(alone) > 2 * min(alone)
-    wrong = compare_entries([read(t) for t in [*texts, "a3"]], [read(t) for t in [*texts, "a2"]], Domain({}), "seed")
-    assert (wrong.equal, wrong.certificate.bound) == ((True, True, True, False), max(alone))
+    wrong = compare_entries(
+        [parse_formula(t) for t in [*texts, "a3"]], [parse_formula(t) for t in [*texts, "a2"]], Domain({}), "seed"
+    )
+    assert (wrong.is_correct, wrong.certificate.bound) == ((True, True, True, False), max(alone))

@@ -9,9 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from qdot.exercises.formula.parser import MAX_LENGTH, read
+from qdot.exercises.formula.parser import MAX_LENGTH, parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
+from qdot.exercises.formula.trees import (
+    Node,
+    ParseError,
+    as_matrix,
+    count_decimal_digits,
+    find_names,
+    has_blank,
+    node_text,
+)
 from tests.support.suites import few_of, several
 
 VALUES = {
@@ -21,7 +29,7 @@ VALUES = {
 
 
 def value(text: str, known: tuple[str, ...] = ()) -> complex:
-    program = compile_program([read(text, known)])
+    program = compile_program([parse_formula(text, known)])
     found, _ = evaluate(program, {name: np.array([number]) for name, number in VALUES.items()}, 1)
     return complex(found[0, 0])
 
@@ -49,7 +57,7 @@ def test_what_people_type_is_what_they_mean(typed: str, meant: str) -> None:
 def test_a_symbol_of_the_problem_wins_over_shorthand() -> None:
     assert value("c1") == pytest.approx(math.cos(0.7))
     assert value("c1", ("c1", "theta1")) == 5.0
-    assert read("c12", ("theta1",)).kind == "name"
+    assert parse_formula("c12", ("theta1",)).kind == "name"
 
 
 @pytest.mark.parametrize(
@@ -64,23 +72,23 @@ def test_a_symbol_of_the_problem_wins_over_shorthand() -> None:
     ],
 )  # fmt: skip
 def test_structures_are_read(text: str, kind: str, count: int) -> None:
-    node = read(text)
+    node = parse_formula(text)
     assert (node.kind, len(node.args)) == (kind, count)
 
 
 def test_matrices() -> None:
-    assert [len(row) for row in as_matrix(read("[[1, 2, 3], [4, 5, 6]]"))] == [3, 3]
-    assert [len(row) for row in as_matrix(read("[1, 2, 3]"))] == [1, 1, 1]
-    assert as_matrix(read("a1")) == [[Node("name", value="a1")]]
+    assert [len(row) for row in as_matrix(parse_formula("[[1, 2, 3], [4, 5, 6]]"))] == [3, 3]
+    assert [len(row) for row in as_matrix(parse_formula("[1, 2, 3]"))] == [1, 1, 1]
+    assert as_matrix(parse_formula("a1")) == [[Node("name", value="a1")]]
     for wrong in ("[[1, 2], [3]]", "[]", "[[[1], 2], 3]"):
-        with pytest.raises(ReadError):
-            as_matrix(read(wrong))
+        with pytest.raises(ParseError):
+            as_matrix(parse_formula(wrong))
 
 
 def test_names_and_blanks() -> None:
-    assert names(read("a1*c2 + pi*sin(theta1) + E + I")) == {"a1", "theta1", "theta2"}
-    assert has_blank(read("[a1, ...]"))
-    assert not has_blank(read("[a1, 0]"))
+    assert find_names(parse_formula("a1*c2 + pi*sin(theta1) + E + I")) == {"a1", "theta1", "theta2"}
+    assert has_blank(parse_formula("[a1, ...]"))
+    assert not has_blank(parse_formula("[a1, 0]"))
 
 
 @pytest.mark.parametrize(
@@ -98,8 +106,8 @@ def test_names_and_blanks() -> None:
     ],
 )  # fmt: skip
 def test_an_error_says_what_and_where(text: str, said: str) -> None:
-    with pytest.raises(ReadError, match=said):
-        read(text)
+    with pytest.raises(ParseError, match=said):
+        parse_formula(text)
 
 
 MANY = several(5_000, 20_000)
@@ -123,10 +131,10 @@ HOSTILE = [
 def test_hostile_text_ends_soon(text: str) -> None:
     begun = time.process_time()
     try:
-        tree = read(text)
+        tree = parse_formula(text)
         program = compile_program([tree])
-        evaluate(program, {used: np.full(4, 0.7) for used in names(tree)}, 4)
-    except ReadError as error:
+        evaluate(program, {used: np.full(4, 0.7) for used in find_names(tree)}, 4)
+    except ParseError as error:
         assert len(str(error)) < 300, "a message is for reading"
     assert time.process_time() - begun < 10
 
@@ -134,8 +142,8 @@ def test_hostile_text_ends_soon(text: str) -> None:
 @settings(max_examples=several(150, 400))
 @given(st.text(max_size=60))
 def test_any_text_is_read_or_refused(text: str) -> None:
-    with contextlib.suppress(ReadError):
-        read(text)
+    with contextlib.suppress(ParseError):
+        parse_formula(text)
 
 
 PIECES = [
@@ -149,10 +157,10 @@ PIECES = [
 @given(st.lists(st.sampled_from(PIECES), max_size=25).map("".join))
 def test_any_text_of_the_grammar_is_read_or_refused(text: str) -> None:
     try:
-        tree = read(text)
+        tree = parse_formula(text)
         program = compile_program([tree])
-        evaluate(program, {used: np.full(2, 0.7) for used in names(tree)}, 2)
-    except ReadError:
+        evaluate(program, {used: np.full(2, 0.7) for used in find_names(tree)}, 2)
+    except ParseError:
         pass
 
 
@@ -188,18 +196,18 @@ def test_precedence_is_pythons(text: str) -> None:
     ],
 )  # fmt: skip
 def test_a_tree_prints_as_what_reads_as_the_same(text: str) -> None:
-    again = node_text(read(node_text(read(text))))
-    assert again == node_text(read(text))
+    again = node_text(parse_formula(node_text(parse_formula(text))))
+    assert again == node_text(parse_formula(text))
     assert value(again) == value(text)
 
 
 @pytest.mark.parametrize(("text", "digits"), [("0.0", 0), ("1.50", 2), ("1.25e-400", 3), ("12.5e399", 3), ("1e3", 1)])
 def test_digits_of_a_decimal_are_those_that_count(text: str, digits: int) -> None:
-    assert digits_of_decimals(read(text)) == digits
+    assert count_decimal_digits(parse_formula(text)) == digits
 
 
 @pytest.mark.parametrize("sign", ["±", "+/-", r"\pm "])
 def test_twelve_signs_of_plus_or_minus_are_read(sign: str) -> None:
-    read(f"{sign}a2" * 12)
-    with pytest.raises(ReadError, match=r"the answer has 13 signs ±"):
-        read(f"{sign}a2" * 13)
+    parse_formula(f"{sign}a2" * 12)
+    with pytest.raises(ParseError, match=r"the answer has 13 signs ±"):
+        parse_formula(f"{sign}a2" * 13)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.tables import numbers_text, table_text
-from qdot.exercises.formula.trees import ReadError, as_matrix
+from qdot.exercises.formula.trees import ParseError, as_matrix
 
 WORKED_OUT = [
     ("2*[1, 3]", [[2], [6]]), ("[[1, 2], [3, 4]]/2", [[0.5, 1], [1.5, 2]]), ("-[1; 2]", [[-1], [-2]]),
@@ -20,7 +20,7 @@ WORKED_OUT = [
 
 @pytest.mark.parametrize(("text", "due"), WORKED_OUT)
 def test_what_is_to_be_done_with_matrices_is_done(text: str, due: list[list[float]]) -> None:
-    rows = as_matrix(read(text))
+    rows = as_matrix(parse_formula(text))
     values = [evaluate(compile_program(row), {}, 1)[0][:, 0].real.tolist() for row in rows]
     assert [pytest.approx(row) for row in due] == values
 
@@ -40,8 +40,8 @@ def test_what_is_to_be_done_with_matrices_is_done(text: str, due: list[list[floa
     ],
 )  # fmt: skip
 def test_what_means_nothing_or_two_things_is_refused(text: str, said: str) -> None:
-    with pytest.raises(ReadError) as refused:
-        read(text)
+    with pytest.raises(ParseError) as refused:
+        parse_formula(text)
     assert said in str(refused.value)
 
 

@@ -5,13 +5,13 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from qdot.exercises.formula.angles import turns_of
-from qdot.exercises.formula.conditions import holds_at, same_value
-from qdot.exercises.formula.identity import FLOATS
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.program import value_of
+from qdot.exercises.formula.angles import find_multiple_of_pi
+from qdot.exercises.formula.conditions import agree_to_double_precision, vanishes_at
+from qdot.exercises.formula.identity import DOUBLE_TOLERANCE
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.program import constant_value
 from qdot.exercises.formula.set_parser import parse_claims
-from qdot.exercises.formula.trees import ReadError
+from qdot.exercises.formula.trees import ParseError
 
 JOINTS = ("theta1", "theta2", "theta3")
 
@@ -22,51 +22,55 @@ JOINTS = ("theta1", "theta2", "theta3")
 )
 def test_a_value_is_known_with_fifty_digits(text: str, value: mpmath.mpf) -> None:
     with mpmath.workdps(50):
-        assert abs(value_of(read(text)) - mpmath.mpf(value)) < 1e-15
-        assert mpmath.nstr(value_of(read("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
+        assert abs(constant_value(parse_formula(text)) - mpmath.mpf(value)) < 1e-15
+        assert mpmath.nstr(constant_value(parse_formula("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
 
 
 @pytest.mark.parametrize("text", ["acos(2)", "1/0", "log(0)", "a1", "theta1", "I", "-I", "1 + I/1000", "1 - I/1000"])
 def test_what_is_no_real_number_has_no_value(text: str) -> None:
-    assert value_of(read(text)) is None
+    assert constant_value(parse_formula(text)) is None
 
 
 @pytest.mark.parametrize("off", [1e-3, -1e-3, 1.2e-12, -1.2e-12])
 def test_values_that_differ_are_not_the_same(off: float) -> None:
     with mpmath.workdps(50):
         for value in (mpmath.mpf(0), mpmath.mpf(1), -mpmath.pi / 3):
-            assert same_value(value, value, True)
-            assert not any(same_value(value + mpmath.mpf(off), value, is_angle) for is_angle in (True, False))
+            assert agree_to_double_precision(value, value, True)
+            assert not any(
+                agree_to_double_precision(value + mpmath.mpf(off), value, is_angle) for is_angle in (True, False)
+            )
 
 
 def test_angles_are_the_same_modulo_whole_turns_and_lengths_are_not() -> None:
     with mpmath.workdps(50):
         turn = 2 * mpmath.pi
         for turns in (-3, -1, 1, 2):
-            assert same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), True)
-            assert not same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), False)
-        assert not same_value(mpmath.mpf(1) + mpmath.pi, mpmath.mpf(1), True)
+            assert agree_to_double_precision(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), True)
+            assert not agree_to_double_precision(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), False)
+        assert not agree_to_double_precision(mpmath.mpf(1) + mpmath.pi, mpmath.mpf(1), True)
 
 
 def test_room_is_relative_to_a_large_value_and_absolute_for_a_small_one() -> None:
     for size in (-40, -0.01, 0.01, 40):
-        allowed = FLOATS * max(1, abs(size))
+        allowed = DOUBLE_TOLERANCE * max(1, abs(size))
         for sign in (1, -1):
-            assert same_value(mpmath.mpf(size + sign * 0.9 * allowed), mpmath.mpf(size), False)
-            assert not same_value(mpmath.mpf(size + sign * 1.1 * allowed), mpmath.mpf(size), False)
+            assert agree_to_double_precision(mpmath.mpf(size + sign * 0.9 * allowed), mpmath.mpf(size), False)
+            assert not agree_to_double_precision(mpmath.mpf(size + sign * 1.1 * allowed), mpmath.mpf(size), False)
 
 
 def test_a_condition_holds_at_values_or_misses_them() -> None:
-    zero = read("a1 + a2*cos(theta2)")
+    zero = parse_formula("a1 + a2*cos(theta2)")
     with mpmath.workdps(50):
         symbols = {"a1": mpmath.mpf(1) / 4, "a2": mpmath.mpf(1) / 2}
         exact = 2 * mpmath.pi / 3
         tiny = {"a1": mpmath.mpf("0.25e-30"), "a2": mpmath.mpf("0.5e-30")}
         for off, holds in ((0, True), (1e-13, True), (-1e-13, True), (1e-11, False), (-1e-11, False)):
             for lengths in (symbols, tiny):
-                assert holds_at(zero, {"theta2": exact + off}, lengths) is holds
-                assert holds_at(read("1000*(a1 + a2*cos(theta2))"), {"theta2": exact + off}, lengths) is holds
-        assert not holds_at(read("1/(a1 - a1)"), {}, symbols)
+                assert vanishes_at(zero, {"theta2": exact + off}, lengths) is holds
+                assert (
+                    vanishes_at(parse_formula("1000*(a1 + a2*cos(theta2))"), {"theta2": exact + off}, lengths) is holds
+                )
+        assert not vanishes_at(parse_formula("1/(a1 - a1)"), {}, symbols)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +81,7 @@ def test_a_condition_holds_at_values_or_misses_them() -> None:
     ],
 )  # fmt: skip
 def test_rational_turns_and_what_is_none(texts: list[str], turns: Fraction | None) -> None:
-    assert [turns_of(read(text)) for text in texts] == [turns] * len(texts)
+    assert [find_multiple_of_pi(parse_formula(text)) for text in texts] == [turns] * len(texts)
 
 
 @pytest.mark.parametrize(
@@ -94,20 +98,20 @@ def test_conditions_that_must_be_searched_may_be_some_hundred_and_values_ten_tim
     def claim(count: int) -> str:
         return "{" + ", ".join(piece.format(k) for k in range(1, count + 1)) + "}"
 
-    assert len(parse_claims(read(claim(taken)), JOINTS)) == taken
+    assert len(parse_claims(parse_formula(claim(taken)), JOINTS)) == taken
     if refused:
-        with pytest.raises(ReadError, match=f"too long, with their {refused} cases"):
-            parse_claims(read(claim(refused)), JOINTS)
+        with pytest.raises(ParseError, match=f"too long, with their {refused} cases"):
+            parse_claims(parse_formula(claim(refused)), JOINTS)
 
 
 def test_each_whole_number_multiplies_the_cases() -> None:
     terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    assert len(parse_claims(read("theta1 = k*pi"), JOINTS)) == 2
+    assert len(parse_claims(parse_formula("theta1 = k*pi"), JOINTS)) == 2
     for tied in (f"{terms} = k + n + m", f"theta3 = 0 and {terms} = k + n + m", f"[{{{terms} - k*n*m}}]"):
-        with pytest.raises(ReadError, match="too many whole numbers"):
-            parse_claims(read(tied), JOINTS)
-        with pytest.raises(ReadError, match="too long, with their"):  # fewer, and refused later, by their steps
-            parse_claims(read(tied.replace("m", "1").replace("*1", "")), JOINTS)
+        with pytest.raises(ParseError, match="too many whole numbers"):
+            parse_claims(parse_formula(tied), JOINTS)
+        with pytest.raises(ParseError, match="too long, with their"):  # fewer, and refused later, by their steps
+            parse_claims(parse_formula(tied.replace("m", "1").replace("*1", "")), JOINTS)
 
 
 @pytest.mark.parametrize(
@@ -122,5 +126,5 @@ def test_each_whole_number_multiplies_the_cases() -> None:
 def test_whole_numbers_of_different_conditions_do_not_multiply(text: str) -> None:
     """Each condition of these has 13 cases of some hundred nodes; all together as one would have 2,197."""
     long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    claimed = parse_claims(read(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
+    claimed = parse_claims(parse_formula(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
     assert claimed

@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.conditions import MEMBER, ROUNDED, SAMPLES, Space, compare_sets
+from qdot.exercises.formula.conditions import (
+    ROUNDED_JOINT_VALUE,
+    SAMPLE_COUNT,
+    SEARCH_TOLERANCE,
+    ConfigurationSpace,
+    compare_sets,
+)
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 JOINTS = ("theta1", "theta2", "theta3")
@@ -19,10 +25,10 @@ DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), "a1": "length", "a2": "length
 
 
 def parsed(*texts: str) -> list[Piece]:
-    return [piece for text in texts for piece in parse_pieces(read(text), JOINTS)]
+    return [piece for text in texts for piece in parse_pieces(parse_formula(text), JOINTS)]
 
 
-class Told(Space):
+class Told(ConfigurationSpace):
     """A space whose poses and tests are told: `count` poses on each piece, and what is inside at which tolerance."""
 
     def __init__(
@@ -32,18 +38,20 @@ class Told(Space):
         super().__init__(JOINTS, DOMAIN)
         self.told, self.count, self.exact, self.miss = inside, count, exact, miss
 
-    def on_piece(self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLES) -> dict[str, np.ndarray]:
+    def sample_piece(
+        self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLE_COUNT
+    ) -> dict[str, np.ndarray]:
         return {name: np.arange(1.0, self.count + 1) for name in sorted({*JOINTS, *used})}
 
     def contains(
-        self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = MEMBER
+        self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = SEARCH_TOLERANCE
     ) -> np.ndarray:
         return self.told(sets, count, tolerance)
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         return self.exact
 
-    def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
+    def smallest_residual(self, piece: Piece, used: set[str], stream: Stream) -> float:
         return self.miss
 
 
@@ -56,7 +64,7 @@ def half(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
 
 
 def only_rounded(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
-    return np.full(count, tolerance == ROUNDED.absolute)
+    return np.full(count, tolerance == ROUNDED_JOINT_VALUE.absolute)
 
 
 ONE, TYPED, DECIMAL = parsed("theta2 = pi/2"), parsed("theta1 = 0 and theta2 = pi/2"), parsed("theta2 = 1.57")
@@ -64,7 +72,7 @@ MIXED, TIED = parsed("theta1 = 0 and theta2 = 1.57"), parsed("cos(theta2 + theta
 
 
 def near_somewhere(outer: Sequence[Piece], count: int, tolerance: float) -> np.ndarray:
-    return half(outer, count, tolerance) & (tolerance == ROUNDED.absolute)
+    return half(outer, count, tolerance) & (tolerance == ROUNDED_JOINT_VALUE.absolute)
 
 
 INEXACT, NEAR = Told(everywhere, exact=False), Told(only_rounded)
@@ -94,10 +102,10 @@ def test_a_comparison_follows_from_what_is_inside_and_how_exactly(
     surplus: float | None,
 ) -> None:  # fmt: skip
     compared = compare_sets(claimed, reference, space, "s")
-    assert (compared.sound, compared.covered, compared.rounded) == ((sound,), (covered,), rounded)
+    assert (compared.is_sound, compared.is_covered, compared.is_only_rounded) == ((sound,), (covered,), rounded)
     assert (compared.surplus or {}).get("theta1") == surplus
-    assert (compared.points, compared.least) == (2 * space.count, space.count)
-    assert compared.equal is (sound is not False and covered is not False)
+    assert (compared.configuration_count, compared.fewest_configurations) == (2 * space.count, space.count)
+    assert compared.are_equal is (sound is not False and covered is not False)
 
 
 def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_searched_for() -> None:
@@ -109,7 +117,7 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
 
     space = Told(asked)
     compare_sets(parsed("theta1 = 0 and cos(theta2 + theta3) = 0"), ONE, space, "s")
-    assert seen == [MEMBER, space.typed_tolerance]
+    assert seen == [SEARCH_TOLERANCE, space.typed_tolerance]
 
 
 @pytest.mark.parametrize(
@@ -131,16 +139,16 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
 def test_conditions_with_double_zeros_and_undefined_values_are_followed(
     claimed: list[str], reference: str, sound: tuple[bool | None, ...], covered: tuple[bool | None, ...]
 ) -> None:
-    compared = compare_sets(parsed(*claimed), parsed(reference), Space(JOINTS, DOMAIN), "s")
-    assert (compared.sound, compared.covered) == (sound, covered)
+    compared = compare_sets(parsed(*claimed), parsed(reference), ConfigurationSpace(JOINTS, DOMAIN), "s")
+    assert (compared.is_sound, compared.is_covered) == (sound, covered)
 
 
 def test_a_value_of_eleven_digits_is_not_exact_where_the_lengths_are() -> None:
     given = Domain({**DOMAIN.roles, "a1": Fraction(1, 2), "a2": Fraction(7, 10)})
-    space = Space(JOINTS, given)
+    space = ConfigurationSpace(JOINTS, given)
     due = parsed("a1 + a2*cos(theta2) = 0")
     exact = parsed("theta2 = acos(-5/7)", "theta2 = -acos(-5/7)")
-    assert compare_sets(exact, due, space, "s").equal
+    assert compare_sets(exact, due, space, "s").are_equal
     digits = f"{math.acos(-5 / 7):.10f}"
     found = compare_sets(parsed(f"theta2 = {digits}", f"theta2 = -{digits}"), due, space, "s")
-    assert found.sound == (False, False) and found.rounded
+    assert found.is_sound == (False, False) and found.is_only_rounded

@@ -11,8 +11,8 @@ import pytest
 
 from qdot.exercises.formula import names, notation, parser
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.notation import plain
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.notation import to_plain_text
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.grader.judging.verdict import Outcome
@@ -73,7 +73,7 @@ def test_a_pattern_means_the_same_to_a_browser(name: str, pattern: str) -> None:
 def test_every_function_has_a_value() -> None:
     for name in VOCABULARY["functions"]:
         arguments = ", ".join(["0.5"] * VOCABULARY["arity"].get(name, names.ARITY.get(names.FUNCTIONS[name], 1)))
-        value = evaluate(compile_program([read(f"{name}({arguments})")]), {}, 1)[0][0, 0]
+        value = evaluate(compile_program([parse_formula(f"{name}({arguments})")]), {}, 1)[0][0, 0]
         assert abs(value) < 10, name
 
 
@@ -81,7 +81,7 @@ def test_digits_of_all_scripts_are_digits() -> None:
     for zero in VOCABULARY["zeros"]:
         digits = "".join(chr(ord(zero) + k) for k in range(10))
         assert [unicodedata.decimal(digit) for digit in digits] == list(range(10))
-        assert plain(f"{digits}*a1", {"a1"}) == "0123456789*a1"
+        assert to_plain_text(f"{digits}*a1", {"a1"}) == "0123456789*a1"
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,9 @@ def test_digits_of_all_scripts_are_digits() -> None:
     ],
 )  # fmt: skip
 def test_what_a_keyboard_or_a_page_makes_of_it_is_read(typed: str, meant: str) -> None:
-    assert read(typed, {"a1", "a2", "theta1", "theta2"}) == read(meant, {"a1", "a2", "theta1", "theta2"})
+    assert parse_formula(typed, {"a1", "a2", "theta1", "theta2"}) == parse_formula(
+        meant, {"a1", "a2", "theta1", "theta2"}
+    )
 
 
 @pytest.mark.parametrize("text", ["det(J) = 0", "|J| = 0", "$det J = 0$", r"\det(J) = 0.0", "det(J)=0;"])

@@ -10,13 +10,13 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.base import MistakeVariant
-from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import about, exponential, shift
@@ -52,7 +52,7 @@ def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray]
 @pytest.mark.parametrize("arm", few_of(ARMS, 1))
 def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_its_column(arm: str) -> None:
     problem, part, values = _asked(arm, "body-pose")
-    first = next(make_mistake(CATALOGUE["exponential-about-origin"], numbers(problem.chain, values), part))
+    first = next(apply_mistake(CATALOGUE["exponential-about-origin"], numeric_working(problem.chain, values), part))
     for k in range(4):
         motions, home = _motions(problem, values, k)
         assert np.allclose(first.answer[..., k], np.linalg.multi_dot([*motions, home]))
@@ -61,8 +61,8 @@ def test_an_exponential_about_the_origin_gives_the_pose_of_the_product_without_i
 @pytest.mark.parametrize("arm", ARMS[:2])
 def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
     problem, part, values = _asked(arm, "space-jacobian")
-    w = numbers(problem.chain, values)
-    ways = list(make_mistake(CATALOGUE["exponential-about-origin"], w, part))
+    w = numeric_working(problem.chain, values)
+    ways = list(apply_mistake(CATALOGUE["exponential-about-origin"], w, part))
     wrong = next(way for way in ways if "space jacobian" in way.variant.changes)
     for k in range(4):
         motions, before = _motions(problem, values, k)[0], np.eye(4)
@@ -78,7 +78,7 @@ def test_the_same_carries_screws_to_where_it_says(arm: str) -> None:
 def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> None:
     """Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i), with nothing behind the last row, and P where it is told."""
     problem, part, values = _asked(arm, "transform")
-    wrong = next(make_mistake(CATALOGUE["link-behind"], numbers(problem.chain, values), part))
+    wrong = next(apply_mistake(CATALOGUE["link-behind"], numeric_working(problem.chain, values), part))
     rows, base = convention_of(problem.chain).rows, convention_of(problem.chain).base
     for k in range(4):
         number = _given(values, k)
@@ -99,18 +99,18 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
     values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
-    right = numbers(problem.chain, values)
+    right = numeric_working(problem.chain, values)
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
         axis, arm = right["axes"][k if stage == "axes" else i], right["arms"][k if stage == "arms" else i]
         columns.append(np.cross(axis, arm, axis=0))
     expected = np.stack(columns, axis=1)
-    answers = [wrong.answer[:3] for wrong in make_mistake(CATALOGUE[mistake], right, part)]
+    answers = [wrong.answer[:3] for wrong in apply_mistake(CATALOGUE[mistake], right, part)]
     assert any(np.allclose(answer, expected) for answer in answers)
 
 
-FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 ENTRIES = {"length-forgotten": "a", "distance-forgotten": "d", "twist-forgotten": "alpha", "twist-sign": "alpha"}
 HALF = sp.pi / 2
 IN_ROW_1 = Chain("crane", (Joint("R", "theta1", "d1", "a1", HALF), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vz"),
@@ -153,7 +153,7 @@ def checked(arm: Chain) -> list[str]:
     """Check every slip of the mistakes in rows on an arm, and return the names of those that there were."""
     stream, found = Stream(f"rows/{arm.name}"), []
     known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
-    working = numbers(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
+    working = numeric_working(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
     for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
         for slip in CATALOGUE[name].variants(arm, (3, 1)):
             if slip.words.get("entry") == "constant of the joint variable":

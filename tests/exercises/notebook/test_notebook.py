@@ -24,7 +24,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.notebook.self_check import RELATIONS, check_cell, function_cell
-from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.exercises.writing.problem_texts import answer_code, statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import FEW, few_families, several
@@ -115,7 +115,7 @@ def test_students_notebook_says_what_it_is_and_holds_no_answer_and_no_seed(stude
     sources = "\n".join(cell.source for cell in student.cells)
     given = dict(problems)
     for slot, part in _parts(problems):
-        start = f"{variable(slot, part.name)} = "
+        start = f"{answer_variable(slot, part.name)} = "
         answers = (part.answer.code(), answer_code(given[slot], part), answer_code(given[slot], part, len(start)))
         if min(map(len, answers)) > 8:  # a determinant of -1 is no telling text
             assert not any(answer in sources for answer in answers), start
@@ -129,14 +129,14 @@ def test_untouched_notebook_runs_and_self_check_waits(student: Any, problems: Sl
     space, printed = _run(student)
     assert set(re.findall(r"\? (.+)", printed)) == {"Not yet: an answer is still blank."}
     for slot, part in _parts(problems):
-        value = space[variable(slot, part.name)]
+        value = space[answer_variable(slot, part.name)]
         if part.shape is not None:
             assert sp.Matrix([value]).shape == part.shape
 
 
 def test_staffs_answers_are_the_references(staffs_run: tuple[dict[str, Any], str], problems: Slotted) -> None:
     for slot, part in _parts(problems):
-        name = variable(slot, part.name)
+        name = answer_variable(slot, part.name)
         assert _is_the_reference(staffs_run[0][name], part), name
     checks = "".join(check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts)
     assert staffs_run[1].count("? Yes;") == checks.count("?") == len(staffs_run[1].splitlines()) > 0
@@ -207,12 +207,14 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
     ((_, problem), _), of = _problems("planar-2r"), (TITLE, "hw1", "s001")
     short = [("p1", replace(problem, parts=(problem["position"], problem["jacobian"])))]
     handed_out = student_notebook(*of, short, True)
-    assert notebook_text(solution_notebook(*of, short, True, handed_out=handed_out)) == notebook_text(
+    assert notebook_text(solution_notebook(*of, short, True, released_notebook=handed_out)) == notebook_text(
         solution_notebook(*of, short, True)
     )
     asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
     asked.source = "written once"
-    assert "written once" in [cell.source for cell in solution_notebook(*of, short, True, handed_out=handed_out).cells]
+    assert "written once" in [
+        cell.source for cell in solution_notebook(*of, short, True, released_notebook=handed_out).cells
+    ]
 
 
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
@@ -255,7 +257,7 @@ def _told(
     """
     space = _space(problem) if space is None else space
     for part in problem.parts:
-        space[variable("p1", part.name)] = answers.get(part.name, getattr(part.answer, "reference", None))
+        space[answer_variable("p1", part.name)] = answers.get(part.name, getattr(part.answer, "reference", None))
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         for part in problem.parts:
@@ -283,7 +285,7 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
     """Yield each relation's question with one of its answers gone wrong in one entry."""
     for relation in RELATIONS:
         cells = "".join(check_cell("p1", problem, part.name) for part in problem.parts)
-        if relation.question not in cells or relation.singular:
+        if relation.question not in cells or relation.is_singular_set:
             continue
         name = relation.needs[-1]
         answer = next(part.answer for part in problem.parts if part.name == name)
@@ -409,6 +411,6 @@ def test_the_transform_is_held_against_the_position_where_the_point_is_the_last_
     def asked(frame: int) -> set[str]:
         joints = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}"), 0) for i in (1, 2, 3))
         chain = Chain("planar", joints, ("vx", "vy"), tool=Point(frame))
-        return {one.question for one in RELATIONS if one.question == held and one.holds(chain, {})}
+        return {one.question for one in RELATIONS if one.question == held and one.applies(chain, {})}
 
     assert held in asked(3) and held not in asked(2)

@@ -8,17 +8,17 @@ import pytest
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.numbers import ask_in_numbers
-from qdot.exercises.exports.stack_parts import stack_part_of as asked_by_stack
-from qdot.exercises.exports.stack_parts import without_rounding
+from qdot.exercises.exports.stack_parts import convert_part as asked_by_stack
+from qdot.exercises.exports.stack_parts import remove_rounding
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
-from qdot.exercises.mistakes.catalogue import mistaken_answers
+from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
-from qdot.grader.diagnosis.follow_through import earlier
+from qdot.grader.diagnosis.follow_through import list_earlier_parts
 from tests.support.problems import told_in
 
 NOT_DIAGNOSED = {
@@ -63,14 +63,14 @@ def problem_with(name: str) -> Problem:
 
 def works(problem: Problem, part: Part) -> dict[str, bool]:
     """Return which of LACKS a question has: platforms as Moodle and Canvas ask for letters or numbers."""
-    behind_options = any(list_blames(part, index) for index in range(len(part.answer.offered)))
+    behind_options = any(list_blames(part, index) for index in range(len(part.answer.offered_options)))
     return {
         "diagnosis": is_derived(part)
         or behind_options
-        or next(mistaken_answers(problem.chain, part), None) is not None,
-        "follow-through": not ASKED[part.kind].needs or any(earlier(part)),
-        "platforms": bool(part.answer.offered) or ask_in_numbers(problem, part) is not None,
-        "STACK": not isinstance(asked_by_stack(problem, without_rounding(part)), str),
+        or next(generate_mistaken_answers(problem.chain, part), None) is not None,
+        "follow-through": not ASKED[part.kind].needs or any(list_earlier_parts(part)),
+        "platforms": bool(part.answer.offered_options) or ask_in_numbers(problem, part) is not None,
+        "STACK": not isinstance(asked_by_stack(problem, remove_rounding(part)), str),
     }
 
 
@@ -84,7 +84,7 @@ def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> Non
     (part,) = problem_with(name).parts
     own = type(part.details)
     assert own is Details or own in below(Details)
-    assert part.about(own) is part.details
+    assert part.details_as(own) is part.details
     assert [*vars(part.details)] == [field.name for field in fields(part.details)]
     for detail in fields(part.details):
         with pytest.raises(FrozenInstanceError):
@@ -92,7 +92,7 @@ def test_the_details_of_a_question_are_frozen_and_of_one_class(name: str) -> Non
     for other in below(Details):
         if not issubclass(own, other):
             with pytest.raises(TypeError, match=rf"'{name}' are {own.__name__}, not {other.__name__}$"):
-                part.about(other)
+                part.details_as(other)
 
 
 @pytest.mark.parametrize("name", ASKED)
@@ -105,4 +105,4 @@ def test_a_question_does_each_duty_or_says_why_not_and_is_asked_hinted_at_and_so
     assert worked_solution(problem, part)
     named, shape = ASKED[name].entry_names(problem.chain, part), part.shape or (1, 1)
     assert len(named) in (0, shape[0] * shape[1])
-    assert len(ASKED[part.kind].labels(problem.chain)) in (0, shape[0])
+    assert len(ASKED[part.kind].typed_names(problem.chain)) in (0, shape[0])

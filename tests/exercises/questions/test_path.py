@@ -7,29 +7,29 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Number
-from qdot.exercises.arm.mpmath_kinematics import PRECISE
-from qdot.exercises.arm.path import Line
+from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT
+from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
+from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
 from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from qdot.exercises.writing.solution_steps import three_digits
 from tests.support.problems import asked, drawn
 
 
 def numbers(problem: Problem) -> list[float]:
-    answer = problem.parts[0].of(Number)
+    answer = problem.parts[0].answer_as(Number)
     return [float(value) for value in answer.reference]
 
 
-def seam_of(problem: Problem) -> Seam:
-    return problem.parts[0].about(OnPath).seam
+def seam_of(problem: Problem) -> WeldingLine:
+    return problem.parts[0].details_as(PathDetails).seam
 
 
 class Planar2R:
     """The arm of Example 6.1 on a seam, by the law of cosines; the elbow stays on the side on which it starts."""
 
-    def __init__(self, seam: Seam) -> None:
+    def __init__(self, seam: WeldingLine) -> None:
         self.a1, self.a2 = (float(seam.lengths[sp.Symbol(name)]) for name in ("a1", "a2"))
         t1, t2 = (float(seam.joints[sp.Symbol(name)]) for name in ("theta1", "theta2"))
         self.side = 1 if sin(t2) > 0 else -1
@@ -53,14 +53,14 @@ class Planar2R:
 def test_rates_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = asked("path-rates", textbook_arms["planar_2R"].chain, seed)
-        place = float(problem.parts[0].about(AtDistance).distance)
+        place = float(problem.parts[0].details_as(DistanceDetails).distance)
         assert numbers(problem) == pytest.approx(Planar2R(seam_of(problem)).rates(place), rel=1e-8, abs=1e-9)
 
 
 def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = asked("path-limit", textbook_arms["planar_2R"].chain, seed)
-        details, (s,) = problem.parts[0].about(ToLimit), numbers(problem)
+        details, (s,) = problem.parts[0].details_as(RateLimitDetails), numbers(problem)
         arm, joint, limit = Planar2R(details.seam), details.joint - 1, float(details.limit)
         assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
         assert all(abs(arm.rates(s * k / 100)[joint]) < limit for k in range(100))
@@ -71,30 +71,30 @@ def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str
 def test_a_line_in_thirty_digits_is_the_line_in_floats(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["elbow_RRR"].chain
     seam = seam_of(asked("path-rates", chain))
-    rough, exact = seam.line(chain), seam.line(chain, PRECISE)
+    rough, exact = seam.make_line(chain), seam.make_line(chain, PRECISE_CONTEXT)
     stations = list(rough.follow(0.02, 0.15))
     assert len(stations) > 10
     for station in stations:
-        q = exact.joints_at(PRECISE.mpf(station.s), [PRECISE.mpf(value) for value in station.joints])
+        q = exact.joints_at(PRECISE_CONTEXT.mpf(station.s), [PRECISE_CONTEXT.mpf(value) for value in station.joints])
         assert q is not None
         assert [float(value) for value in q] == pytest.approx(list(station.joints), abs=1e-11)
-        assert [float(value) for value in exact.slopes(q)] == pytest.approx(list(station.slopes), abs=1e-9)
+        assert [float(value) for value in exact.joint_derivatives(q)] == pytest.approx(list(station.slopes), abs=1e-9)
 
 
 def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["planar_2R"].chain
     half = {symbol: sp.Rational(1, 2) for symbol in chain.parameters}
     joints = dict(zip(chain.q, (sp.S.Zero, sp.pi / 2), strict=True))  # P at (0.5, 0.5), reach 1
-    line = Line(chain, half, joints, (sp.Rational(1, 2), sp.S(2)))
+    line = StraightPath(chain, half, joints, (sp.Rational(1, 2), sp.S(2)))
     last = list(line.follow(0.02, 0.05))[-1]
     assert 0.3 < last.s < 3**0.5 / 2 - 0.5
-    assert line.joints_at(0.6, line.q) is None
+    assert line.joints_at(0.6, line.start_joints) is None
 
 
 def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_solution_only(family: str) -> None:
     problem = drawn(family, 0)
     for part in (part for part in problem.parts if part.name in ("path-rates", "path-limit")):
-        seam, number = part.about(OnPath).seam, part.of(Number).reference[0]
+        seam, number = part.details_as(PathDetails).seam, part.answer_as(Number).reference[0]
         assert all((100 * value).is_Integer for value in seam.target.values())
         assert all((20 * value).is_Integer for value in seam.lengths.values())
         for q, value in seam.joints.items():
@@ -107,7 +107,7 @@ def test_given_numbers_are_such_as_a_person_works_with_and_the_result_is_in_the_
 def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
     problem = generate("planar-2r/1", ["path-rates"])
     (part,) = problem.parts
-    seam = part.about(OnPath).seam
-    told = seam.at(problem.chain, sp.S.Zero).joints
+    seam = part.details_as(PathDetails).seam
+    told = seam.compute_results(problem.chain, sp.S.Zero).joints
     assert all(abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, told, strict=True))
     assert "rad," not in worked_solution(problem, part).replace("rad/s", "")

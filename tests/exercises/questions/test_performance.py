@@ -8,7 +8,7 @@ import pytest
 
 from qdot.exercises.answers import Number
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.questions.inversion import InSituation
+from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.verify.certificate import certify
 from tests.support.problems import asked
 
@@ -18,9 +18,9 @@ NAMES = ("manipulability", "condition-number")
 def found(problem: Problem) -> tuple[float, str, dict[str, float]]:
     """Return the number, its unit and all given values by name."""
     (part,) = problem.parts
-    situation = part.about(InSituation).situation
+    situation = part.details_as(VelocityDetails).situation
     given = {symbol.name: float(value) for symbol, value in (situation.lengths | situation.joints).items()}
-    return float(part.of(Number).reference[0]), part.of(Number).units[0], given
+    return float(part.answer_as(Number).reference[0]), part.answer_as(Number).units[0], given
 
 
 def test_manipulability_is_the_determinant_of_the_chapter(textbook_arms: dict[str, Any], seeds: range) -> None:
@@ -66,5 +66,5 @@ def test_condition_number_of_the_chapters_arm(textbook_arms: dict[str, Any], see
 def test_a_wrong_unit_is_found(textbook_arms: dict[str, Any]) -> None:
     problem = asked("manipulability", textbook_arms["spherical_RRP"].chain)
     (part,) = problem.parts
-    broken = replace(part, answer=replace(part.of(Number), units=("m^3",)))
+    broken = replace(part, answer=replace(part.answer_as(Number), units=("m^3",)))
     assert not certify(replace(problem, parts=(broken,))).passed

@@ -17,9 +17,9 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
@@ -76,19 +76,19 @@ def test_what_an_id_regenerates_has_not_changed(family: str) -> None:
     """A problem of each family at each step; `make test` looks at the last."""
     path, updated = SNAPSHOTS / f"{family}.json", os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
     few = ("full",)
-    steps = tuple(STEPS) if updated else several(few, tuple(STEPS))
+    steps = tuple(VARIATION_STEPS) if updated else several(few, tuple(VARIATION_STEPS))
     found = snapshot([drawn(family, 0, step) for step in steps])
     if updated:
         SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert path.exists(), f"no snapshot of {family} yet: QDOT_UPDATE_SNAPSHOTS=1 python -m pytest {__file__}"
     stored = json.loads(path.read_text(encoding="utf-8"))
-    assert list(stored["problems"]) == [str(ProblemId(family, 0, variation=step)) for step in STEPS]
+    assert list(stored["problems"]) == [str(ProblemId(family, 0, variation=step)) for step in VARIATION_STEPS]
     stored["problems"] = {name: stored["problems"][name] for name in found["problems"]}
     for identity, problem in stored["problems"].items():
         for name, part in problem["parts"].items():
             assert found["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} is another"
-    if steps == tuple(STEPS):
+    if steps == tuple(VARIATION_STEPS):
         assert found == stored
     assert found["engine"] == stored["engine"] and found["problems"] == stored["problems"]
 
@@ -111,7 +111,7 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
     in_turn = [textbook_arms[record["name"]] for record in (*RECORDS[turn:], *RECORDS[:turn])]
     for arm in sorted(in_turn, key=lambda arm: arm.chain.n > 4):
         chain = replace(arm.chain, convention=question.conventions[0])
-        if taken < EACH and question.refusal(chain) is None:
+        if taken < EACH and question.find_obstacle(chain) is None:
             answer, details = question.ask(chain, Stream(f"{chain.name}/{name}"))
             part = Part(name, name, answer, question.points, (), details)
             problem = Problem(ProblemId("textbook", 1, (name,)), chain, (part,))
@@ -139,7 +139,7 @@ def _is_well_formed(part: Part, known: set[str]) -> None:
         assert 0 < answer.tolerance < 0.05 and answer.floor > 0, part.name
     if isinstance(answer, ConditionSet):
         assert answer.pieces(), part.name
-        assert all(read(text, known) for text in answer.pieces()), part.name
+        assert all(parse_formula(text, known) for text in answer.pieces()), part.name
     if isinstance(answer, Choice):
         assert len(set(answer.options)) == len(answer.options) >= 2, part.name
         assert 0 <= answer.correct < len(answer.options), part.name

@@ -12,21 +12,21 @@ import sympy as sp
 from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula
+from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_direction_formula
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import geometry
 from qdot.exercises.questions.geometry import (
-    branches,
-    jacobian_at,
+    compute_lost_direction,
+    evaluate_jacobian,
+    match_branches,
     nearest_integer,
-    precise_lost_direction,
-    sample_regular_pose,
-    sample_singular_pose,
+    sample_regular_configuration,
+    sample_singular_configuration,
 )
-from qdot.exercises.questions.rank import OfMotion, OfRank
+from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import worked_solution
 from tests.support.problems import asked, drawn, with_answer
@@ -55,7 +55,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
     for name, vector in expected.items():
         generic = structure(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_formula(generic, component.at(component.value_combinations()[0]))
+        formula = lost_direction_formula(generic, component.at(component.value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -64,13 +64,13 @@ def test_a_bent_tool_loses_the_direction_from_the_first_joint() -> None:
     """P is on the line O_0 O_1 at both singular angles of planar-2r, though they hold an arctangent."""
     for seed in range(4):
         (part,) = generate(ProblemId("planar-2r", seed, ("lost-direction",))).parts
-        assert part.of(Direction).tolerance is None
-        assert {symbol.name for symbol in part.of(Direction).reference.free_symbols} == {"theta1"}
+        assert part.answer_as(Direction).tolerance is None
+        assert {symbol.name for symbol in part.answer_as(Direction).reference.free_symbols} == {"theta1"}
 
 
 def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[str, Any]) -> None:
     problem = asked("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
-    answer = problem.parts[0].of(Direction)
+    answer = problem.parts[0].answer_as(Direction)
     assert answer.tolerance == 0.005
     assert not answer.reference.free_symbols
     for wrong in (sp.Matrix([1, 2, 3]).normalized(), 2 * answer.reference):
@@ -82,27 +82,27 @@ def test_precise_direction() -> None:
     """It is perpendicular to every column, and a unit vector, to many digits."""
     chain = generate(ProblemId("elbow-3r", 5, ("rank",))).chain
     for component in singular_set(chain) or ():
-        pose = sample_singular_pose(chain, (component,), Stream("precise"), 1)
+        pose = sample_singular_configuration(chain, (component,), Stream("precise"), 1)
         assert pose is not None
-        u = np.array(precise_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
-        other = lost_direction(jacobian_at(chain, pose))
+        u = np.array(compute_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
+        other = lost_direction(evaluate_jacobian(chain, pose))
         assert other is not None
         assert abs(abs(u @ other) - 1) < 1e-12
-        assert np.abs(u @ jacobian_at(chain, pose)).max() < 1e-12
+        assert np.abs(u @ evaluate_jacobian(chain, pose)).max() < 1e-12
 
 
 def test_poses_are_what_they_are_said_to_be(textbook_arms: dict[str, Any]) -> None:
     for name in ("elbow_RRR", "orthogonal_3R", "PUMA560", "spherical_RRP", "Scorbot_5R_full_6x5"):
         chain = textbook_arms[name].chain
         full = min(len(chain.task), chain.n)
-        regular = sample_regular_pose(chain, Stream(name))
+        regular = sample_regular_configuration(chain, Stream(name))
         assert regular is not None
-        assert clear_rank(jacobian_at(chain, regular)) == full
+        assert clear_rank(evaluate_jacobian(chain, regular)) == full
         for component in singular_set(chain) or ():
             if len(component.conditions) == 1:
-                pose = sample_singular_pose(chain, (component,), Stream(name))
+                pose = sample_singular_configuration(chain, (component,), Stream(name))
                 assert pose is not None
-                assert clear_rank(jacobian_at(chain, pose)) in range(full)
+                assert clear_rank(evaluate_jacobian(chain, pose)) in range(full)
                 assert len(set(pose.lengths.values())) == len(pose.lengths)
 
 
@@ -111,7 +111,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
     for seed in range(12):
         chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
         offset = chain.offsets[1]
-        for branch in branches(chain):
+        for branch in match_branches(chain):
             ((_, own),) = branch.component.value_combinations()[0]
             ((_, theirs),) = branch.generic.value_combinations()[0]
             numbers = dict(structure(chain).values)
@@ -124,8 +124,8 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     right = set()
     for seed in range(12):
         (part,) = asked("lost-motion", chain, seed).parts
-        where = part.about(OfMotion).asked.where
-        words = part.of(Choice).options[part.of(Choice).correct]
+        where = part.details_as(LostMotionDetails).asked.where
+        words = part.answer_as(Choice).options[part.answer_as(Choice).correct]
         if where.condition is not None:
             assert re.match(r"along \$z_[123]\$(,|$)", words)
         else:
@@ -146,7 +146,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
     for name, right in expected.items():
         found = set()
         for seed in range(8):
-            answer = asked("singularity-meaning", textbook_arms[name].chain, seed).parts[0].of(Choice)
+            answer = asked("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer_as(Choice)
             found.add(answer.options[answer.correct])
         assert found == right
 
@@ -163,7 +163,7 @@ def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms:
 
 def test_a_meaning_that_fails_in_a_quarter_of_the_configurations_is_not_the_right_one() -> None:
     problem = generate(ProblemId("random-3", 10085, ("singularity-meaning",)).with_variation("full"))
-    answer = problem.parts[0].of(Choice)
+    answer = problem.parts[0].answer_as(Choice)
     assert "folded" not in answer.options[answer.correct]
     assert certify(problem).passed
 
@@ -183,10 +183,10 @@ def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
     chain, ranks = drawn(family, 0).chain, set()
     for seed in range(9):
         (part,) = asked("rank", chain, seed).parts
-        place, rank = part.about(OfRank).place, int(part.of(Number).reference[0])
+        place, rank = part.details_as(RankDetails).place, int(part.answer_as(Number).reference[0])
         assert not place.about
         told = {q: sp.N(value, 14) for q, value in place.joints.items()}
-        assert np.linalg.matrix_rank(jacobian_at(chain, replace(place, joints=told)), 1e-10) == rank
+        assert np.linalg.matrix_rank(evaluate_jacobian(chain, replace(place, joints=told)), 1e-10) == rank
         ranks.add(rank)
     assert len(ranks) > 1
 
@@ -195,9 +195,11 @@ def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
 def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
     """By its decimal digits, halves to the even side: near halves, at them, and anywhere."""
     stream = Stream(f"rounding/{digits}")
-    near = [sp.Float(10, digits) ** -stream.below(36) * side for side in (1, -1) for _ in range(60)]
-    halves = [sp.Float(f"{stream.below(8001) - 4000}.5", digits) + off for off in (*near, sp.S.Zero)]
-    others = [sp.Float(str(stream.below(10**9) - 5 * 10**8), digits) / 7 ** stream.below(9) for _ in range(60)]
+    near = [sp.Float(10, digits) ** -stream.integer_below(36) * side for side in (1, -1) for _ in range(60)]
+    halves = [sp.Float(f"{stream.integer_below(8001) - 4000}.5", digits) + off for off in (*near, sp.S.Zero)]
+    others = [
+        sp.Float(str(stream.integer_below(10**9) - 5 * 10**8), digits) / 7 ** stream.integer_below(9) for _ in range(60)
+    ]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
         assert nearest_integer(value) == round(value)
 
@@ -214,7 +216,7 @@ def test_zeros_of_a_condition_on_one_angle_are_zeros_within_one_turn(turn: int) 
     """Also where the angle of the middle and that of the half width add up to more than half a turn."""
     q, middle = sp.Symbol("theta1"), turn * sp.pi / 4 - sp.pi
     for value in (sp.Rational(-9, 10), sp.Rational(1, 3), sp.Rational(4, 5)):
-        zeros = geometry._zeros(sp.cos(q - middle) + value, q, turns=True)
+        zeros = geometry._find_zeros(sp.cos(q - middle) + value, q, is_revolute=True)
         assert len(zeros) == 2
         assert all(abs(sp.cos(zero - sp.N(middle, 40)) + value) < 1e-15 for zero in zeros)
         assert all(abs(zero) <= 3.1416 for zero in zeros)

@@ -10,12 +10,12 @@ from qdot.exercises.answers import Direction, Expression, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, numeric
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, evaluate_in_context
 from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.inversion import InSituation
-from qdot.exercises.questions.redundancy import OfMinors, null_vector, self_motion
+from qdot.exercises.questions.inversion import VelocityDetails
+from qdot.exercises.questions.redundancy import MinorDetails, compute_null_vector, write_self_motion
 from tests.support.judging import judge_direction
 from tests.support.problems import asked
 
@@ -53,7 +53,7 @@ def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str,
         values = {symbol: sp.Rational(3 + i, 7) for i, symbol in enumerate(chain.parameters)}
         q = [0.4 + 0.3 * i for i in range(chain.n)]
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
-        point, jacobian = PreciseArm(chain, values, DOUBLE).place(q)
+        point, jacobian = PreciseArm(chain, values, FLOAT_CONTEXT).point_and_jacobian(q)
         assert np.allclose(np.array(point, dtype=float), arm.point(np.array(q)), atol=1e-12)
         assert np.allclose(np.array(jacobian, dtype=float), arm.jacobian(np.array(q)), atol=1e-12)
 
@@ -61,20 +61,22 @@ def test_the_arm_in_any_precision_is_the_arm_in_numbers(textbook_arms: dict[str,
 def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
     (part,) = asked("gram-determinant", planar).parts
     jacobian = derive(planar).jacobian
-    assert are_identical(part.of(Expression).reference, sp.expand((jacobian * jacobian.T).det(method="berkowitz")))
-    assert len(sp.Add.make_args(part.of(Expression).reference)) == 3
+    assert are_identical(
+        part.answer_as(Expression).reference, sp.expand((jacobian * jacobian.T).det(method="berkowitz"))
+    )
+    assert len(sp.Add.make_args(part.answer_as(Expression).reference)) == 3
 
 
 def test_what_all_minors_share_stands_before_the_sum() -> None:
     (part,) = asked("gram-determinant", ARM_4R).parts
     reach = A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3) + A4 * sp.cos(T2 + T3 + T4)
-    assert part.about(OfMinors).shared == reach
-    assert part.of(Expression).reference.is_Mul
-    assert reach**2 in part.of(Expression).reference.args
+    assert part.details_as(MinorDetails).shared == reach
+    assert part.answer_as(Expression).reference.is_Mul
+    assert reach**2 in part.answer_as(Expression).reference.args
 
 
 def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
-    motion = self_motion(planar)
+    motion = write_self_motion(planar)
     assert all(are_identical(entry, sp.S.Zero) for entry in derive(planar).jacobian * motion)
     (part,) = asked("self-motion", planar).parts
     assert part.answer == Direction(motion)
@@ -88,22 +90,22 @@ def test_self_motion_of_the_planar_arm(planar: Chain) -> None:
 
 def test_a_long_self_motion_is_asked_in_numbers() -> None:
     (part,) = asked("self-motion", LBR).parts
-    situation = part.about(InSituation).situation
-    assert part.of(Direction).tolerance == 0.005
+    situation = part.details_as(VelocityDetails).situation
+    assert part.answer_as(Direction).tolerance == 0.005
     arm = PreciseArm(LBR, situation.lengths)
-    rates = [numeric(value) for value in part.of(Direction).reference]
-    jacobian = arm.task_jacobian([arm.number(situation.joints[q]) for q in LBR.q])
+    rates = [evaluate_in_context(value) for value in part.answer_as(Direction).reference]
+    jacobian = arm.task_jacobian([arm.evaluate_number(situation.joints[q]) for q in LBR.q])
     assert max(abs(sum(a * b for a, b in zip(row, rates, strict=True))) for row in jacobian) < 1e-9
 
 
 def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter(planar: Chain) -> None:
     (part,) = asked("least-norm-rates", planar).parts
-    situation = part.about(InSituation).situation
+    situation = part.details_as(VelocityDetails).situation
     jacobian = np.array(derive(planar).jacobian.xreplace(situation.values).evalf().tolist(), dtype=float)
     velocity = np.array([float(v) for v in situation.velocity.values()])
-    rates = np.array([float(v) for v in part.of(Number).reference])
+    rates = np.array([float(v) for v in part.answer_as(Number).reference])
     assert np.allclose(rates, np.linalg.pinv(jacobian) @ velocity, atol=1e-9)
-    still = np.array([float(v) for v in null_vector(jacobian.tolist())])
+    still = np.array([float(v) for v in compute_null_vector(jacobian.tolist())])
     assert np.allclose(jacobian @ (rates + 0.1 * still), velocity)
     assert np.linalg.norm(rates + 0.1 * still) > np.linalg.norm(rates)
 
@@ -119,12 +121,12 @@ def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter
     ],
 )  # fmt: skip
 def test_an_arm_is_refused_for_its_reason(name: str, chain: Chain, why: str) -> None:
-    refusal = QUESTIONS[name].refusal(chain) or ""
+    refusal = QUESTIONS[name].find_obstacle(chain) or ""
     assert why in refusal and bool(why) == bool(refusal)
 
 
 def test_a_self_motion_counts_up_to_a_factor(planar: Chain) -> None:
-    motion = [str(entry) for entry in self_motion(planar)]
+    motion = [str(entry) for entry in write_self_motion(planar)]
     domain = Domain({f"{name}{i}": role for name, role in (("theta", "angle"), ("a", "length")) for i in (1, 2, 3)})
     longer = [f"({entry})*(2 + cos(theta1))" for entry in motion]
     for typed, share in ((longer, 1), ([motion[1], motion[0], motion[2]], 0)):

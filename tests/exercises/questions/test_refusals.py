@@ -42,12 +42,12 @@ def test_an_arm_of_the_books_is_refused_for_its_reason(
     names: tuple[str, ...], arm: str, why: str, textbook_arms: dict[str, Any]
 ) -> None:
     for name in names:
-        refusal = QUESTIONS[name].refusal(textbook_arms[arm].chain)
+        refusal = QUESTIONS[name].find_obstacle(textbook_arms[arm].chain)
         assert (refusal is not None and why in refusal) if why else refusal is None, (name, refusal)
 
 
 @pytest.mark.parametrize(("names", "family", "why"), OF_FAMILIES)
 def test_every_arm_of_a_family_is_refused(names: tuple[str, ...], family: str, why: str) -> None:
     for name in names:
-        refusals = [QUESTIONS[name].refusal(sample_chain(ProblemId(family, seed))) for seed in range(3)]
+        refusals = [QUESTIONS[name].find_obstacle(sample_chain(ProblemId(family, seed))) for seed in range(3)]
         assert all(refusals) and any(why in str(refusal) for refusal in refusals), (name, refusals)

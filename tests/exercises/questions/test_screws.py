@@ -19,28 +19,28 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import applicable_questions, generate, sample_chain
-from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, mistaken_answers
+from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS as EVERY
 from qdot.exercises.questions.screws import (
     QUESTIONS,
-    InNumbers,
-    InSpace,
-    body_adjoint,
-    body_jacobian,
-    body_rotation,
-    space_jacobian,
+    NumericTwistDetails,
+    SpaceJacobianDetails,
+    derive_body_adjoint,
+    derive_body_jacobian,
+    derive_body_rotation,
+    derive_space_jacobian,
 )
 from qdot.exercises.quizzes import QUIZZES
-from qdot.exercises.quizzes.choice import AboutSubject
-from qdot.exercises.solve.solver import Ready, text_stages
+from qdot.exercises.quizzes.choice import FormulaOptions
+from qdot.exercises.solve.solver import ReadyResult, text_stages
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import hints, prompt, solution_steps, statement, worked_solution
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
-FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 NAMES = tuple(question.name for question in QUESTIONS)
 Q1, Q2, Q3 = sp.symbols("theta1:4")
 A1, A2, A3, D1 = sp.symbols("a1 a2 a3 d1")
@@ -57,7 +57,7 @@ def same(found: sp.Matrix, published: list[list[sp.Expr]]) -> bool:
 def test_a_scara_has_its_published_space_jacobian() -> None:
     """Three parallel axes and a slide along them (the first example of most courses)."""
     arm = by_axes("scara-rrrp", "chapter")
-    jacobian, s1, c1 = space_jacobian(arm), sp.sin(Q1), sp.cos(Q1)
+    jacobian, s1, c1 = derive_space_jacobian(arm), sp.sin(Q1), sp.cos(Q1)
     x, y = A1 * c1 + A2 * sp.cos(Q1 + Q2), A1 * s1 + A2 * sp.sin(Q1 + Q2)
     assert same(jacobian[:, :3], [[0] * 3, [0] * 3, [1] * 3, [0, A1 * s1, y], [0, -A1 * c1, -x], [0] * 3])
     assert same(jacobian[:, 3], [[0]] * 5 + [[-1]])
@@ -70,7 +70,7 @@ def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: s
         pytest.skip("its pose is too long")
     stream = Stream(f"adjoint/{family}")
     known = {symbol: sp.Float(stream.uniform(0.3, 1.2), 30) for symbol in (*arm.q, *arm.parameters)}
-    apart = body_adjoint(arm) * body_jacobian(arm) - space_jacobian(arm)
+    apart = derive_body_adjoint(arm) * derive_body_jacobian(arm) - derive_space_jacobian(arm)
     assert max(abs(entry) for entry in apart.xreplace(known).evalf(20)) < 1e-15
 
 
@@ -79,8 +79,8 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
     for seed in range(several(2, 4)):
         problem = generate(ProblemId("elbow-3r", seed, ("changed-twist",), variation="full", convention="screws"))
         (part,) = problem.parts
-        told, arm = part.about(InNumbers), problem.chain
-        due = space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
+        told, arm = part.details_as(NumericTwistDetails), problem.chain
+        due = derive_space_jacobian(arm).xreplace(told.place.values) * sp.Matrix(list(told.rates.values()))
         assert max(abs(entry) for entry in (part.answer.as_matrix() - due).evalf()) < 2e-3
         assert all(value * 1000 == int(value * 1000) for value in told.twist)
 
@@ -128,13 +128,13 @@ def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str)
     for family in ("planar-2r", "planar-rrp", "elbow-3r"):
         arm = by_axes(family, variation)
         for name in ("screw-choice", "space-column-choice"):
-            if QUIZZES[name].refusal(arm) is None:
+            if QUIZZES[name].find_obstacle(arm) is None:
                 problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
                 (part,) = problem.parts
                 assert certify(problem).passed
-                told, subject = part.about(AboutSubject).offered, part.about(AboutSubject).subject
+                told, subject = part.details_as(FormulaOptions).offered, part.details_as(FormulaOptions).subject
                 whole = _reference(arm, subject.base)
-                assert (told[part.of(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
+                assert (told[part.answer_as(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
                 behind = {blame.mistake for option in told for blame in option.behind}
                 assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"].MISTAKES}
                 asked.add(name)
@@ -183,7 +183,7 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
     for part in generate(
         ProblemId(family, 1, tuple(applicable_questions(arm)), variation="full", convention="screws")
     ).parts:
-        said |= {mistake.sentence(take.words) for mistake, take in mistaken_answers(arm, part)}
+        said |= {mistake.sentence(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(r"\b(table|frames?|rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d")
     assert not [sentence for sentence in said if table.search(sentence)]
 
@@ -217,7 +217,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     chain = read_robot(robot_of(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
     texts = {}
     for stage in text_stages(chain):
-        if isinstance(stage, Ready):
+        if isinstance(stage, ReadyResult):
             texts[stage.name] = to_text(stage.content)
             if stage.name == "body-jacobian":  # what follows holds no points
                 break
@@ -229,11 +229,11 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     axes, home = axes_of(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
-    for joint, place in solution_steps(chain).moved_points:
+    for joint, place in solution_steps(chain).point_positions:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
         assert np.allclose(_floats(place, values), point_by_rotations(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
-    assert isinstance(details, InSpace)
+    assert isinstance(details, SpaceJacobianDetails)
     for number, one in enumerate(details.carried):
         if one.kind == "R":
             there = point_by_rotations(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
@@ -265,7 +265,7 @@ def test_the_body_jacobian_of_skew_axes_is_short_and_how_the_told_axes_move_the_
     joints = ("[0, 0, 1] at [0, 0, 0]", "[1, 1, 0] at [0.1, 0, 0.2]", "[0, 1, 1]", "[1, 0, 1] at [0.3, 0.2, 0.1]")
     last = '[0, 1, 1] at [0, "a2", 0.1]'
     chain = read_robot(robot_of(tmp_path / "skew.toml", '[0.1, "a2", 0.3]', *joints, last))
-    jacobian, rotation = body_jacobian(chain), body_rotation(chain)
+    jacobian, rotation = derive_body_jacobian(chain), derive_body_rotation(chain)
     assert sum(len(sp.Add.make_args(entry)) for entry in jacobian) < 400
     axes, home = axes_of(chain)
     q, lengths = np.array([0.3, -0.4, 0.5, 1.1, 0.8]), {sp.Symbol("a2"): 0.7}

@@ -9,14 +9,18 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from tests.support.problems import as_table, drawn
 from tests.support.suites import of_families
 
-ARMS = [name for name, family in FAMILIES.items() if not family.varied and "joint-torques" in questions_of(name)]
+ARMS = [
+    name
+    for name, family in FAMILIES.items()
+    if not family.has_varied_structure and "joint-torques" in questions_of_family(name)
+]
 
 
 def asked(family: str, seed: int) -> tuple[Problem, Part]:
@@ -39,7 +43,7 @@ def test_a_joint_carries_the_moment_of_the_load_about_its_own_axis(family: str) 
         z, arm = found.z[:, i], found.p_star[:, i]
         carried = force if i < chain.point.frame else sp.zeros(3, 1)
         expected = z.dot(arm.cross(carried) + moment) if joint.kind == "R" else z.dot(carried)
-        difference = sp.sympify(expected - part.of(Matrix).reference[i])
+        difference = sp.sympify(expected - part.answer_as(Matrix).reference[i])
         values = {s: sp.Float(0.3 + 0.37 * k) for k, s in enumerate(sorted(difference.free_symbols, key=str))}
         assert abs(difference.xreplace(values).evalf()) < 1e-12
 

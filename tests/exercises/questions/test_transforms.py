@@ -7,20 +7,20 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.transforms import terms_of_last_pose
+from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import questions_of, sample_chain
+from qdot.exercises.generation import questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
+from qdot.exercises.questions.transforms import AngleSum, ToolJacobianDetails, TransformDetails
 from qdot.exercises.writing.problem_texts import worked_solution
 from tests.support.problems import drawn
 from tests.support.suites import of_families
 
-FIXED = [family for family in FAMILIES if not FAMILIES[family].varied]
-ARMS = [family for family in FIXED if "transform" in questions_of(family)]
-TOOLS = [family for family in FIXED if "tool-jacobian" in questions_of(family)]
+FIXED = [family for family in FAMILIES if not FAMILIES[family].has_varied_structure]
+ARMS = [family for family in FIXED if "transform" in questions_of_family(family)]
+TOOLS = [family for family in FIXED if "tool-jacobian" in questions_of_family(family)]
 
 
 def numbers(matrix: sp.Matrix) -> sp.Matrix:
@@ -37,9 +37,9 @@ def row_of_table(chain: Chain, joint: Joint) -> sp.Matrix:
 def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family: str) -> None:
     problem = drawn(family, 0)
     part = problem["transform"]
-    poses = part.about(ByTransforms).poses
+    poses = part.details_as(TransformDetails).poses
     assert len(poses) == problem.chain.n + 1
-    assert poses[-1] == part.of(Matrix).reference
+    assert poses[-1] == part.answer_as(Matrix).reference
     for before, joint, after in zip(poses, problem.chain.joints, poses[1:], strict=False):
         difference = numbers(sp.Matrix(before * row_of_table(problem.chain, joint) - after))
         assert max(abs(entry) for entry in difference) < 1e-12
@@ -47,7 +47,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
 
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "elbow-3r", "scara", "scorbot-wrist"])
 def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
-    found = drawn(family, 0)["transform"].about(ByTransforms).sum
+    found = drawn(family, 0)["transform"].details_as(TransformDetails).sum
     assert isinstance(found, AngleSum)
     assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
     assert found.product.is_Add and not found.result.is_Add
@@ -55,7 +55,7 @@ def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str)
 
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
 def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
-    assert drawn(family, 0)["transform"].about(ByTransforms).sum is None
+    assert drawn(family, 0)["transform"].details_as(TransformDetails).sum is None
 
 
 def test_the_solution_multiplies_row_by_row_from_the_base_on() -> None:
@@ -79,17 +79,17 @@ def test_example_6_1() -> None:
 def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
     problem = drawn(family, 0)
     part = problem["tool-jacobian"]
-    jacobian = part.of(Matrix).reference
+    jacobian = part.answer_as(Matrix).reference
     found = derive(problem.chain)
     turn = sp.diag(found.rotations[-1].T, found.rotations[-1].T)
     assert max(abs(entry) for entry in numbers(sp.Matrix(turn * found.geometric - jacobian))) < 1e-12
     assert problem.chain.q[0] not in jacobian.free_symbols
     assert not jacobian.free_symbols & set().union(*(v.free_symbols for v in problem.chain.base.position))
-    for i, seen in enumerate(part.about(InToolFrame).columns):
+    for i, seen in enumerate(part.details_as(ToolJacobianDetails).columns):
         moved = seen.z.cross(seen.p_star) if seen.kind == "R" else seen.z
         assert max(abs(entry) for entry in numbers(sp.Matrix(moved - jacobian[:3, i]))) < 1e-12
 
 
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
 def test_zeros_and_ones_are_no_terms_by_which_a_transform_is_too_long(family: str, terms: int) -> None:
-    assert terms_of_last_pose(structure(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+    assert count_last_pose_terms(structure(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms

@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
@@ -56,7 +56,7 @@ def both(family: str, seed: int = 1, variation: str = "full") -> tuple[Problem, 
 def _asked(family: str, seed: int, variation: str, order: str) -> Problem:
     identity = ProblemId(family, seed, variation=variation, convention="screws").with_convention("", order)
     arm = sample_chain(identity)
-    return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].refusal(arm) is None])
+    return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].find_obstacle(arm) is None])
 
 
 def test_the_planar_arm_is_as_murray_li_and_sastry_have_it() -> None:
@@ -104,11 +104,13 @@ def test_what_is_put_in_the_place_of_a_stage_comes_out_as_it_was(order: str) -> 
     problem = _asked("scara-rrrp", 2, "full", order)
     for name in ("home-screws", "space-jacobian", "body-jacobian", "body-adjoint", "geometric-jacobian"):
         part, question = problem[name], QUESTIONS[name]
-        w = numbers(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 3, Stream("put")))
-        assert question.formula is not None and question.substitutes is not None
+        w = numeric_working(
+            problem.chain, sample_configurations(problem.chain, part, problem.domain(), 3, Stream("put"))
+        )
+        assert question.formula is not None and question.substitution is not None
         answer = question.formula(w, part.details)
         wrong = answer + 0.1 * np.arange(answer.shape[0] * answer.shape[1]).reshape(*answer.shape[:2], 1)
-        assert np.allclose(question.formula(w.with_mistakes(question.substitutes(wrong)), part.details), wrong), name
+        assert np.allclose(question.formula(w.with_mistakes(question.substitution(wrong)), part.details), wrong), name
 
 
 NAMED = {

@@ -12,7 +12,7 @@ from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.wrist import blocks
+from qdot.exercises.questions.wrist import derive_blocks
 from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import drawn
@@ -54,7 +54,7 @@ def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
 ) -> None:
     """The records speak of O5, which is where O4 is."""
     chain = replace(textbook_arms[name].chain, tool=Point(frame))
-    assert [QUESTIONS[question].refusal(chain) for question in NAMES] == [None] * 3
+    assert [QUESTIONS[question].find_obstacle(chain) for question in NAMES] == [None] * 3
     arm, wrist = determinants(chain)
     expected = sp.sympify(textbook_arms[name].record["det"])
     assert are_identical(sp.expand(arm * wrist), sp.expand(expected))
@@ -86,15 +86,15 @@ def test_a_stanford_arm_of_our_own() -> None:
 )
 def test_other_arms_and_points_are_refused(chain: Chain) -> None:
     for name in NAMES:
-        assert QUESTIONS[name].refusal(chain) is not None
+        assert QUESTIONS[name].find_obstacle(chain) is not None
 
 
 @pytest.mark.parametrize("family", few_of(PARTITIONED, 2))
 def test_the_solution_names_the_places_where_each_block_is_singular(family: str) -> None:
     problem = drawn(family, 0)
     part = problem["block-determinants"]
-    split = blocks(problem.chain)
-    arm, wrist = part.of(Matrix).reference
+    split = derive_blocks(problem.chain)
+    arm, wrist = part.answer_as(Matrix).reference
     theta5 = problem.chain.q[4]
     assert len(set(split.straight)) == len(split.arm_zeros) == 2 and split.in_line
     for value in split.straight:
@@ -108,7 +108,7 @@ def test_the_solution_names_the_places_where_each_block_is_singular(family: str)
 
 def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -> None:
     chain = stanford(sp.Symbol("d6"), Point(4), (sp.pi / 3, -RIGHT))
-    found = blocks(chain)
+    found = derive_blocks(chain)
     assert not found.in_line
     problem = problem_of(chain)
     assert find_failures(problem) == []

@@ -22,7 +22,7 @@ def named(problem: Problem) -> set[str]:
     for part in problem.parts:
         if isinstance(part.answer, Letters):
             for index, blames in enumerate(explain_options(problem, part, Stream("behind"))):
-                is_silent = index in part.answer.right and not part.answer.matched
+                is_silent = index in part.answer.correct_indices and not part.answer.matched_items
                 assert bool(blames) != is_silent, (problem.id, part.name, index)
                 assert all(blame.sentence and blame.mistake in CATALOGUE for blame in blames)
                 found |= {blame.mistake for blame in blames}

@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.quizzes.places import regular_pose_at
+from qdot.exercises.quizzes.places import make_regular_configuration
 
 LONG = Chain("3R", tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, 1, 0) for i in (1, 2, 3)), ("vx", "vy"))
 SQUARE = Chain("2R", LONG.joints[:2], ("vx", "vy"))
@@ -14,8 +14,8 @@ HIGH = Chain("2R", LONG.joints[:2], ("vx", "vy", "wz"))
 @pytest.mark.parametrize("chain", [LONG, SQUARE, HIGH], ids=["more joints", "square", "more rows"])
 def test_a_bent_arm_is_regular_and_a_stretched_one_is_not(chain: Chain) -> None:
     bent = dict.fromkeys(chain.q, sp.pi / 3)
-    assert regular_pose_at(chain, bent) is not None
+    assert make_regular_configuration(chain, bent) is not None
     stretched = {q: sp.Integer(0) for q in chain.q}
     by_angular_velocity = chain is HIGH
-    assert (regular_pose_at(chain, stretched) is None) != by_angular_velocity
-    assert regular_pose_at(chain, {**bent, chain.q[0]: sp.Symbol("x")}) is None
+    assert (make_regular_configuration(chain, stretched) is None) != by_angular_velocity
+    assert make_regular_configuration(chain, {**bent, chain.q[0]: sp.Symbol("x")}) is None

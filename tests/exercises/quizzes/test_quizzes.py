@@ -20,12 +20,12 @@ from qdot.exercises.answers import TRUE_FALSE, Choice, Matching, Number, Selecti
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import part_alt, part_svg
-from qdot.exercises.generation import applicable_questions, generate, sample_chain, short_quiz
+from qdot.exercises.generation import applicable_questions, generate, sample_chain, select_quiz_questions
 from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.quizzes import ASKED, QUIZZES
-from qdot.exercises.quizzes.options import Places, list_blames
+from qdot.exercises.quizzes.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, worked_solution
 from qdot.grader.cli.main import app
@@ -53,7 +53,7 @@ small = pytest.mark.xdist_group("quizzes")  # the problems of these tests are ma
 def asked_in_turn(family: str) -> list[str]:
     first = 4 * FAMILY_NAMES.index(family)
     names = (NAMES[(first + 7 * k) % len(NAMES)] for k in range(len(NAMES)))
-    can = (name for name in names if QUIZZES[name].refusal(sample_chain(_id(family, 0, name))) is None)
+    can = (name for name in names if QUIZZES[name].find_obstacle(sample_chain(_id(family, 0, name))) is None)
     return list(islice(can, EACH if family not in LONG else 1))
 
 
@@ -68,7 +68,7 @@ def problem_of(family: str, seed: int, name: str) -> Problem:
 
 def of_small(name: str, seed: int = 1) -> Problem:
     """Return a problem of one short question, of the first of SMALL that can be asked it."""
-    can = (family for family in SMALL if QUIZZES[name].refusal(sample_chain(_id(family, 1, name))) is None)
+    can = (family for family in SMALL if QUIZZES[name].find_obstacle(sample_chain(_id(family, 1, name))) is None)
     return problem_of(next(can), seed, name)
 
 
@@ -109,7 +109,7 @@ def _options_have_one_form(problem: Problem, part: Part) -> None:
         found = [bool(re.search(clause, re.sub(r"\$[^$]*\$", "$$", text))) for text in texts]
         assert len(set(found)) == 1, (part.name, clause, texts)
     assert not any("matrix" in text and not re.search(r"&|\\\\", text) for text in texts), texts  # one number is none
-    if isinstance(part.details, Places):
+    if isinstance(part.details, ConfigurationOptions):
         forms = {tuple(len(number) for number in re.findall(r"\.(\d+)\^", text)) for text in texts}
         assert len(forms) == 1, (part.name, texts)
 
@@ -171,7 +171,7 @@ def test_nothing_about_the_right_option_stands_out() -> None:
         for name in ("position-choice", "column-choice", "vector-choice"):
             for seed in range(several(3, 5)):
                 part = problem_of(family, seed, name).parts[0]
-                texts, right = list(part.of(Choice).options), part.of(Choice).correct
+                texts, right = list(part.answer_as(Choice).options), part.answer_as(Choice).correct
                 lengths = [len(text) for text in texts]
                 hits["longest"] += lengths.index(max(lengths)) == right
                 hits["shortest"] += lengths.index(min(lengths)) == right
@@ -193,7 +193,7 @@ def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, see
     """It is the singular one: a clause on rounding in it alone, or decimals, told that."""
     problem = problem_of("elbow-3r", seed, name)
     (part,) = problem.parts
-    assert isinstance(part.details, Places) and part.details.rounded
+    assert isinstance(part.details, ConfigurationOptions) and part.details.rounded_joints
     _options_have_one_form(problem, part)
     assert prompt(problem, part).count("rounded") == 1
 
@@ -247,7 +247,7 @@ def test_forms_of_questions_are_the_ones_that_platforms_have() -> None:
 
 def test_a_quiz_asks_each_form_once() -> None:
     for family in several(("planar-2r", "wrist-zyz"), ("planar-2r", "scara", "wrist-zyz")):
-        names = short_quiz(family)
+        names = select_quiz_questions(family)
         assert 4 <= len(names) == len({QUIZZES[name].form for name in names})
         assert [part.name for part in generate(ProblemId(family, 3, names)).parts] == list(names)
 
@@ -259,7 +259,7 @@ def test_short_questions_are_not_among_all_that_apply() -> None:
 
 
 def test_an_answer_is_not_shown_beside_the_question() -> None:
-    for name, shown in ((name, shown) for name, question in QUIZZES.items() for shown in question.shows):
+    for name, shown in ((name, shown) for name, question in QUIZZES.items() for shown in question.shown_answers):
         assert shown in ASKED
         with pytest.raises(QdotError, match=rf"'{name}' .*'{shown}'"):
             generate(ProblemId("planar-2r", 1, (name, shown)))
@@ -332,6 +332,8 @@ def test_another_word_than_quiz_is_refused(quiz: Path) -> None:
 @pytest.mark.whole  # an arm whose texts are long; short ones are among those of each short question
 def test_columns_are_asked_of_every_arm_of_which_they_are_asked_at_all() -> None:
     """With numbers and offsets columns are longer texts; how long they may be is looked at without."""
-    assert ASKED["match-columns"].objects(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))) is None
+    assert (
+        ASKED["match-columns"].find_objection(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))) is None
+    )
     answer = problem_of("orthogonal-3r", 0, "match-columns").parts[0].answer
     assert isinstance(answer, Matching) and len(answer.items) == 3

@@ -23,12 +23,12 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import build as building
 from qdot.exercises.site import supply
 from qdot.exercises.site.chapter import ERRATA, chapter_pages
-from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arrange_pages
-from qdot.exercises.site.pages import assets_in, link_pages, pages
+from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, OWN_PAGES, arrange_pages
+from qdot.exercises.site.pages import link_pages, make_pages, read_assets
 from qdot.exercises.site.robots import robots_text
 from qdot.grader.cli import site_commands as command
 from qdot.grader.cli.main import app
-from qdot.grader.cli.site_commands import _Quiet
+from qdot.grader.cli.site_commands import _QuietHandler
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML, a_class
@@ -42,7 +42,7 @@ DOCS = ROOT / "docs"
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building, "built_assets", lambda: made)
+        patch.setattr(building, "find_assets", lambda: made)
         yield
 
 
@@ -59,7 +59,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A site of a variant of a family, with few pages."""
     site = tmp_path_factory.mktemp("first") / "site"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building, "pages", lambda around: islice(pages(around), 3))
+        patch.setattr(building, "make_pages", lambda around: islice(make_pages(around), 3))
         run(*ordered(site))
     return site
 
@@ -67,7 +67,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the first three pages, where a test looks at the bank: to write all takes longer than that."""
-    monkeypatch.setattr(building, "pages", lambda around: islice(pages(around), 3))
+    monkeypatch.setattr(building, "make_pages", lambda around: islice(make_pages(around), 3))
 
 
 def ordered(site: Path, *more: str | Path) -> tuple[str | Path, ...]:
@@ -174,7 +174,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         return ["put in"] if "determinant" in names and is_wrong else []
 
     monkeypatch.setattr(command, "find_failures", failures)
-    monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be made with all questions
+    monkeypatch.setattr(supply, "MAX_DRAWS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site)
     run(*arguments)
     assert loaded(site, "polar-rp/001")["id"] == "polar-rp/1001@chapter"
@@ -220,7 +220,7 @@ def _links_lead_somewhere(site: Path) -> None:
 def test_a_built_site_is_served_and_what_is_not_there_is_answered_by_its_own_page(tmp_path: Path) -> None:
     (tmp_path / "404.html").write_text("no such page")
     (tmp_path / "index.html").write_text("hello")
-    with ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(tmp_path))) as server:
+    with ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_QuietHandler, directory=str(tmp_path))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
             with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:
@@ -286,7 +286,7 @@ def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: Non
 def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
     assert "nowhere" in fails("site", "serve", tmp_path / "nowhere")
-    monkeypatch.setattr(building, "built_assets", lambda: None)
+    monkeypatch.setattr(building, "find_assets", lambda: None)
     assert "run `make site`" in fails(*ordered(tmp_path / "s"))
     assert not (tmp_path / "s").exists()
 
@@ -299,7 +299,7 @@ def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None
         (tmp_path / ".vite").mkdir()
         (tmp_path / ".vite" / "manifest.json").write_text(written)
     with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site`, which builds them anew"):
-        assets_in(tmp_path)
+        read_assets(tmp_path)
 
 
 def test_links_of_the_docs_stay_on_the_site() -> None:
@@ -309,7 +309,7 @@ def test_links_of_the_docs_stay_on_the_site() -> None:
 
 def test_every_page_of_the_documentation_has_its_place() -> None:
     groups = arrange_pages(DOCS)
-    assert OTHERS not in groups
+    assert OTHER_PAGES not in groups
     listed = [entry.name for entries in groups.values() for entry in entries]
     assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
 

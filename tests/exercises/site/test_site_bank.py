@@ -12,13 +12,13 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import numbers
+from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.common.variation import STEPS
-from qdot.exercises.generation import generate, listing_of, short_quiz
+from qdot.exercises.common.variation import VARIATION_STEPS
+from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.site.keys import _derived_part, _evaluate_derivation, key_of, weight
+from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.site.keys import _derived_part, _evaluate_derivation, make_key, weight
 from qdot.exercises.site.record import (
     _given_pose,
     _grid,
@@ -44,7 +44,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Draw
     for part in parts_in_turn(problem):
         if isinstance(part.answer, Number) and problem.chain.n >= 6 and not WHOLE:
             continue  # what mistakes give in numbers takes seconds, and nothing but their form is looked at here
-        key = key_of(problem, part)
+        key = make_key(problem, part)
         json.dumps(key, allow_nan=False)
         if key["type"] == "values" and is_derived(part):
             _values_are_right(problem, part, key)
@@ -77,7 +77,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
 
 def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
     values = {name: np.array(column) for name, column in zip(key["symbols"], np.array(key["points"]).T, strict=True)}
-    found = result(numbers(problem.chain, values), part).reshape(len(key["right"]), -1)
+    found = compute_answer(numeric_working(problem.chain, values), part).reshape(len(key["right"]), -1)
     right = np.array(key["right"], dtype=float)
     scale = np.abs(right).max(axis=0)
     assert (np.abs(found - right) <= 1e-9 * (np.abs(right) + scale)).all(), part.name
@@ -103,14 +103,14 @@ def _poses_are_singular(problem: Problem, key: dict[str, Any]) -> None:
 def test_mistakes_are_told_and_none_of_them_is_right() -> None:
     """Also what people do most, though it comes late in the catalogue, and those that no derivation makes."""
     problem = generate(ProblemId("elbow-3r", 1, ("jacobian", "joint-rates"), variation="chapter"))
-    jacobian, rates = ({mistake["name"] for mistake in key_of(problem, part)["mistakes"]} for part in problem.parts)
+    jacobian, rates = ({mistake["name"] for mistake in make_key(problem, part)["mistakes"]} for part in problem.parts)
     assert {"transposed", "cross-order"} <= jacobian
     assert {"rates-in-degrees", "degrees-as-radians", "degrees", "transpose-for-inverse"} <= rates
     asked = ("jacobian-size", "joint-rates", "path-rates", "rank", "manipulability", "determinant-value", "speed")
     problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
     told: dict[str, set[str]] = {}
     for part in problem.parts:
-        key = key_of(problem, part)
+        key = make_key(problem, part)
         told[part.kind] = {mistake["name"] for mistake in key["mistakes"]}
         for mistake in key["mistakes"]:
             assert len(mistake["values"]) == len(key["right"])
@@ -141,7 +141,7 @@ def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
 def test_what_mistakes_make_of_a_direction_is_told_up_to_a_factor() -> None:
     """At the configurations of the key, with the joints where the question has them."""
     problem = generate(ProblemId("planar-2r", 1, ("lost-direction",), variation="chapter"))
-    (key,) = (key_of(problem, part) for part in problem.parts)
+    (key,) = (make_key(problem, part) for part in problem.parts)
     prints = {mistake["name"]: mistake["print"] for mistake in key["mistakes"]}
     for k, (one, other) in enumerate(zip(*key["right"], strict=True)):
         if k < len(prints["direction-that-moves"]):
@@ -152,7 +152,7 @@ def test_what_mistakes_make_of_a_direction_is_told_up_to_a_factor() -> None:
 
 def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
     problem = generate(ProblemId("planar-2r", 1, ("inverse-velocity",), variation="chapter"))
-    (key,) = (key_of(problem, part) for part in problem.parts)
+    (key,) = (make_key(problem, part) for part in problem.parts)
     assert set(key["linear"]) == {"vx", "vy"}
     for k in range(len(key["linear"]["vx"][0])):
         at = dict(zip(key["symbols"], key["points"][k], strict=True))
@@ -163,7 +163,7 @@ def test_a_key_tells_what_velocities_are_multiplied_by() -> None:
 
 def test_behind_a_single_number_of_many_digits_more_mistakes_are_told() -> None:
     problem = generate(ProblemId("elbow-3r", 1, ("joint-rates", "manipulability", "speed"), variation="chapter"))
-    rates, measure, speed = (key_of(problem, part) for part in problem.parts)
+    rates, measure, speed = (make_key(problem, part) for part in problem.parts)
     assert "precise" not in rates
     for key in (measure, speed):
         assert len(key["precise"]) > 20
@@ -180,13 +180,13 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
     (part,) = problem.parts
     derived, of_answer = _derived_part(part)
     assert derived is not None
-    right = of_answer(result(_evaluate_derivation(problem, part), derived)).tolist()
+    right = of_answer(compute_answer(_evaluate_derivation(problem, part), derived)).tolist()
     assert right == pytest.approx([float(value) for value in part.answer.as_matrix()])
 
 
 def test_the_page_knows_the_steps_in_their_order() -> None:
     text = (ROOT / "site" / "src" / "practice" / "choice.ts").read_text(encoding="utf-8")
-    assert f"export const STEPS = {json.dumps(list(STEPS))} as const;" in text
+    assert f"export const STEPS = {json.dumps(list(VARIATION_STEPS))} as const;" in text
 
 
 def test_a_record_says_what_a_page_needs() -> None:
@@ -218,7 +218,7 @@ ANGLE = re.compile(r"\\theta_\{(\d)\} = (-?[\d.]+)\^\\circ")
 @pytest.mark.parametrize("family", ["planar-2r", "polar-rp", "elbow", "scara"])
 @pytest.mark.parametrize("quiz", [False, True])
 def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz: bool) -> None:
-    asked = short_quiz(family, "") if quiz else tuple(set(listing_of(family).questions) & set(GIVEN))
+    asked = select_quiz_questions(family, "") if quiz else tuple(set(find_listing(family).questions) & set(GIVEN))
     problem = generate(ProblemId(family, 1, asked))
     found = 0
     for part in problem.parts:
@@ -239,7 +239,7 @@ OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
 
 
 def test_a_letter_is_drawn_with_no_length_of_the_table() -> None:
-    for variation, seed in product(STEPS, range(1, 9)):
+    for variation, seed in product(VARIATION_STEPS, range(1, 9)):
         problem = generate(ProblemId("planar-2r", seed, ("position",), variation=variation))
         values = {round(value, 6) for value in arm_record(problem)["robot"]["values"].values()}
         lengths = {length for joint in problem.chain.joints for length in (joint.a, joint.d) if length.is_number}

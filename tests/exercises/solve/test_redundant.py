@@ -12,11 +12,11 @@ from qdot.exercises.arm import derivation
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path
-from qdot.exercises.arm.numeric_rank_check import _RankTest, check_rank_loss, ways_covering
-from qdot.exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
+from qdot.exercises.arm.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
+from qdot.exercises.arm.reciprocal import elimination_applies, polynomial_chain, reciprocal_set
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.common.time_limit import DEFAULT, time_limit
+from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solution_json, solution_text, solve
 from tests.repository.test_schemas import errors
@@ -56,7 +56,7 @@ def _arm(name: str) -> Chain:
 
 @cache
 def _solved(name: str) -> Solution:
-    with time_limit(DEFAULT):  # ten seconds on an idle machine; what `qdot solve` has if nothing else is said
+    with time_limit(DEFAULT_SECONDS):  # ten seconds on an idle machine; what `qdot solve` has if nothing else is said
         return solve(_arm(name))
 
 
@@ -102,8 +102,8 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
     # Other lengths and starts than those that it was tested with.
     assert solution.redundant is not None and solution.redundant.check is not None
-    out = check_rank_loss(solution.chain, [c.conditions for c in solution.singular or ()], stream="other starts")
-    assert out.wrong == () and out.unexplained == ()
+    out = check_rank_loss(solution.chain, [c.conditions for c in solution.singular or ()], seed="other starts")
+    assert out.full_rank_branches == () and out.unexplained_configurations == ()
     first, other = solution.redundant.check.samples[0], out.samples[0]
     assert not any(np.allclose(q, p) for _, q in first for _, p in other)
 
@@ -117,12 +117,12 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
     def solved(*before: tuple[sp.Expr, ...]) -> Solution:
         monkeypatch.setattr(
             "qdot.exercises.solve.redundant.reciprocal_set",
-            lambda *given: replace(reciprocal_set(*given), ways=(*before, both)),
+            lambda *given: replace(reciprocal_set(*given), branches=(*before, both)),
         )
         return solve(replace(_arm("iiwa"), name=f"undecided beside {len(before)}"))
 
     usual = _solved("iiwa")
-    solution = solved(*reciprocal_set(*plain_chain(_arm("iiwa"))[:1]).ways)
+    solution = solved(*reciprocal_set(*polynomial_chain(_arm("iiwa"))[:1]).branches)
     assert solution.redundant is not None and solution.redundant.undecided == (both,)
     assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
     for said in (solution.note or "", " ".join(solution_text(solution).split())):
@@ -150,10 +150,10 @@ def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
     s2, c3 = sp.sin(sp.Symbol("theta2")), sp.cos(sp.Symbol("theta3"))
     for missing in range(len(ways)):
         out = check_rank_loss(chain, ways[:missing] + ways[missing + 1 :])
-        assert out.wrong == () and (out.unexplained or len(ways[missing]) > 1)
-    assert check_rank_loss(chain, [*ways, (s2,)]).wrong == (4,)
+        assert out.full_rank_branches == () and (out.unexplained_configurations or len(ways[missing]) > 1)
+    assert check_rank_loss(chain, [*ways, (s2,)]).full_rank_branches == (4,)
     assert check_rank_loss(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
-    assert len(check_rank_loss(chain, []).unexplained) > 50
+    assert len(check_rank_loss(chain, []).unexplained_configurations) > 50
 
 
 def _mixed(task: tuple[str, ...]) -> Chain:
@@ -171,10 +171,10 @@ def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) 
     q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
     for j in range(5):
         ahead, behind = q.copy(), q.copy()
-        ahead[0, j] += step * rank._units[j]
-        behind[0, j] -= step * rank._units[j]
+        ahead[0, j] += step * rank._joint_units[j]
+        behind[0, j] -= step * rank._joint_units[j]
         slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._jacobian_slopes(q)[..., j], slope, atol=1e-8)
+        assert np.allclose(rank._jacobian_derivatives(q)[..., j], slope, atol=1e-8)
 
 
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
@@ -193,12 +193,12 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     joints[2] = replace(joints[2], alpha=2 * sp.pi / 9)
     joints[4] = replace(joints[4], d=sp.sqrt(2) / 5)
     chain = Chain("odd", tuple(joints), TASK_ROWS, tool=Point(6), title="odd")
-    assert applies(chain)
+    assert elimination_applies(chain)
     solution = solve(chain)
     assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
     assert solution.redundant.search_counts["unexplained"] == 0
     away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
-    assert not applies(away)  # the last joint does not move it: it is no point of the last link
+    assert not elimination_applies(away)  # the last joint does not move it: it is no point of the last link
 
 
 # --- a position, by more than three joints ---
@@ -217,14 +217,14 @@ SHORT_MINORS: Rows = [(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, 0, 90), (0, "h4", "
 def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work() -> None:
     """An arm whose minors of 2,610 terms led to nothing in 20 seconds of a processor."""
     chain = _of_position(LONG_MINORS)
-    assert applies(chain)
+    assert elimination_applies(chain)
     solution = solve(chain)
     found = solution.redundant
     assert found is not None and found.reciprocal.reduction.about is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
-    out = check_rank_loss(chain, [one.conditions for one in found.components], starts=150, stream="again")
-    assert (out.wrong, out.unexplained) == ((), ()) and all(out.samples)
+    out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")
+    assert (out.full_rank_branches, out.unexplained_configurations) == ((), ()) and all(out.samples)
     text = " ".join(solution_text(solution).split())
     assert "a force at P" in text and "a boundary singularity" in text
     assert errors("solve", json.loads(solution_json(solution))) == []
@@ -235,8 +235,8 @@ def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch
     """Links 3 and 4 as long as each other, folded on one another: P is on the axis of joint 3 then."""
     chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
     a2, a3, a4 = chain.parameters
-    monkeypatch.setattr(derivation, "LONG", 0)
-    monkeypatch.setattr(special_lengths, "relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
+    monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
+    monkeypatch.setattr(special_lengths, "length_relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
     (special,) = solve(chain).special
     assert special.relation == "a3 = a4"
     assert [[str(c) for c in one.conditions] for one in special.components] == [["cos(theta4) + 1"]]
@@ -248,14 +248,14 @@ def test_what_is_told_by_other_conditions_is_found_to_be_the_same() -> None:
     t2, t3 = chain.q[1:3]
     both = (sp.sin(t2) * sp.cos(t3),)
     others = [(1 - sp.cos(t2),), (sp.tan(t2) * sp.cos(t2) * 2,), (sp.cos(t3) / 3,)]
-    assert ways_covering(chain, (sp.sin(t2),), others) == frozenset({0, 1})
-    assert ways_covering(chain, both, others) == frozenset({0, 1, 2})
-    assert ways_covering(chain, both, others[:2]) is None
-    assert ways_covering(chain, (2 + sp.cos(t2),), others) is None
+    assert find_covering_branches(chain, (sp.sin(t2),), others) == frozenset({0, 1})
+    assert find_covering_branches(chain, both, others) == frozenset({0, 1, 2})
+    assert find_covering_branches(chain, both, others[:2]) is None
+    assert find_covering_branches(chain, (2 + sp.cos(t2),), others) is None
 
 
 def test_the_minors_of_short_arms_are_kept() -> None:
-    assert not applies(_of_position(SHORT_MINORS))
+    assert not elimination_applies(_of_position(SHORT_MINORS))
 
 
 @pytest.mark.parametrize("point", [(0, 0, 0), (".1", 0, ".3")])
@@ -264,17 +264,17 @@ def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
     monkeypatch: pytest.MonkeyPatch, point: tuple[object, ...]
 ) -> None:
     chain = _of_position(SHORT_MINORS, point)
-    monkeypatch.setattr(derivation, "LONG", derivation.MOST_TERMS)
-    assert not applies(chain)
+    monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", derivation.MAX_MINOR_TERMS)
+    assert not elimination_applies(chain)
     by_minors = [one.conditions for one in singular_set(chain) or ()]
-    monkeypatch.setattr(derivation, "LONG", 0)
-    assert applies(chain)
-    assert not applies(replace(chain, task=("vx", "vy")))
+    monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
+    assert elimination_applies(chain)
+    assert not elimination_applies(replace(chain, task=("vx", "vy")))
     found = solve(chain).redundant
     assert found is not None and found.components
     for ways in (by_minors, [one.conditions for one in found.components]):
         out = check_rank_loss(chain, ways)
-        assert (out.wrong, out.unexplained) == ((), ())
+        assert (out.full_rank_branches, out.unexplained_configurations) == ((), ())
 
 
 def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
@@ -282,6 +282,6 @@ def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
     chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
     (a2,), t2 = chain.parameters, chain.q[1]
     out = check_rank_loss(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
-    assert (out.choices, out.searches) == (3, 180)
-    assert out.samples[0] and not out.samples[1] and out.wrong == (0,)
-    assert min(number for number, _ in out.samples[0]) >= out.choices
+    assert (out.searched_arm_count, out.search_count) == (3, 180)
+    assert out.samples[0] and not out.samples[1] and out.full_rank_branches == (0,)
+    assert min(number for number, _ in out.samples[0]) >= out.searched_arm_count

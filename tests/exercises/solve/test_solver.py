@@ -15,18 +15,18 @@ import sympy as sp
 from qdot.exercises.arm import derivation
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
-from qdot.exercises.arm.classification import Kind, domain_of
+from qdot.exercises.arm.classification import Classification, domain_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.conditions import Space, compare_sets
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import (
-    Ready,
+    ReadyResult,
     Solution,
     read_robot,
     solution_data,
@@ -96,7 +96,7 @@ def _values(chain: Chain, seed: int) -> dict[sp.Symbol, float]:
 
 
 def _number(text: str, values: dict[sp.Symbol, float]) -> float:
-    return float(to_sympy(read(text, [symbol.name for symbol in values])).xreplace(values))
+    return float(to_sympy(parse_formula(text, [symbol.name for symbol in values])).xreplace(values))
 
 
 def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) -> None:
@@ -107,7 +107,7 @@ def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) 
     steps = SolutionSteps(chain)
     assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
     assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
-    (_, place), *_ = steps.moved_points
+    (_, place), *_ = steps.point_positions
     assert list(place) == [a1 + a2, 3 * share * d3, 4 * share * d3 + sp.Rational(1, 4)]
 
 
@@ -138,11 +138,11 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     solution, arm = _solved(name, folder), _arm(name)
     chain = solution.chain
     joints = [q.name for q in chain.q]
-    claimed = [piece for text in _conditions(solution) for piece in parse_pieces(read(text), joints)]
+    claimed = [piece for text in _conditions(solution) for piece in parse_pieces(parse_formula(text), joints)]
     texts = [" and ".join(part["conditions"]) for part in arm["singular_set"]]
-    reference = [piece for text in texts for piece in parse_pieces(read(text), joints)]
-    compared = compare_sets(claimed, reference, Space(joints, domain_of(chain)), "test")
-    assert compared.equal, compared
+    reference = [piece for text in texts for piece in parse_pieces(parse_formula(text), joints)]
+    compared = compare_sets(claimed, reference, ConfigurationSpace(joints, domain_of(chain)), "test")
+    assert compared.are_equal, compared
 
 
 def _conditions(solution: Solution) -> list[str]:
@@ -186,7 +186,7 @@ def test_every_form_is_written(name: str, folder: Path) -> None:
     assert np.array(data["geometric_jacobian"]).shape == (6, solution.chain.n)
     entries = [entry for row in data["geometric_jacobian"] for entry in row]
     for entry in [*data["position"], *entries, data["determinant"] or "0"]:
-        to_sympy(read(entry))
+        to_sympy(parse_formula(entry))
 
 
 # --- files ---
@@ -338,7 +338,7 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
 @pytest.fixture
 def hardly_any_terms(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Let a determinant of more than one term be too long."""
-    monkeypatch.setattr(derivation, "MOST_TERMS", 1)
+    monkeypatch.setattr(derivation, "MAX_MINOR_TERMS", 1)
     kept: tuple[Any, ...] = (derivation._expanded_minors, derivation._generic_minors)
     for minors in kept:
         minors.cache_clear()
@@ -354,7 +354,9 @@ def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> Non
     assert solution.determinant is None and solution.singular is None
     assert "more than 1 terms" in (solution.note or "")
     assert "not worked out" in solution_text(solution) and "not worked out" in solution_json(solution)
-    assert QUESTIONS["singular-angles"].refusal(solution.chain) == QUESTIONS["determinant"].refusal(solution.chain)
+    assert QUESTIONS["singular-angles"].find_obstacle(solution.chain) == QUESTIONS["determinant"].find_obstacle(
+        solution.chain
+    )
 
 
 def _many(count: int) -> str:
@@ -493,9 +495,9 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
 ) -> None:
     text = (EQUAL_LINKS % "0.7").replace('"a1"', "0.4")
     chain = _read(tmp_path, text.replace("arm", f"arm {told}"))  # one of which nothing is kept
-    conditions = [to_sympy(read(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
+    conditions = [to_sympy(parse_formula(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
     components = tuple(Component((condition,), None) for condition in conditions)
-    shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
+    shown = [SingularComponent(one.conditions, None, Classification("", False, "x")) for one in components]
     monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: components)
     monkeypatch.setattr(SolutionSteps, "singular_components", shown)
     solution = solve(chain)
@@ -564,7 +566,7 @@ def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: P
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
-    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
+    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, ReadyResult))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
     rounded = rpy == ROUNDED
     assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded

@@ -7,16 +7,16 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.classification import Kind
-from qdot.exercises.arm.existence_conditions import need_of
+from qdot.exercises.arm.classification import Classification
+from qdot.exercises.arm.existence_conditions import existence_condition
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.solve.certified_singularities import certified_words
+from qdot.exercises.solve.certified_singularities import certified_statement
 from qdot.exercises.solve.solver import Singularities, singular_stages, solution_data, solution_text, solve
-from qdot.exercises.solve.special_lengths import relations
-from qdot.exercises.verify.appearance import places_on
+from qdot.exercises.solve.special_lengths import length_relations
+from qdot.exercises.verify.appearance import samples_on_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
@@ -53,16 +53,16 @@ def reach(condition: sp.Expr, lengths: dict[sp.Symbol, float]) -> tuple[float, f
 
 @pytest.mark.parametrize(("condition", "wanted"), NEEDS, ids=str)
 def test_a_condition_holds_somewhere_for_the_lengths_that_are_told(condition: sp.Expr, wanted: str | None) -> None:
-    need = need_of(condition, TURNING)
+    need = existence_condition(condition, TURNING)
     if wanted is None or need is None:
         assert need is None or wanted is not None
         return
-    assert f"{need.least} <= {need.most}" == wanted
+    assert f"{need.smaller} <= {need.larger}" == wanted
     holds = {True: 0, False: 0}
-    symbols = sorted((need.least + need.most).free_symbols, key=str)
+    symbols = sorted((need.smaller + need.larger).free_symbols, key=str)
     for values in itertools.product((0.3, 0.55, 0.8, 1.3), repeat=len(symbols)):
         lengths = dict(zip(symbols, values, strict=True))
-        least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.least, need.most))
+        least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.smaller, need.larger))
         others = condition.free_symbols & {A1, A2, A3, D4} - {*symbols}
         low, high = reach(condition, lengths | dict.fromkeys(others, 0.5))
         if abs(least - most) > 1e-3:
@@ -72,32 +72,34 @@ def test_a_condition_holds_somewhere_for_the_lengths_that_are_told(condition: sp
 
 
 def test_where_a_slide_moves_in_a_condition_nothing_is_told() -> None:
-    assert need_of(A1 + D3 * c(T2), SLIDING) is None
-    assert need_of(A1 + A2 * c(T2), SLIDING) is not None
+    assert existence_condition(A1 + D3 * c(T2), SLIDING) is None
+    assert existence_condition(A1 + A2 * c(T2), SLIDING) is not None
 
 
-@of_families([name for name, each in FAMILIES.items() if not each.varied])
+@of_families([name for name, each in FAMILIES.items() if not each.has_varied_structure])
 def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
     chain = sample_chain(ProblemId(family, 0, variation="chapter"), FAMILIES[family])
     for component in singular_set(chain) or ():
         for condition in component.conditions:
-            need = need_of(condition, chain)
+            need = existence_condition(condition, chain)
             if need is None or len(condition.free_symbols & set(chain.q)) > 3:
                 continue
             symbols = sorted(condition.free_symbols - set(chain.q), key=str)
             for lengths in (
                 dict(zip(symbols, v, strict=True)) for v in itertools.product((0.2, 1.1), repeat=len(symbols))
             ):
-                least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.least, need.most))
+                least, most = (float(sp.sympify(side).xreplace(lengths)) for side in (need.smaller, need.larger))
                 low, high = reach(condition, lengths)
                 if abs(least - most) > 1e-2:
                     assert (low <= 0 <= high) == (least < most), (condition, lengths)
 
 
 def test_a_relation_at_which_a_condition_begins_to_hold_is_looked_at_first() -> None:
-    component = SingularComponent((A1 + A2 * c(T2) + A3 * c(T2 + T3),), None, Kind("internal", True, ""))
-    assert relations(TURNING, (component,))[0] == (A1, A2 + A3)
-    assert len({str(one) for one in relations(TURNING, (component,))}) == len(relations(TURNING, (component,)))
+    component = SingularComponent((A1 + A2 * c(T2) + A3 * c(T2 + T3),), None, Classification("internal", True, ""))
+    assert length_relations(TURNING, (component,))[0] == (A1, A2 + A3)
+    assert len({str(one) for one in length_relations(TURNING, (component,))}) == len(
+        length_relations(TURNING, (component,))
+    )
 
 
 @pytest.mark.whole
@@ -110,7 +112,7 @@ def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
     )  # fmt: skip
     *_, found = singular_stages(Chain("puma", rows, ("vx", "vy", "vz")))
     assert isinstance(found, Singularities) and found.singular
-    assert not [one.relation for one in found.special if one.relation == "a3 = d4"]
+    assert not [one.relation for one in found.special_cases if one.relation == "a3 = d4"]
 
 
 PLANAR = (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0))
@@ -122,7 +124,10 @@ PARTS_OF_A_TASK = [
     (ACROSS, ("vx", "vz"), "no joint moves the point along x"),  # P moves along y and z, and only x and z count
     ((UP, Joint("R", T2, 0, A2, 0)), ("wx",), "no joint rotates link 2 about x"),
     pytest.param(
-        (UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)), ("vx", "vz"), "seen along y", marks=pytest.mark.whole
+        (UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)),
+        ("vx", "vz"),
+        "seen along y",
+        marks=pytest.mark.whole,
     ),
 ]
 
@@ -137,9 +142,13 @@ def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
 
 
 @pytest.mark.parametrize(
-    "false", [Kind("boundary", True, "arm folded back"), Kind("internal", True, "arm stretched out or folded back")]
+    "false",
+    [
+        Classification("boundary", True, "arm folded back"),
+        Classification("internal", True, "arm stretched out or folded back"),
+    ],
 )
-def test_a_false_look_or_kind_is_not_told(false: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(steps_module, "classify", lambda *_: false)
     solution_steps.cache_clear()
     solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
@@ -154,7 +163,7 @@ def test_a_false_look_or_kind_is_not_told(false: Kind, monkeypatch: pytest.Monke
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
     (component,) = solution_steps(chain).components
-    samples = places_on(chain, component)
-    assert certified_words(chain, "arm stretched out or folded back", samples)
-    assert certified_words(chain, "arm stretched out", samples) == ""
-    assert certified_words(chain, "arm stretched out or folded back", []) == ""
+    samples = samples_on_component(chain, component)
+    assert certified_statement(chain, "arm stretched out or folded back", samples)
+    assert certified_statement(chain, "arm stretched out", samples) == ""
+    assert certified_statement(chain, "arm stretched out or folded back", []) == ""

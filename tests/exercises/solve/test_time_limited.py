@@ -15,7 +15,7 @@ import pytest
 
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
-from qdot.exercises.common.time_limit import OutOfTime, seconds_of, time_limit
+from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limit
 from qdot.exercises.solve.solver import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
 from qdot.exercises.solve.time_limited import write_solution
 from tests.repository.test_schemas import errors
@@ -253,7 +253,7 @@ def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> N
 
 def test_times_are_read_as_numbers() -> None:
     texts = ("300", "0.1", ".5", "1e2", " 7 ", "+2.", "1e8")
-    assert [seconds_of(text) for text in texts] == [300, 0.1, 0.5, 100, 7, 2, 1e8]
+    assert [parse_seconds(text) for text in texts] == [300, 0.1, 0.5, 100, 7, 2, 1e8]
 
 
 @pytest.mark.whole

@@ -8,15 +8,15 @@ import pytest
 
 from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind, classify, samples_on, split_by_value
+from qdot.exercises.arm.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.questions.singular import OfKind
+from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.verify import appearance
-from qdot.exercises.verify.appearance import holds
+from qdot.exercises.verify.appearance import statement_holds
 from qdot.exercises.verify.certificate import certify
 from tests.support.suites import few_families, few_of, several
 
@@ -37,12 +37,16 @@ def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
 
 def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
     arm = normalize_arm(chain)
-    return {holds(arm, words, sample) for piece in pieces for sample in samples_on(arm, piece, "test", each=6)}
+    return {
+        statement_holds(arm, words, sample)
+        for piece in pieces
+        for sample in sample_condition(arm, piece, "test", samples_per_arm=6)
+    }
 
 
 @few_families
 def test_what_is_said_is_so(family: str) -> None:
-    for step in several(("chapter", "full"), tuple(STEPS)):
+    for step in several(("chapter", "full"), tuple(VARIATION_STEPS)):
         for pieces, words in parts(sample_chain(ProblemId(family, 3).with_variation(step))):
             assert are_so(sample_chain(ProblemId(family, 3).with_variation(step)), pieces, words) == {True}, words
 
@@ -94,19 +98,23 @@ def test_what_is_said_of_an_arm_is_true_or_false(identity: str, piece: str, word
 @pytest.mark.parametrize(
     ("identity", "question", "said"),
     [
-        ("planar-2r/1@chapter", "singular-angles", Kind("boundary", True, "arm folded back")),
-        ("planar-2r/1@chapter", "singular-angles", Kind("internal", True, "arm stretched out")),
-        ("elbow/2@chapter", "singularity-type", Kind("boundary", False, "the point lies on the axis of joint 3")),
+        ("planar-2r/1@chapter", "singular-angles", Classification("boundary", True, "arm folded back")),
+        ("planar-2r/1@chapter", "singular-angles", Classification("internal", True, "arm stretched out")),
+        (
+            "elbow/2@chapter",
+            "singularity-type",
+            Classification("boundary", False, "the point lies on the axis of joint 3"),
+        ),
     ],
 )
 def test_a_false_sentence_or_kind_fails_the_certificate(
-    identity: str, question: str, said: Kind, monkeypatch: pytest.MonkeyPatch
+    identity: str, question: str, said: Classification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem = generate(replace(ProblemId.parse(identity), questions=(question,)))
-    assert question == "singular-angles" or problem.parts[0].about(OfKind).type != "regular"
+    assert question == "singular-angles" or problem.parts[0].details_as(KindDetails).type != "regular"
     assert certify(problem).passed
 
-    def falsely(chain: Chain, component: Component) -> Kind:
+    def falsely(chain: Chain, component: Component) -> Classification:
         is_place = question == "singular-angles" and component.solutions and component.solutions[0][1] != (0,)
         return classification.classify(chain, component) if is_place else said
 

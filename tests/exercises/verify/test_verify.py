@@ -12,10 +12,10 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.singular import OfKind
+from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.quizzes import ASKED as EVERY_QUESTION
 from qdot.exercises.verify.certificate import CHECKS, certify
 from tests.support.problems import LONG_ARMS, parts_in_turn, with_answer
@@ -32,7 +32,7 @@ def _asked() -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     turns = dict.fromkeys(FAMILIES, 0)
     for name in QUESTIONS:
-        can = [family for family in FAMILIES if name in questions_of(family)]
+        can = [family for family in FAMILIES if name in questions_of_family(family)]
         chapter = sorted((family for family in can if family in CHAPTER), key=turns.__getitem__)
         others = sorted((family for family in can if family not in CHAPTER), key=turns.__getitem__)
         chosen = [*chapter[: several(1, len(CHAPTER))], *others[: 2 if WHOLE else not chapter]]
@@ -183,7 +183,7 @@ def test_planted_bugs_are_found(family: str, name: str, drawn: Callable[[str, in
 
 def _with_one_question(family: str, name: str, drawn: Callable[[str, int], Problem]) -> Problem:
     """Return a problem with this question alone: in `make test` a part of the one that was drawn, where it has it."""
-    if WHOLE or FAMILIES[family].varied:
+    if WHOLE or FAMILIES[family].has_varied_structure:
         return generate(ProblemId(family, 4, (name,)))
     problem = drawn(family, 0)
     return replace(problem, parts=tuple(part for part in problem.parts if part.name == name))
@@ -219,7 +219,7 @@ def test_a_wrong_kind_is_found() -> None:
         for number in range(3):
             other = part.answer.options[number]
             kind = "regular" if other.startswith("no ") else other.split()[1]
-            details = part.about(OfKind)
+            details = part.details_as(KindDetails)
             if kind != details.type:
                 wrong = replace(part, answer=Choice(part.answer.options, number), details=replace(details, type=kind))
                 assert not certify(replace(problem, parts=(wrong,))).passed
@@ -260,7 +260,9 @@ def test_a_task_that_no_configuration_can_do_is_found(
     def changed(chain: Chain, rng: Stream) -> Chain:
         return replace(chain, task=task, base=replace(chain.base, yaw=sp.pi / 12, tilt=sp.pi), tool=None)
 
-    monkeypatch.setitem(FAMILIES, "my-rpr", replace(family, name="my-rpr", axes={**family.axes, "lengths": changed}))
+    monkeypatch.setitem(
+        FAMILIES, "my-rpr", replace(family, name="my-rpr", variations={**family.variations, "lengths": changed})
+    )
     certificate = certify(generate(ProblemId("my-rpr", 0, ("jacobian",))))
     assert [check.name for check in certificate.failures] == ([] if said is None else ["full rank"])
     assert said is None or said in certificate.failures[0].detail

@@ -164,7 +164,7 @@ ONE_JOINT = (
 
 @pytest.mark.parametrize("chain", ONE_JOINT, ids=lambda chain: chain.name)
 def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(chain: Chain) -> None:
-    names = [name for name, question in QUESTIONS.items() if question.refusal(chain) is None]
+    names = [name for name, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
     assert len(names) > 5
     for name in names:
         problem = asked(name, chain)
@@ -180,15 +180,15 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     values = {symbol: sp.Float(0.37 + 0.21 * i, 30) for i, symbol in enumerate((*chain.q, *chain.parameters))}
     shown = []  # pairs that are equal
     if len(chain.task) == chain.n and (short := steps.jacobian_at_joint_1) is not None:
-        shown.append((short, steps.d.jacobian.xreplace({chain.q[0]: steps.joint_1_value})))
-        shown.append((sp.Matrix([short.xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
-    if last := steps.last_part_of_position:
-        shown.append((steps.origins[last[0]] + last[1], steps.d.position))
+        shown.append((short, steps.derivation.jacobian.xreplace({chain.q[0]: steps.joint_1_value})))
+        shown.append((sp.Matrix([short.xreplace(values).det()]), sp.Matrix([steps.derivation.determinant])))
+    if last := steps.last_moving_vector:
+        shown.append((steps.origins[last[0]] + last[1], steps.derivation.position))
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
-            if (lost := steps.lost_where(tuple(place))) is not None:
-                shown.append((lost[0].jacobian, steps.d.jacobian.xreplace(dict(place))))
+            if (lost := steps.lost_direction_at(tuple(place))) is not None:
+                shown.append((lost[0].jacobian, steps.derivation.jacobian.xreplace(dict(place))))
     for matrix, other in shown:
         assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
 
@@ -203,9 +203,9 @@ def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
     minors = [("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]
     assert HintContext.minor(minors) == ("columns 1, 3", x)
     assert HintContext.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
-    assert HintContext.gives_away(sp.Matrix([x, 0.5012]), sp.Float(-0.5))
-    assert HintContext.gives_away(sp.Matrix([[y, -x]]), x)
-    assert not HintContext.gives_away(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
+    assert HintContext.reveals_entry(sp.Matrix([x, 0.5012]), sp.Float(-0.5))
+    assert HintContext.reveals_entry(sp.Matrix([[y, -x]]), x)
+    assert not HintContext.reveals_entry(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
 
 
 # --- where they are shown ---

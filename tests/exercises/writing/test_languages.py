@@ -12,13 +12,20 @@ from babel.messages.catalog import Catalog, Message
 
 from qdot.exercises.answers import Choice, Matching, Selection
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, short_quiz
+from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.bank import titles_text
 from qdot.exercises.site.record import site_record, translated_record, translated_solutions
 from qdot.exercises.writing import languages, translatable_phrases
-from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
+from qdot.exercises.writing.languages import (
+    LANGUAGES,
+    LOCALE,
+    catalogue,
+    mistake_context,
+    phrase_pattern,
+    read_catalogue,
+)
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.render import environment, template_folder
 from tests.support.problems import parts_in_turn
@@ -40,7 +47,9 @@ LEFT = re.compile(
 )
 """English words that no German text has; those of a third language may have others."""
 
-ASKED_A_QUIZ = several(("planar-2r", "wrist-zyz"), tuple(name for name in FAMILIES if not FAMILIES[name].varied))
+ASKED_A_QUIZ = several(
+    ("planar-2r", "wrist-zyz"), tuple(name for name in FAMILIES if not FAMILIES[name].has_varied_structure)
+)
 PIECES = re.compile(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
 
 
@@ -77,7 +86,7 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
     problem = drawn(family, 0)
     problems = [replace(problem, parts=tuple(parts_in_turn(problem)))]
     if family in ASKED_A_QUIZ:
-        problems.append(generate(ProblemId(family, 1, short_quiz(family))))
+        problems.append(generate(ProblemId(family, 1, select_quiz_questions(family))))
     for problem in problems:
         for name, english, own in both(problem, language):
             assert pieces(own) == pieces(english), (problem.id, name)
@@ -106,7 +115,9 @@ def test_make_messages_has_nothing_to_write(language: str, due: Catalog) -> None
     text = path.read_text(encoding="utf-8")
     assert po_text(merge_messages(path, due)) == text, "run `make messages`"
     assert not re.search(r"POT-Creation|Revision-Date|Generated-By|[/]home/|:\d+$", text, re.MULTILINE)
-    assert (collect_messages.SITE / f"{language}.ts").read_text(encoding="utf-8") == site_text(language, read(path))
+    assert (collect_messages.SITE / f"{language}.ts").read_text(encoding="utf-8") == site_text(
+        language, read_catalogue(path)
+    )
     assert f'"./{language}.js"' in (collect_messages.SITE / "languages.ts").read_text(encoding="utf-8")
 
 
@@ -117,7 +128,7 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
         ("All columns are zero.", None),  # a template
         ("There,", "has rank"), ("There,", None), (scara, "family"), ("row {n}", "phrase"),
         (english["verdict.branches"], "site verdict.branches"),
-        *((mistake.says, mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
+        *((mistake.message, mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
     ):  # fmt: skip
         assert due.get(message, context) is not None, message
     assert found(due, "In this table %(links)s is zero.").id[1] == "In this table %(links)s are zero."
@@ -177,7 +188,7 @@ def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypa
     path = tmp_path / "de.po"
     path.write_text(po_text(again), encoding="utf-8")
     assert po_text(merge_messages(path, now)) == po_text(again)
-    assert read(path).phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
+    assert read_catalogue(path).translate_phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
 
 
 # --- a language that is only accents: what of it has none is in no message ---
@@ -209,7 +220,7 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
             one = message.id
             message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
     for name in translatable_phrases.ARMS:
-        found(made, name, languages.SHOWN).string = accented(catalogue("en").arm_shown(name))
+        found(made, name, languages.ARM_IN_SENTENCE).string = accented(catalogue("en").arm_in_sentence(name))
     found(made, ".", "decimal sign").string = "."
     (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
     yield "eo"
@@ -221,7 +232,7 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
 def test_all_words_of_a_problem_are_messages(scratch: str, family: str, drawn: Callable[[str, int], Problem]) -> None:
     problems = [replace(drawn(family, 0), parts=tuple(parts_in_turn(drawn(family, 0))))]
     if family not in several(("scara",), ()):
-        problems.append(generate(ProblemId(family, 1, short_quiz(family))))
+        problems.append(generate(ProblemId(family, 1, select_quiz_questions(family))))
     for one in problems:
         for name, english, own in both(one, scratch):
             assert own.translate(PLAIN) == english, (one.id, name)
@@ -248,28 +259,30 @@ def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str) -> None:
     for name, kind in CATALOGUE.items():
-        fields = re.findall(r"\{(\w+)\}", kind.says)
+        fields = re.findall(r"\{(\w+)\}", kind.message)
         words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
-        own = catalogue(language).mistake_said(kind.name, kind.says, kind.where, kind.sentence(words))
-        says = catalogue(language).translations.pgettext(mistake_context(name), kind.says)
-        assert says != kind.says and own.startswith(says.format(**words)), name
+        own = catalogue(language).mistake_sentence(
+            kind.name, kind.message, kind.chapter_reference, kind.sentence(words)
+        )
+        says = catalogue(language).translations.pgettext(mistake_context(name), kind.message)
+        assert says != kind.message and own.startswith(says.format(**words)), name
         assert not LEFT.findall(own), own
 
 
 def test_decimals_are_german_in_formulas_and_nowhere_else() -> None:
-    german = catalogue("de").with_decimals
+    german = catalogue("de").localize_formulas
     assert german(r"$a = 0.5\,\text{m}$ (6.12) `0.5`") == r"$a = 0{,}5\,\text{m}$ (6.12) `0.5`"
     assert german("$(0.5, 1)$ and $(x, y)$") == "$(0{,}5; 1)$ and $(x, y)$"
     assert german("$T_z(0.5)\\, R_x$ $$a = 1.5, \\qquad b$$") == "$T_z(0{,}5)\\, R_x$ $$a = 1{,}5, \\qquad b$$"
-    assert catalogue("de").phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
+    assert catalogue("de").translate_phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
 
 
 def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
     words, own = catalogue("de"), "The one in our lab"
-    assert words.arm_title(own) == own and words.arm_shown(own) == f"den Arm „{own}“"
-    assert words.phrase("no such phrase") == "no such phrase"
-    assert words.arm_shown("RPRR arm") == "einen RPRR-Arm"
-    assert pattern("{a} for {a}").fullmatch("x for y") is None
+    assert words.arm_title(own) == own and words.arm_in_sentence(own) == f"den Arm „{own}“"
+    assert words.translate_phrase("no such phrase") == "no such phrase"
+    assert words.arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
+    assert phrase_pattern("{a} for {a}").fullmatch("x for y") is None
     titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", own, ""), ("p1", "First place", "")]
     assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
 

@@ -12,14 +12,22 @@ from qdot import generate
 from qdot.exercises.answers import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.parser import read
-from qdot.exercises.formula.printers.latex import latex
-from qdot.exercises.formula.printers.mathml import mathml
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.printers.latex import latex_text
+from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.angles import AngleNames, angle_names, link_angles
-from qdot.exercises.writing.fit import width
-from qdot.exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from qdot.exercises.writing.angles import AngleNames, link_angles, name_angles
+from qdot.exercises.writing.fit import formula_width
+from qdot.exercises.writing.latex import (
+    MAX_LINE_WIDTH,
+    numeric_lengths,
+    symbol_latex,
+    tex,
+    tex_angle,
+    tex_length,
+    tex_lines,
+)
 from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.typeset import TooDeep, typeset
@@ -93,7 +101,7 @@ def test_table_entries() -> None:
 
 
 def named(expression: sp.Expr, *links: sp.Expr) -> tuple[str, AngleNames]:
-    names = angle_names(links, sp.Matrix([expression]))
+    names = name_angles(links, sp.Matrix([expression]))
     return re.sub(r"_\{(\w+)\}", r"_\1", tex(expression, None, names)), names
 
 
@@ -101,10 +109,10 @@ def test_angles_are_named_as_those_of_links() -> None:
     link = T1 - 2 * sp.pi / 3  # SymPy folds its cosine to -cos(theta1 + pi/3)
     shown, names = named(A1 * C(link) - A2 * S(link), link)
     assert shown == r"a_1 \cos \varphi_1 - a_2 \sin \varphi_1"
-    assert list(names.meanings.values()) == [link]
+    assert list(names.angle_by_name.values()) == [link]
     back = T1 - T2 - sp.pi / 6
     shown, names = named(A2 * S(-back), T1, back)
-    assert shown == r"-a_2 \sin \varphi_12" and list(names.meanings.values()) == [back]
+    assert shown == r"-a_2 \sin \varphi_12" and list(names.angle_by_name.values()) == [back]
     assert named(A1 * C(T1 + sp.pi), T1 + sp.pi)[0] == "-a_1 c_1"
 
 
@@ -130,7 +138,7 @@ def _entries(problem: Problem) -> list[sp.Expr]:
 def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     for entry in set(_entries(problem)):
         shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
-        assert " ".join(lines) == shown and (len(lines) == 1 or width(parse_latex(shown)) > LINE)
+        assert " ".join(lines) == shown and (len(lines) == 1 or formula_width(parse_latex(shown)) > MAX_LINE_WIDTH)
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
 
 
@@ -138,11 +146,13 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
     links, names = link_angles(problem.chain), SolutionSteps(problem.chain).angles
     if problem.id.family in CHAPTER:  # where a slide lies between parallel axes, their angles add up beside the links'
         derivation = derive(problem.chain)
-        used = (names.rename(derivation.position.row_join(derivation.linear))).free_symbols & set(names.meanings)
-        assert all(any(sp.expand(names.meanings[name] - link) == 0 for link in links) for name in used)
+        used = (names.use_names(derivation.position.row_join(derivation.linear))).free_symbols & set(
+            names.angle_by_name
+        )
+        assert all(any(sp.expand(names.angle_by_name[name] - link) == 0 for link in links) for name in used)
     for entry in set(_entries(problem)):
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        back = names.rename(entry).subs(names.meanings)
+        back = names.use_names(entry).subs(names.angle_by_name)
         assert abs(float((back - entry).xreplace(values))) < 1e-9
 
 
@@ -155,7 +165,7 @@ def test_quotients_of_lengths_are_of_decimals_and_others_stay_fractions() -> Non
         inverse = tex(derive(chain).inverse, chain)
         assert there in inverse and not_there not in inverse
     chain = generate("planar-3r-pose/819@lengths", ["jacobian"]).chain
-    assert lengths_of(chain) == (Q(9, 20), Q(7, 20))
+    assert numeric_lengths(chain) == (Q(9, 20), Q(7, 20))
     assert tex(11 * S(T1) / (13 * S(T2)), chain) == r"\frac{11 s_{1}}{13 s_{2}}"
     assert tex(5 * S(T1) / S(T2), chain) == r"\frac{5 s_{1}}{s_{2}}"
 
@@ -303,29 +313,29 @@ SET = [
 
 @pytest.mark.parametrize(("text", "printed"), SET)
 def test_as_it_was_typed(text: str, printed: str) -> None:
-    shown = typeset(read(text, KNOWN), ("2",))
-    assert latex(shown) == printed
-    ET.fromstring(mathml(shown, True))
+    shown = typeset(parse_formula(text, KNOWN), ("2",))
+    assert latex_text(shown) == printed
+    ET.fromstring(mathml_text(shown, True))
 
 
 def test_what_a_text_alone_does_not_tell() -> None:
     """Alternatives of a singular set, units, a fraction that no text makes, and a name that looks like "x(1)y"."""
-    conditions = read("[Eq(theta2, 0), Eq(theta2, pi)]", KNOWN)
-    assert r"\text{ or }" in latex(typeset(conditions, (), alternatives=True))
-    node = read("[0.5, 2]", KNOWN)
-    assert latex(typeset(node, (), units=("rad/s", ""))) == r"\begin{bmatrix} 0.5\,\text{rad/s} \\ 2 \end{bmatrix}"
-    assert latex(typeset(read("0.5"), (), units=("m",))) == r"0.5\,\text{m}"
-    assert r"\text" not in latex(typeset(node, (), units=("m", "m", "m")))
-    assert latex(typeset(Node("number", value=Fraction(2, 3)))) == r"\tfrac{2}{3}"
-    assert latex(typeset(read("x⑴y"))) == r"\text{x?1?y}"
+    conditions = parse_formula("[Eq(theta2, 0), Eq(theta2, pi)]", KNOWN)
+    assert r"\text{ or }" in latex_text(typeset(conditions, (), are_alternatives=True))
+    node = parse_formula("[0.5, 2]", KNOWN)
+    assert latex_text(typeset(node, (), units=("rad/s", ""))) == r"\begin{bmatrix} 0.5\,\text{rad/s} \\ 2 \end{bmatrix}"
+    assert latex_text(typeset(parse_formula("0.5"), (), units=("m",))) == r"0.5\,\text{m}"
+    assert r"\text" not in latex_text(typeset(node, (), units=("m", "m", "m")))
+    assert latex_text(typeset(Node("number", value=Fraction(2, 3)))) == r"\tfrac{2}{3}"
+    assert latex_text(typeset(parse_formula("x⑴y"))) == r"\text{x?1?y}"
 
 
 def test_a_sum_may_be_long_and_not_deep() -> None:
-    assert latex(typeset(read("+".join(["a1"] * 5000)))).count("a_{1}") == 5000
-    assert latex(typeset(read("/".join(["a1"] * 500)))).count(r"\frac") == 1
+    assert latex_text(typeset(parse_formula("+".join(["a1"] * 5000)))).count("a_{1}") == 5000
+    assert latex_text(typeset(parse_formula("/".join(["a1"] * 500)))).count(r"\frac") == 1
     for deep in ("(-" * 40 + "1" + ")" * 40, "2^" * 50 + "2", "sin(-" * 25 + "1" + ")" * 25):
         with pytest.raises(TooDeep):
-            typeset(read(deep))
+            typeset(parse_formula(deep))
 
 
 def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
@@ -334,12 +344,12 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
         if isinstance(part.answer, (Expression, Matrix)):
             text = str(part.answer.as_json()).replace("'", "")
             prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
-            shown = typeset(read(text, problem.symbols()), prismatic)
-            ET.fromstring(mathml(shown, True))
+            shown = typeset(parse_formula(text, problem.symbols()), prismatic)
+            ET.fromstring(mathml_text(shown, True))
             reference = part.answer.reference if isinstance(part.answer, Expression) else part.answer.as_matrix()
-            for printed in (latex(shown), tex(reference, problem.chain)):
+            for printed in (latex_text(shown), tex(reference, problem.chain)):
                 if len(printed) < 15_000:  # longer LaTeX is not read
                     assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
         elif isinstance(part.answer, ConditionSet):
             text = f"[{', '.join(part.answer.pieces())}]"
-            ET.fromstring(mathml(typeset(read(text, problem.symbols()), (), alternatives=True), True))
+            ET.fromstring(mathml_text(typeset(parse_formula(text, problem.symbols()), (), are_alternatives=True), True))

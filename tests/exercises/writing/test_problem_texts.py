@@ -194,8 +194,8 @@ def test_a_dollar_in_code_begins_no_formula() -> None:
 def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(family: str, drawn: Draw) -> None:
     chain = drawn(family, 0).chain
     steps = SolutionSteps(chain)
-    if steps.d.is_square:
-        determinant = tex(steps.d.determinant, chain, steps.angles)
+    if steps.derivation.is_square:
+        determinant = tex(steps.derivation.determinant, chain, steps.angles)
         sums = [condition for found in steps.singular_components for condition in found.conditions if condition.is_Add]
         assert not [each for each in sums if f"({tex(-each, chain, steps.angles)})" in determinant]
 
@@ -242,4 +242,4 @@ def test_an_option_that_says_itself_is_named_by_its_letter_alone() -> None:
     problem = generate(ProblemId("planar-2r", 1, ("true-or-false",)))
     (part,) = problem.parts
     assert isinstance(part.answer, Choice)
-    assert short_answer(problem, part).strip() == f"**{part.answer.word}**"
+    assert short_answer(problem, part).strip() == f"**{part.answer.typed_text}**"

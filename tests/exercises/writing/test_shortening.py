@@ -15,12 +15,12 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.solve.solver import solution_text, solve
-from qdot.exercises.writing.angles import angle_names, arm_angles, is_plain
+from qdot.exercises.writing.angles import arm_angles, name_angles, needs_no_name
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
-from qdot.exercises.writing.shortening import add_angles, gather_sums, multiply_numbers, use_plain_angles
+from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, remove_constant_shifts, use_angle_sums
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.turns import turns_of, with_turns
+from qdot.exercises.writing.turns import constant_angles, use_constant_angles
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.suites import few_families
 
@@ -45,7 +45,7 @@ ANGLE = T2 + T3 + SIXTH
     ],
 )
 def test_a_constant_that_only_splits_a_sine_is_left_out(long: sp.Expr, short: sp.Expr | None) -> None:
-    assert use_plain_angles(long) == (long if short is None else short)
+    assert remove_constant_shifts(long) == (long if short is None else short)
 
 
 @pytest.mark.parametrize(
@@ -61,11 +61,11 @@ def test_a_constant_that_only_splits_a_sine_is_left_out(long: sp.Expr, short: sp
     ],
 )  # fmt: skip
 def test_the_addition_theorems(long: sp.Expr, short: sp.Expr | None) -> None:
-    assert add_angles(long, lambda angle: False) == long, "no angle comes in that has no name"
+    assert use_angle_sums(long, lambda angle: False) == long, "no angle comes in that has no name"
     if short is None:
-        assert add_angles(long, lambda angle: True) == long
+        assert use_angle_sums(long, lambda angle: True) == long
         return
-    assert sp.expand(add_angles(long, lambda angle: True) - short) == 0
+    assert sp.expand(use_angle_sums(long, lambda angle: True) - short) == 0
 
 
 def test_numbers_are_multiplied_out_where_that_is_shorter() -> None:
@@ -120,7 +120,7 @@ def same(first: sp.Expr, second: sp.Expr, seed: str) -> bool:
     ],
 )
 def test_sums_are_gathered(written: sp.Expr, expected: sp.Expr) -> None:
-    assert gather_sums(sp.expand(written)) == expected
+    assert factor_sums(sp.expand(written)) == expected
 
 
 @few_families
@@ -129,7 +129,7 @@ def test_values_stay_and_products_become_fewer(family: str) -> None:
         chain = sample_chain(ProblemId(family, 0, variation=step))
         d = derive(chain)
         for entry in (*d.position, *d.jacobian, *d.twist()):
-            shorter = gather_sums(entry)
+            shorter = factor_sums(entry)
             assert same(entry, shorter, f"{family} {entry}")
             assert sp.count_ops(shorter) <= sp.count_ops(entry)
 
@@ -147,7 +147,7 @@ def arm(degrees: int | sp.Rational) -> Chain:
 )  # fmt: skip
 def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str]) -> None:
     chain = arm(degrees)
-    (turn,) = turns_of(chain)
+    (turn,) = constant_angles(chain)
     cosine, sine = shown
     assert tex(sp.cos(turn) * A2, chain) == rf"\cos({cosine}^\circ) a_{{2}}"
     assert tex(sp.sin(turn) * A2, chain) == rf"\sin({sine}^\circ) a_{{2}}"
@@ -168,7 +168,7 @@ def test_angles_that_are_in_no_table_are_said_by_fifteen_degrees() -> None:
 def test_base_and_zeros_of_joints_count_as_the_table_does() -> None:
     joints = (Joint("R", sp.Symbol("theta1") + 5 * sp.pi / 12, 0, A2, 0), Joint("P", sp.pi / 5, sp.Symbol("d2"), 0, 0))
     chain = Chain("turned", joints, ("vx",), Base(yaw=-3 * sp.pi / 8, tilt=sp.pi))
-    assert turns_of(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
+    assert constant_angles(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
 
 
 @pytest.mark.parametrize(
@@ -178,14 +178,14 @@ def test_what_is_said_has_the_same_value(turn: sp.Expr) -> None:
     x = sp.Symbol("x")
     sine, cosine = sp.sin(turn), sp.cos(turn)
     for whole in (3 * sine * x - cosine / 7, cosine**2 * x + 2, x / sine, sp.expand((sine + x) * (cosine - 2) * 5)):
-        said = with_turns(whole, (turn,))
+        said = use_constant_angles(whole, (turn,))
         assert abs(sp.N((said - whole).subs(x, sp.Rational(5, 7)), 30)) < 1e-25
-    assert with_turns(sine * x, (turn,)) == sp.sin(turn, evaluate=False) * x
+    assert use_constant_angles(sine * x, (turn,)) == sp.sin(turn, evaluate=False) * x
 
 
 def test_roots_that_are_lengths_stay_what_they_are() -> None:
     whole = sp.sqrt(2) * A2 / 4 + sp.sqrt(6) / 3 + sp.sqrt(5) * T2 + T2
-    assert with_turns(whole, (5 * sp.pi / 12,)) == whole
+    assert use_constant_angles(whole, (5 * sp.pi / 12,)) == whole
 
 
 RIGHT, THIRD = sp.pi / 2, sp.pi / 3
@@ -205,9 +205,9 @@ def problem(problem: Problem) -> Problem:
 
 
 def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> None:
-    meanings = SolutionSteps(problem.chain).angles.meanings
+    meanings = SolutionSteps(problem.chain).angles.angle_by_name
     assert not any(are_alike(one, other) for one, other in combinations(meanings.values(), 2))
-    assert not any(map(is_plain, meanings.values()))
+    assert not any(map(needs_no_name, meanings.values()))
 
 
 def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Problem) -> None:
@@ -266,7 +266,7 @@ def planar(*thetas: sp.Expr, alphas: tuple[sp.Expr, ...] = (), base: Base | None
     ],
 )
 def test_names_stand_for_the_angles_of_the_links(chain: Chain, meanings: dict[str, sp.Expr]) -> None:
-    names = angle_names(arm_angles(chain)).meanings
+    names = name_angles(arm_angles(chain)).angle_by_name
     assert {str(name): meaning for name, meaning in names.items()} == {
         rf"\varphi_{{{links}}}": meaning for links, meaning in meanings.items()
     }
@@ -282,4 +282,4 @@ def test_names_stand_for_the_angles_of_the_links(chain: Chain, meanings: dict[st
     ],
 )  # fmt: skip
 def test_an_angle_is_known_in_every_form_that_sympy_gives_it(expression: sp.Expr, shown: str) -> None:
-    assert tex(expression, None, angle_names([T1 + 5 * sp.pi / 6])) == shown
+    assert tex(expression, None, name_angles([T1 + 5 * sp.pi / 6])) == shown

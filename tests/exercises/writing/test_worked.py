@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.common.variation import STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -118,11 +118,11 @@ def worked_determinants(chain: Chain) -> Iterator[tuple[Expansion, sp.Expr]]:
     if worked.blocks is not None:
         yield worked.arm_expansion, worked.blocks[0]
         yield worked.wrist_expansion, worked.blocks[1]
-    elif QUESTIONS["determinant"].refusal(chain) is None:
-        yield worked.expansion, worked.d.determinant
+    elif QUESTIONS["determinant"].find_obstacle(chain) is None:
+        yield worked.expansion, worked.derivation.determinant
 
 
-@pytest.mark.parametrize("variation", several(("full",), tuple(STEPS)))
+@pytest.mark.parametrize("variation", several(("full",), tuple(VARIATION_STEPS)))
 def test_every_intermediate_is_the_determinant(family: str, variation: str) -> None:
     for expansion, determinant in worked_determinants(sample_chain(ProblemId(family, 0, variation=variation))):
         symbols = set(determinant.free_symbols).union(*(line.free_symbols for line in expansion.products))
@@ -169,7 +169,7 @@ def test_joint_1_has_a_value_at_which_the_jacobian_is_short(family: str) -> None
     worked = SolutionSteps(sample_chain(ProblemId(family, 0, variation="full")))
     assert worked.expansion.steps[0].kind == "joint"
     shown = worked.expansion.steps[0].matrix
-    there = worked.d.jacobian.xreplace({worked.chain.q[0]: worked.joint_1_value})
+    there = worked.derivation.jacobian.xreplace({worked.chain.q[0]: worked.joint_1_value})
     at = numbers(there.free_symbols | shown.free_symbols, family)
     assert all(near(a.xreplace(at), b.xreplace(at)) for a, b in zip(there, shown, strict=True))
 
@@ -180,5 +180,5 @@ def test_what_is_told_of_a_structure_is_found_once_for_all_its_arms() -> None:
     assert expand_jacobian(first._structure) is expand_jacobian(second._structure)
     assert _cofactors(first._structure) is _cofactors(second._structure)
     for worked in (first, second):
-        left = worked.d.jacobian * worked.cofactors.T - worked.d.determinant * sp.eye(3)
+        left = worked.derivation.jacobian * worked.cofactors.T - worked.derivation.determinant * sp.eye(3)
         assert all(near(e.xreplace(numbers(left.free_symbols, "inverse")), sp.S.Zero) for e in left)

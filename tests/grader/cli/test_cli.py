@@ -19,7 +19,7 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.cli.main import COMMANDS, LISTING, app, program
+from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -65,7 +65,11 @@ def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
     *others, found = json.loads(run("families", "--json"))
     assert (found["name"], found["title"]) == ("my-arm", "my arm")
     (known,) = [row for row in others if row["name"] == like]
-    same = ("joints", "questions") if family.varied else ("joints", "questions", "difficulty", "difficulties")
+    same = (
+        ("joints", "questions")
+        if family.has_varied_structure
+        else ("joints", "questions", "difficulty", "difficulties")
+    )
     assert [found[key] for key in same] == [known[key] for key in same]
     assert re.search(r"\n  my-arm +[RPvaried]+ .* my arm; ", run("families"))
 
@@ -197,7 +201,9 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
 
 @pytest.mark.whole
 def test_verify_problems_and_families(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("qdot.exercises.common.console.EVERY", 0.0)  # as long work tells its progress in a log
+    monkeypatch.setattr(
+        "qdot.exercises.common.console.PROGRESS_INTERVAL", 0.0
+    )  # as long work tells its progress in a log
     result = runner.invoke(app, ["verify", "planar-pr/7", "polar-rp/1", "--jobs", "1"])
     assert result.exit_code == 0 and "2 problems verified, 0 failed" in result.stdout
     assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
@@ -222,9 +228,9 @@ def test_ctrl_c_says_what_is_true_of_the_command(
         raise KeyboardInterrupt
 
     for name in (
-        "qdot.grader.cli.class_commands._tasks",
+        "qdot.grader.cli.class_commands._list_tasks",
         "qdot.grader.cli.grade_command.load_assignment",
-        "qdot.grader.cli.problem_commands.overview",
+        "qdot.grader.cli.problem_commands.describe_families",
     ):
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
@@ -427,12 +433,15 @@ def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
     """Only its own modules are loaded for it."""
-    alone, whole = (runner.invoke(made, [name, "--help"]) for made in (program(name), program()))
+    alone, whole = (runner.invoke(made, [name, "--help"]) for made in (make_program(name), make_program()))
     assert alone.exit_code == 0 and alone.output == whole.output
 
 
 def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() -> None:
-    assert runner.invoke(program(LISTING), ["--help"]).output == runner.invoke(program(), ["--help"]).output
+    assert (
+        runner.invoke(make_program(LIST_COMMANDS), ["--help"]).output
+        == runner.invoke(make_program(), ["--help"]).output
+    )
     listing = "import sys; from qdot.grader.cli.main import main; sys.argv = ['qdot', '--help']\n"
     listing += "try: main()\nexcept SystemExit: "
     made = subprocess.run(

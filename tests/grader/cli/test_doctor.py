@@ -35,12 +35,12 @@ def weak(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_doctor_tells_every_guarantee_and_leaves_with_0() -> None:
     result = runner.invoke(app, ["doctor"])
     assert result.exit_code == 0
-    for name in guarantees.PROMISES:
+    for name in guarantees.GUARANTEES:
         assert f"\n{name} " in result.stdout
     found = json.loads(runner.invoke(app, ["doctor", "--json"]).stdout)
     assert {"python", "sympy", "numpy", "qdot", "cores", "strict", "guarantees", "lacking"} <= found.keys()
-    assert [each["name"] for each in found["guarantees"]] == list(guarantees.PROMISES)
-    assert found["strict"] == all(each["by"] == guarantees.KERNEL for each in found["guarantees"])
+    assert [each["name"] for each in found["guarantees"]] == list(guarantees.GUARANTEES)
+    assert found["strict"] == all(each["by"] == guarantees.ENFORCED_BY_KERNEL for each in found["guarantees"])
     assert f'"strict" in assignment.toml {"can" if found["strict"] else "can" + chr(39) + "t"} be had' in result.stdout
 
 
@@ -74,7 +74,7 @@ def test_strict_grades_where_it_can_be_had(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
     after = load_assignment(folder)
     assert (after.sandbox, before.sandbox) == ("strict", "best")
-    assert (after.digest, after.edition, after.marking) == (before.digest, before.edition, before.marking)
+    assert (after.digest, after.edition, after.marking_digest) == (before.digest, before.edition, before.marking_digest)
     result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
     if guarantees.probe().is_strict:
         assert result.exit_code == 0 and "2 graded; mean 100.0 %" in result.stdout
@@ -90,7 +90,7 @@ def test_a_wrong_level_is_told_with_its_line(folder: Path) -> None:
 @pytest.mark.parametrize("without", [{"seccomp"}, {"limits"}, {"privileges"}, {"namespaces", "landlock"}])
 def test_a_strict_sandbox_that_starts_weaker_than_the_probe_runs_nothing(without: set[str]) -> None:
     with (
-        Sandbox(without=without, loaded=False, strict=True) as sandbox,
+        Sandbox(disabled_measures=without, load_libraries=False, strict=True) as sandbox,
         pytest.raises(QdotError, match="not contained"),
     ):
         sandbox.run(["a = 1"], ["a"])

@@ -15,26 +15,26 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.variation import axes_of
+from qdot.exercises.common.variation import variation_axes
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import check_questions, listing_of, sample_chain
+from qdot.exercises.generation import check_questions, find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.cli.main import app
-from qdot.grader.cli.overview import WIDTH, kinds, overview
+from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families
 from tests.support.command import fails, run, runner
 from tests.support.suites import several
 
 
 def test_the_overview_has_every_family_once_among_its_kind() -> None:
-    text = overview()
+    text = describe_families()
     shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
     assert sorted(shown) == sorted(FAMILIES)
-    assert shown == [family.name for families in kinds().values() for family in families]
-    assert max(map(len, text.splitlines())) <= WIDTH
+    assert shown == [family.name for families in group_families().values() for family in families]
+    assert max(map(len, text.splitlines())) <= LINE_WIDTH
     assert len(text.splitlines()) < 3 * len(FAMILIES) + 30
-    kind_of = {family.name: kind for kind, families in kinds().items() for family in families}
+    kind_of = {family.name: kind for kind, families in group_families().items() for family in families}
     assert kind_of["planar-pr"] == "Planar arms"  # in a vertical plane
     assert (kind_of["scara"], kind_of["stanford-6r"]) == ("Spatial arms with slides", "Arms of five to seven joints")
     assert (kind_of["wrist-zyz"], kind_of["random-2"]) == ("Wrists", "Arms whose structure is drawn, too")
@@ -43,10 +43,10 @@ def test_the_overview_has_every_family_once_among_its_kind() -> None:
 @pytest.mark.parametrize("name", ["planar-rpr", "pan-tilt", "lbr-7r", "random-4"])
 def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(name: str) -> None:
     row = json.loads(run("families", name, "--json"))
-    assert row["questions"] == list(listing_of(name).questions)
+    assert row["questions"] == list(find_listing(name).questions)
     assert sorted(row["questions"] + list(row["refused"])) == sorted(QUESTIONS)
     chain = sample_chain(ProblemId(name, 0))
-    assert all(why == QUESTIONS[question].refusal(chain) for question, why in row["refused"].items())
+    assert all(why == QUESTIONS[question].find_obstacle(chain) for question, why in row["refused"].items())
     text = " ".join(run("families", name).split())
     can, _, cant = text.partition("can't be asked")
     assert all(re.search(rf"[ ,]{question}[, ]", can) for question in row["questions"])
@@ -61,8 +61,10 @@ def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
             file.write_text('name = "mine"\n' + row % (1, 400) + row % (2, '"a2"'))
         row = json.loads(run("families", name, "--json"))
         chain = read_robot_file(file).chain
-        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
-        assert row["refused"] == {one: why for one, q in QUESTIONS.items() if (why := q.refusal(chain)) is not None}
+        assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
+        assert row["refused"] == {
+            one: why for one, q in QUESTIONS.items() if (why := q.find_obstacle(chain)) is not None
+        }
         assert row["joints"] == "".join(joint.kind for joint in chain.joints)
     told = runner.invoke(app, ["families", str(tmp_path / "my arm.toml")])
     assert "is this in millimetres?" in told.stderr
@@ -92,7 +94,7 @@ def test_what_can_be_asked_is_told_of_a_convention(name: str) -> None:
         else replace(read_robot_file(robot_path(name)).chain, convention="screws")
     )  # fmt: skip
     row = json.loads(run("families", name, "--convention", "screws", "--json"))
-    assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
+    assert row["questions"] == [one for one, question in QUESTIONS.items() if question.find_obstacle(chain) is None]
     assert "home-screws" in row["questions"] and "transform" in row["refused"]
     assert f"{name}/1@screws" in run("families", name, "--convention", "screws") or name not in FAMILIES
     assert "'modified-dh'" in fails("families", name, "--convention", "craig")
@@ -108,7 +110,7 @@ def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> No
     """No problem varies less than the one before it; the last is harder than the first."""
     run("init", tmp_path / "hw", "--set", name)
     slots, chosen = load_assignment(tmp_path / "hw").slots, SETS[name]
-    varied = [set(axes_of(slot.variation)) for slot in slots]
+    varied = [set(variation_axes(slot.variation)) for slot in slots]
     assert all(before <= after for before, after in pairwise(varied))
     arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
     assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)

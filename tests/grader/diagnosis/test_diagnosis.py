@@ -9,21 +9,21 @@ import pytest
 
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import as_formulas, formulas, numbers
+from qdot.exercises.arm.derivation_graph import numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import text_of
-from qdot.exercises.generation import generate, questions_of
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.generation import generate, questions_of_family
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.mistakes.configurations import Values, sample_configurations
+from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.results import result
-from qdot.grader.judging.functions import calls_of
-from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.exercises.questions.results import compute_answer
+from qdot.grader.judging.functions import make_calls
+from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked
 from tests.support.suites import few_families, several
@@ -34,15 +34,15 @@ ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
 """Questions of a family, and of one of six or seven joints, that the tests take; `make diagnoses` takes all."""
 
 
-def evaluated(part: Part, values: Values) -> np.ndarray:
+def evaluated(part: Part, values: SymbolValues) -> np.ndarray:
     """Return the entries of a reference at configurations, (entries, N)."""
-    nodes = [read(text_of(entry), frozenset(values)) for entry in part.answer.as_matrix()]
+    nodes = [parse_formula(expression_text(entry), frozenset(values)) for entry in part.answer.as_matrix()]
     return evaluate(compile_program(nodes), values, len(next(iter(values.values()))))[0]
 
 
 def questions_for(family: str) -> tuple[str, ...]:
     """Return some questions of a family; all of them are taken by one family or another."""
-    names, first = [*questions_of(family)], 3 * FAMILY_NAMES.index(family)
+    names, first = [*questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
     return tuple(
         names[(first + k * 7) % len(names)] for k in range(ASKED_OF_LONG if family in LONG_ARMS else ASKED_OF_EACH)
     )
@@ -250,7 +250,7 @@ def test_of_example_6_3(answer: str, mistake: str) -> None:
 
 
 def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
-    right = as_formulas(result(formulas(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
+    right = to_sympy_matrix(compute_answer(symbolic_working(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
     one = right.copy()
     one[:, 1] = -one[:, 1]
     assert said("jacobian", str(one.tolist()), SCORBOT)[0] == "column-sign"
@@ -268,7 +268,7 @@ def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
 
 def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     """It would be searched for anew each time, and stall the class."""
-    monkeypatch.setattr("qdot.grader.diagnosis.set_mistakes.judge_given", None)
+    monkeypatch.setattr("qdot.grader.diagnosis.set_mistakes.judge_parsed", None)
     many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
     assert said("singular-angles", f"[{many}]") == ("", "")
 
@@ -284,7 +284,7 @@ def test_an_answer_with_blanks_is_diagnosed_as_well() -> None:
 def test_every_mistake_has_a_sentence_without_formulas_and_a_place_in_the_chapter() -> None:
     assert len(CATALOGUE) >= 30
     for mistake in CATALOGUE.values():
-        words = re.sub(r"{\w+}", "2", mistake.says)
+        words = re.sub(r"{\w+}", "2", mistake.message)
         assert re.fullmatch(r"[A-Z*2{].*[.?)]", words), mistake.name
         assert not re.search(r"sin\(|cos\(|\w\*\w|theta\d", words), mistake.name
         assert re.search(r"6\.\d|appendix|^the product of exponentials$", mistake.source), mistake.name
@@ -295,17 +295,17 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
-            found = result(numbers(problem.chain, values), part)
+            found = compute_answer(numeric_working(problem.chain, values), part)
             due = evaluated(part, values)
             assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
 
 
 def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     problem = asked("position", PLANAR)
-    called = calls_of(problem, problem.domain(), "points")
+    called = make_calls(problem, problem.domain(), "points")
     at = dict(zip(called.symbols, np.array(called.points).T, strict=True))
     rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]
     values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
-    table = TABLE + json.dumps({"shape": [2], "values": values})
+    table = TABLE_PREFIX + json.dumps({"shape": [2], "values": values})
     found = diagnose(problem, problem.parts[0], table, "s", "points")
     assert found is not None and found.mistakes == ("relative-angle",)

@@ -9,17 +9,17 @@ import sympy as sp
 
 from qdot.exercises.answers import Expression
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Working, as_formulas, formulas
+from qdot.exercises.arm.derivation_graph import Working, symbolic_working, to_sympy_matrix
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
-from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.results import is_derived, result
-from qdot.grader.diagnosis.follow_through import earlier
+from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.grader.diagnosis.follow_through import list_earlier_parts
 from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
 from qdot.grader.judging.verdict import Outcome, Verdict
 from tests.support.suites import few_families, few_of, several
@@ -44,8 +44,8 @@ def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fractio
 
 
 def written(part: Part, w: Working) -> str:
-    matrix = as_formulas(result(w, part))
-    return text_of(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
+    matrix = to_sympy_matrix(compute_answer(w, part))
+    return expression_text(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
 
 
 RELATIVE = {
@@ -81,7 +81,7 @@ def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
 
 
 def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
-    jacobian = written(problem_of(PLANAR)["jacobian"], formulas(PLANAR))
+    jacobian = written(problem_of(PLANAR)["jacobian"], symbolic_working(PLANAR))
     verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
     assert verdicts["determinant"].followed_from is None  # what was handed in before is right
@@ -262,13 +262,13 @@ EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "
 def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
     """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
     problem = drawn(family, 0)
-    later = [part for part in problem.parts if any(earlier(part)) and is_derived(part) and _is_formula(part)]
+    later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
-    w = formulas(problem.chain)
+    w = symbolic_working(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
-        for wrong in list(make_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
+        for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
             parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
             texts = {part.name: written(part, wrong.working) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
@@ -288,7 +288,7 @@ def _is_formula(part: Part) -> bool:
 
 def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
     wrong = {name for name, verdict in verdicts.items() if (verdict.points or 0.0) < verdict.max_points}
-    return bool(wrong & set(earlier(part)))
+    return bool(wrong & set(list_earlier_parts(part)))
 
 
 def test_points_are_exact_and_add_up() -> None:
@@ -335,7 +335,7 @@ def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str)
 def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("jacobian", "self-motion")))
     jacobian, part = problem.parts
-    assert not part.answer.is_in_numbers
+    assert not part.answer.is_numeric
     wrong = jacobian.answer.as_matrix().as_mutable()
     wrong[0, 0] = 2 * wrong[0, 0]
     motion = -3 * wrong.row(0).cross(wrong.row(1))

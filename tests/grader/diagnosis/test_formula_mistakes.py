@@ -6,18 +6,18 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from qdot.exercises.arm.derivation_graph import as_formulas, formulas
+from qdot.exercises.arm.derivation_graph import symbolic_working, to_sympy_matrix
 from qdot.exercises.chapter import planar_2r
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, node_text, size_of
-from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
+from qdot.exercises.formula.trees import Node, count_nodes, node_text
+from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
-from qdot.exercises.mistakes.finished import edits, edits_throughout
+from qdot.exercises.mistakes.finished import edit_entry, edit_throughout
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.results import result
-from qdot.grader.diagnosis.formula_mistakes import in_words
+from qdot.exercises.questions.results import compute_answer
+from qdot.grader.diagnosis.formula_mistakes import locate_entries
 from qdot.grader.grading.marking import MarkingRules, mark
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
@@ -77,23 +77,23 @@ def test_what_went_wrong_in_entries_is_named_with_them(changed: dict[int, str], 
 
 
 def test_relative_angles_throughout_an_entry_are_named() -> None:
-    entry = read(f"a1*{C1} + a2*{C12} + a3*cos(theta1 + theta2 + theta3 + pi/6)", {})
-    changed = [node_text(edit.entry) for edit in edits(entry) if edit.mistake == "angles-typed"]
-    due = read("a1*cos(theta1) + a2*cos(theta2) + a3*cos(theta3 + pi/6)", {})
+    entry = parse_formula(f"a1*{C1} + a2*{C12} + a3*cos(theta1 + theta2 + theta3 + pi/6)", {})
+    changed = [node_text(edit.entry) for edit in edit_entry(entry) if edit.mistake == "angles-typed"]
+    due = parse_formula("a1*cos(theta1) + a2*cos(theta2) + a3*cos(theta3 + pi/6)", {})
     assert changed[0] == node_text(due)
 
 
 def test_what_is_missing_is_told_by_its_lengths_rates_and_numbers_else_by_its_joints() -> None:
-    entry = read(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
-    told = {edit.which for edit in edits(entry) if edit.mistake == "term-missing"}
+    entry = parse_formula(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
+    told = {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "term-missing"}
     assert told >= {" (with 0.5 in it)", " (with a2, qd1 in it)", " (with theta1, theta2 in it)"}
-    assert {edit.which for edit in edits(entry) if edit.mistake == "wave-typed"} == {""}
+    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "wave-typed"} == {""}
 
 
 def test_the_places_of_a_vector_are_told_by_number_and_a_single_formula_has_none() -> None:
-    assert in_words([(0, 0), (2, 0)], (3, 1)) == "In entries 1 and 3"
-    assert in_words([(0, 2)], (1, 3)) == "In entry 3"
-    assert in_words([(0, 0)], (1, 1)) == "In your answer"
+    assert locate_entries([(0, 0), (2, 0)], (3, 1)) == "In entries 1 and 3"
+    assert locate_entries([(0, 2)], (1, 3)) == "In entry 3"
+    assert locate_entries([(0, 0)], (1, 1)) == "In your answer"
 
 
 def values_of(rows: list[list[Node]], at: dict[str, np.ndarray]) -> np.ndarray:
@@ -118,9 +118,9 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
         at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
         right, tried = values_of(rows, at), set()
         i, j = max(
-            ((i, j) for i, row in enumerate(rows) for j in range(len(row))), key=lambda w: size_of(rows[w[0]][w[1]])
+            ((i, j) for i, row in enumerate(rows) for j in range(len(row))), key=lambda w: count_nodes(rows[w[0]][w[1]])
         )
-        for edit in edits(rows[i][j]):
+        for edit in edit_entry(rows[i][j]):
             other = [row[:] for row in rows]
             other[i][j] = edit.entry
             found = values_of(other, at)
@@ -129,7 +129,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
             if np.ptp(found[i * len(rows[0]) + j]) < 1e-9:  # a number that many slips give
                 continue
             tried.add(edit.mistake)
-            if size_of(edit.entry) > 150:
+            if count_nodes(edit.entry) > 150:
                 continue
             answer = as_typed(part, other)
             assert diagnose(problem, part, answer, "finished") is not None, (part.name, edit.mistake, answer)
@@ -142,7 +142,7 @@ def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
     at = sample_configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
     right, tried = values_of(rows, at), set()
-    for name, changed in edits_throughout(rows):
+    for name, changed in edit_throughout(rows):
         found = values_of(changed, at)
         if name in tried or not np.isfinite(found).all() or np.allclose(found, right, rtol=1e-9):
             continue
@@ -156,12 +156,12 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     problem = drawn("elbow-3r", 0)
     names = ("joint-axes", "jacobian", "velocity")
     parts = {part.name: part for part in problem.parts if part.name in names}
-    right = formulas(problem.chain)
-    slip = next(wrong.variant for wrong in make_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
+    right = symbolic_working(problem.chain)
+    slip = next(wrong.variant for wrong in apply_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
     wrong = right.with_mistakes(slip.changes)
     answers = {}
     for name, part in parts.items():
-        matrix = as_formulas(result(wrong, part))
+        matrix = to_sympy_matrix(compute_answer(wrong, part))
         answers[name] = str(matrix[0, 0]) if part.shape is None else str(matrix.tolist())
     verdicts = {
         verdict.part: verdict for verdict in mark(problem, answers, secret="s", rules=MarkingRules(Fraction(0)))
@@ -177,5 +177,5 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
 
 
 def test_a_square_that_is_missing_is_its_root_or_twice_its_root() -> None:
-    found = [edit.entry for edit in edits(read("x^2"), ["x"]) if edit.mistake == "square-missing"]
+    found = [edit.entry for edit in edit_entry(parse_formula("x^2"), ["x"]) if edit.mistake == "square-missing"]
     assert [node_text(entry) for entry in found] == ["x", "(2*x)"]

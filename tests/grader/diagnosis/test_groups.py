@@ -15,13 +15,20 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.cli.main import app
-from qdot.grader.diagnosis.groups import LENGTH, LETTERS, group_of
-from qdot.grader.grading.attempt import part_result
-from qdot.grader.grading.final_result import Graded, settle
-from qdot.grader.grading.history import describe_moves
+from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, find_group
+from qdot.grader.grading.attempt import make_part_result
+from qdot.grader.grading.final_result import GradedNotebook, final_result
+from qdot.grader.grading.history import describe_mark_changes
 from qdot.grader.grading.marking import mark
-from qdot.grader.grading.overrides import Override, Overrides, note_unused_groups, read_overrides
-from qdot.grader.grading.result import AppliedOverride, CountingSubmission, MadeFrom, Marked, PartResult, Result
+from qdot.grader.grading.overrides import Override, Overrides, describe_unused_groups, read_overrides
+from qdot.grader.grading.result import (
+    AppliedOverride,
+    CountingSubmission,
+    MarkingVersions,
+    NotebookMarks,
+    PartResult,
+    Result,
+)
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.class_page import make_class_page
@@ -44,7 +51,7 @@ def problem(family: str, seed: int, question: str, variation: str = "zeros") -> 
 
 def key(made: Problem, part: Part, text: str) -> str | None:
     """Return the group of an answer behind which no mistake is looked for."""
-    return group_of(made, part, read_answer(made, part, text), None, SECRET)
+    return find_group(made, part, read_answer(made, part, text), None, SECRET)
 
 
 def spoilt(part: Part, factor: str) -> str:
@@ -72,12 +79,12 @@ def test_the_same_wrong_formula_on_different_arms_has_one_key(family: str, quest
 def test_a_key_is_letters_that_are_the_same_for_good() -> None:
     made, part = problem("planar-2r", 1, "determinant")
     letters = key(made, part, "a1 + 1")
-    assert letters is not None and len(letters) == LENGTH and set(letters) <= set(LETTERS)
+    assert letters is not None and len(letters) == KEY_LENGTH and set(letters) <= set(KEY_LETTERS)
     assert letters == key(made, part, "1 + a1")
     given = read_answer(made, part, "a1 + 1")
-    assert group_of(made, part, given, None, "another secret") != letters, "nobody can work out who shares a key"
+    assert find_group(made, part, given, None, "another secret") != letters, "nobody can work out who shares a key"
     (verdict,) = mark(made, {"determinant": "a1 + 1"}, secret=SECRET)
-    assert part_result("p1", verdict).group == f"p1.{verdict.part}/{letters}"
+    assert make_part_result("p1", verdict).group == f"p1.{verdict.part}/{letters}"
     assert mark(made, {"determinant": "a1 + 1"})[0].group is None
     assert mark(made, {"determinant": part.answer.code()}, secret=SECRET)[0].group is None
     assert mark(made, {}, secret=SECRET)[0].group is None
@@ -148,9 +155,9 @@ def test_numbers_and_options_are_the_same_by_value_and_by_what_they_say() -> Non
     arms = [problem("planar-2r", seed, "singularity-type") for seed in range(12)]
     said: dict[object, set[str | None]] = {}
     for made, part in arms:
-        for index, option in enumerate(part.answer.offered):
-            if index not in part.answer.right:
-                right = tuple(part.answer.offered[k] for k in part.answer.right)
+        for index, option in enumerate(part.answer.offered_options):
+            if index not in part.answer.correct_indices:
+                right = tuple(part.answer.offered_options[k] for k in part.answer.correct_indices)
                 said.setdefault((option, right), set()).add(key(made, part, "ABCDEF"[index]))
     assert len(said) > 1 and all(len(keys) == 1 for keys in said.values())
     assert len(set.union(*said.values())) == len(said)
@@ -235,12 +242,12 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
     ordered = [results[name] for name in NAMES]
     row = next(csv.DictReader(grades_csv(ordered, assignment.roster).splitlines()))
     assert row["override"] == "p1.determinant: 0.5 (was 0), theta1, again?" and group in row["note"]
-    first_line = describe_moves(first, ordered).splitlines()[0].split()
+    first_line = describe_mark_changes(first, ordered).splitlines()[0].split()
     assert (first_line[:5], first_line[-1]) == (["ada", "p1.determinant", "0", "→", "0.5"], group)
     changes = {"override": None, "group": None, "points": 1.0, "outcome": Outcome.CORRECT}
     mended = change(results["ada"], "p1.determinant", **changes)
     mended = replace(mended, submission=CountingSubmission("hw.ipynb", "another notebook", None))
-    first_line = describe_moves(results, [mended, *ordered[1:]]).splitlines()[0].split()
+    first_line = describe_mark_changes(results, [mended, *ordered[1:]]).splitlines()[0].split()
     assert (first_line[2:5], first_line[-1]) == (["0.5", "→", "1"], group)
 
 
@@ -261,14 +268,14 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
     assert (count_overridden(results["ada"]), count_overridden(results["bo"])) == (0, 1)
     assert not is_marked(replace(results["ada"], submission=None))
     ordered = [results[name] for name in NAMES]
-    assert describe_moves({**first, "bo": results["bo"]}, ordered) == describe_moves(results, ordered)
+    assert describe_mark_changes({**first, "bo": results["bo"]}, ordered) == describe_mark_changes(results, ordered)
 
 
 def test_what_qdot_failed_on_has_no_group_and_old_results_have_none(assignment: Assignment) -> None:
     made = result(assignment, "ada", ["correct", "correct", "wrong"])
-    marked = Marked(sha256="0", made_from=MadeFrom(), problems=made.problems)
-    overrides = Overrides(of_groups={"p1.position/bcdfgh": Override(0)})
-    one = settle(assignment, assignment.roster[0], [Graded(marked=marked)], overrides)
+    marked = NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=made.problems)
+    overrides = Overrides(by_group={"p1.position/bcdfgh": Override(0)})
+    one = final_result(assignment, assignment.roster[0], [GradedNotebook(marked=marked)], overrides)
     assert one.score == 3
 
 
@@ -297,13 +304,13 @@ def test_what_is_wrong_in_a_line_for_a_group_is_told(tmp_path: Path, line: str, 
 def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment: Assignment) -> None:
     group, typed, empty = "p1.determinant/kqvxwz", "p1.determinant/kqvxwb", "p1.position/bcdfgh"
     of_groups = {typed: Override(1.0, "", typed), empty: Override(1.0, "", empty)}
-    overrides = Overrides(of_groups=of_groups, lines={typed: 2, empty: 3})
-    first, other = note_unused_groups(assignment, overrides, [group, "p1.determinant/zzzzzz"])
+    overrides = Overrides(by_group=of_groups, line_numbers={typed: 2, empty: 3})
+    first, other = describe_unused_groups(assignment, overrides, [group, "p1.determinant/zzzzzz"])
     where = assignment.folder / "overrides.csv"
     assert first.startswith(f"{where}: line 2: ") and f"{typed!r} (did you mean {group!r}?)" in first
     assert first.endswith(f"{group}, p1.determinant/zzzzzz")
     assert other.startswith(f"{where}: line 3: ") and repr(empty) in other and "p1.determinant" not in other
-    assert note_unused_groups(assignment, overrides, list(of_groups)) == []
+    assert describe_unused_groups(assignment, overrides, list(of_groups)) == []
 
 
 @pytest.mark.whole
@@ -319,7 +326,7 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
     assert "line 2: " in errors and "'p1.determinant/bcdfgh'" in errors
     first, other = group_wrong_answers(results)
     assert (first.students, other.students) == (("ada", "bo", "cy"), ("di",))
-    assert (first.part, first.earned, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)
+    assert (first.part, first.points_range, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)
     assert first.mistake == "Extra term"
     page = make_class_page(assignment, results)
     assert f'<code class="key">{first.key}</code> <strong>3 students</strong>, earned 0 of 1' in page

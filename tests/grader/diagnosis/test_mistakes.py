@@ -24,13 +24,13 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.arm.derivation_graph import formulas, links_to_point
+from qdot.exercises.arm.derivation_graph import links_to_point, symbolic_working
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import diagnose
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from tests.support import DATA, judging
 from tests.support.problems import asked
@@ -50,7 +50,7 @@ def told(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
     given = read_answer(problem, part, slip["answer"], "slips")
-    assert judge_given(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
+    assert judge_parsed(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
     named = diagnose(problem, part, given, "slips")
     return named, None if named else advise(problem, part, given, "slips")
 
@@ -119,9 +119,9 @@ def test_by_their_true_names(did: str, mistakes: str) -> None:
 
 def test_what_is_said_behind_some_of_them() -> None:
     either = named("From 4*sin = cos")
-    assert either.either and either.names == "tangent-turned-over or value-sign-in-set"
+    assert either.are_alternatives and either.names == "tangent-turned-over or value-sign-in-set"
     assert "theta2 = pi/2" in named("Solved the condition of the shoulder with one joint alone").says
-    on_two_arms = [named(f"Solved sin(theta2 + {angle})").known_by for angle in ("pi/4", "pi/3")]
+    on_two_arms = [named(f"Solved sin(theta2 + {angle})").signature for angle in ("pi/4", "pi/3")]
     assert on_two_arms[0] == on_two_arms[1]
     for index in TAKEN:
         if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
@@ -130,7 +130,7 @@ def test_what_is_said_behind_some_of_them() -> None:
 
 def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
     """Return the Jacobian with the parts of some links left out of some columns."""
-    w = formulas(problem.chain)
+    w = symbolic_working(problem.chain)
     assert isinstance(part.answer, Matrix)
     found = part.answer.reference.as_mutable()
     for column, links in left_out.items():
@@ -145,7 +145,7 @@ def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, 
 def test_links_left_out_of_several_columns_are_named(family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian",)))
     (part,) = problem.parts
-    w = formulas(problem.chain)
+    w = symbolic_working(problem.chain)
     rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
     moved = [
         [k for k in links_to_point(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
@@ -163,7 +163,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
 
 def test_links_left_out_of_the_position_are_named() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("position",)))
-    links = formulas(problem.chain)["links"]
+    links = symbolic_working(problem.chain)["links"]
     lost = sp.Matrix([sum(links[k][row][0] for k in (0, 2)) for row in range(2)])
     found = judging.diagnose(
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"

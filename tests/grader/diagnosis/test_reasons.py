@@ -14,7 +14,7 @@ from qdot.exercises.formula.identity import (
     chance_of_missing,
 )
 from qdot.grader.diagnosis.advice import _name_entry
-from qdot.grader.judging.answer import with_points
+from qdot.grader.judging.answer import replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
     judge_angles,
@@ -86,7 +86,7 @@ def test_a_list_of_one() -> None:
     ],
 )  # fmt: skip
 def test_commas_of_decimals(text: str, read: str) -> None:
-    assert with_points(text) == read
+    assert replace_decimal_commas(text) == read
 
 
 TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]

@@ -11,12 +11,12 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.functions import calls_of
+from qdot.grader.judging.functions import make_calls
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
-from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import drawn
 from tests.support.suites import several
@@ -45,7 +45,7 @@ def _as_fractions(entry: sp.Expr) -> sp.Expr:
 
 
 def _text(part: Part, form: Callable[[sp.Expr], sp.Expr]) -> str:
-    rows = [", ".join(text_of(form(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
+    rows = [", ".join(expression_text(form(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
     return rows[0] if part.shape is None else f"[[{'], ['.join(rows)}]]"
 
 
@@ -63,7 +63,7 @@ def test_constants_of_ten_digits_are_no_mistake(
 ) -> None:
     problem, said = drawn(family, seed, convention=convention), {}
     for part in problem.parts:
-        if part.answer.is_formulas and any(map(_constants, part.answer.as_matrix())):
+        if part.answer.is_symbolic and any(map(_constants, part.answer.as_matrix())):
             found = _of_rounding(problem, part, _text(part, form))
             said[part.name] = found and (found.mistakes, found.says)
     assert said
@@ -93,11 +93,11 @@ def test_a_function_that_returns_rounded_values_made_no_mistake(
     family: str, seed: int, convention: str, digits: int
 ) -> None:
     problem = drawn(family, seed, convention=convention)
-    calls = calls_of(problem, problem.domain(), "points")
+    calls = make_calls(problem, problem.domain(), "points")
     points = np.array(calls.points).T
     at, named, said = dict(zip(calls.symbols, points, strict=True)), {}, set()
     for part in problem.parts:
-        if not part.answer.is_formulas or part.answer.counts_up_to_a_factor:
+        if not part.answer.is_symbolic or part.answer.counts_up_to_a_factor:
             continue
         rows = part.answer.trees(problem.domain().roles)
         values = evaluate(compile_program([entry for row in rows for entry in row]), at, points.shape[1])[0].T.real
@@ -105,7 +105,7 @@ def test_a_function_that_returns_rounded_values_made_no_mistake(
             step = 10.0 ** (np.floor(np.log10(np.abs(values))) + 1 - digits)
             short = np.where(values == 0, 0, np.round(values / step) * step)
         content = {"shape": [len(rows), len(rows[0])], "values": [[[v, 0.0] for v in row] for row in short.tolist()]}
-        found = _of_rounding(problem, part, TABLE + json.dumps(content), "points")
+        found = _of_rounding(problem, part, TABLE_PREFIX + json.dumps(content), "points")
         if found is not None:
             said.add(found.says)
             if found.mistakes:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
@@ -19,10 +19,10 @@ from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import grades_csv, results_jsonl, status
+from qdot.grader.reports.tables import grades_csv, results_jsonl, work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import OTHER_EDITION, find_submissions
+from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
 from tests.support.handing_in import UNCERTIFIED, one_process
 from tests.support.results import by_student
 
@@ -46,7 +46,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     init_assignment(folder, "T", "hw", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
+    release_notebooks(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
     return folder
 
 
@@ -95,7 +95,7 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     hand_in(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
     hand_in(assignment, "s11/notes.txt", "no notebook")
     hand_in(assignment, "stranger/hw.ipynb", full)
-    strangers = find_submissions(assignment, assignment.folder / "submitted").strangers
+    strangers = find_submissions(assignment, assignment.folder / "submitted").not_on_roster
     assert strangers == ["stranger"]
     graded = grade(assignment, jobs=2)
     for student in ("s01", "s02", "s03"):
@@ -106,14 +106,14 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert "somebody else" in graded["s04"].notes[0]
     assert "s01" not in make_feedback_page(assignment, assignment.roster[3], graded["s04"])
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
-        assert words in (graded[student].obstacle or "") and status(graded[student]) == "unusable"
+        assert words in (graded[student].obstacle or "") and work_status(graded[student]) == "unusable"
     assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
     with (assignment.folder / "graded" / "costs.csv").open(newline="") as file:
         costs = {row["student"]: row for row in csv.DictReader(file)}
     assert list(costs) == STUDENTS and float(costs["s01"]["seconds"]) > 0 < float(costs["s01"]["megabytes"])
     assert "ZeroDivisionError: division by zero" in graded["s09"].parts["p1.position"].reason
     assert graded["s09"].score == graded["s09"].max_score - 1
-    assert (status(graded["s12"]), graded["s12"].score) == ("missing", 0)
+    assert (work_status(graded["s12"]), graded["s12"].score) == ("missing", 0)
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
@@ -163,7 +163,7 @@ def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(ass
     assert not list(graded.rglob("*.tmp"))
     grade_class(assignment, {}, 0, Limits(), lambda _: dies(marked))
     assert not list(graded.rglob("*.tmp"))
-    write_reports(assignment, results, each=lambda: dies(page, grades))
+    write_reports(assignment, results, on_page=lambda: dies(page, grades))
     assert not list(graded.rglob("*.tmp"))
 
 
@@ -194,7 +194,7 @@ def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeyp
     part = graded.parts["p1.jacobian"]
     assert (part.outcome, part.points) == ("ungraded", None)
     assert "tell your instructor" in part.reason
-    assert graded.parts["p1.determinant"].outcome == "correct" and status(graded) == "ungraded"
+    assert graded.parts["p1.determinant"].outcome == "correct" and work_status(graded) == "ungraded"
 
 
 def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
@@ -219,7 +219,7 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
     results = list(grade(assignment).values())
     table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
-    for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_EDITION), strict=False):
+    for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_VERSION), strict=False):
         assert words in row["note"]
     assert table[4]["note"] == ""
     assert "another version" in results[3].notes[0]
@@ -233,7 +233,7 @@ def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignm
     assert not any(result.staff_notes for result in retitled.values())
     (assignment.folder / "secret.txt").write_text("another secret of a good length")
     changed = grade(load_assignment(assignment.folder))
-    assert OTHER_EDITION in changed["s01"].staff_notes
+    assert OTHER_VERSION in changed["s01"].staff_notes
 
 
 def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:

@@ -19,7 +19,7 @@ from qdot.grader.grading import attempt, batch, marking
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports import write
-from qdot.grader.reports.tables import status
+from qdot.grader.reports.tables import work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -49,7 +49,7 @@ def graded(assignment: Assignment) -> dict[str, Result]:
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results
     with (assignment.folder / "graded" / "grades.csv").open() as table:
-        assert [row["status"] for row in csv.DictReader(table)] == [status(result) for result in results]
+        assert [row["status"] for row in csv.DictReader(table)] == [work_status(result) for result in results]
     return by_student(results)
 
 
@@ -68,14 +68,14 @@ STEPS: dict[str, tuple[object, str]] = {
     "looked into": (submission, "_files_in"),
     "ranked": (submission, "sort_candidates"),
     "read": (attempt, "read_submission"),
-    "taken from what is kept": (batch._Worker, "take"),
+    "taken from what is kept": (batch._GradingWorker, "take"),
     "regenerated": (attempt, "load_stored_problems"),
     "compared with the assignment": (attempt, "explain_wrong_assignment"),
     "run": (Sandbox, "run"),
     "found among what was run": (attempt, "find_answers"),
     "marked": (attempt, "mark"),
     "judged": (marking, "judge_given"),
-    "kept": (batch._Worker, "put"),
+    "kept": (batch._GradingWorker, "put"),
     "settled": (batch, "settle"),
     "made a line": (write, "results_jsonl"),
     "made a row": (write, "grades_csv"),
@@ -124,7 +124,7 @@ def test_a_fault_in_any_step_is_its_students_alone(
     results = graded(assignment)
     assert failed
     victim = results.pop(VICTIM)
-    assert status(victim) == "ungraded" and victim.score == 0
+    assert work_status(victim) == "ungraded" and victim.score == 0
     assert PLANTED in victim.parts["p1.position"].reason
     for result in results.values():
         assert result.score == result.max_score, result
@@ -152,8 +152,8 @@ def test_what_was_ungraded_is_graded_when_the_fault_is_gone(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(attempt, "mark", lambda *_, **__: 1 / 0)
-        assert [status(result) for result in graded(assignment).values()] == ["ungraded"] * 3
-    assert [status(result) for result in graded(assignment).values()] == ["graded"] * 3
+        assert [work_status(result) for result in graded(assignment).values()] == ["ungraded"] * 3
+    assert [work_status(result) for result in graded(assignment).values()] == ["graded"] * 3
 
 
 def test_a_machine_that_runs_no_notebook_is_told_once(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,7 +220,7 @@ def test_what_lies_about_stops_nobody(assignment: Assignment, case: str) -> None
     place(assignment.folder / "submitted")
     results = graded(assignment)
     folders.remove(str(assignment.folder / "submitted"))  # pytest can't
-    assert [(result.score, status(result)) for result in results.values()] == [(4, "graded")] * 3
+    assert [(result.score, work_status(result)) for result in results.values()] == [(4, "graded")] * 3
     assert note in "".join(results["s03"].notes)
 
 
@@ -259,9 +259,9 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
     result = graded(assignment)["s01"]
     assert (result.score, file_of(result)) == (4, "v9999.ipynb")
     assert any("2101 notebooks were handed in, and at most 50 are read: " in said for said in result.notes)
-    monkeypatch.setattr(submission, "MOST_FILES", 2000)
+    monkeypatch.setattr(submission, "MAX_FILES", 2000)
     result = graded(assignment)["s01"]
-    assert status(result) == "over limit" and "2,000 files" in (result.obstacle or "")
+    assert work_status(result) == "over limit" and "2,000 files" in (result.obstacle or "")
 
 
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])

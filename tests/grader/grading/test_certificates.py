@@ -13,15 +13,21 @@ from typer.testing import CliRunner
 
 from qdot.exercises.answers import Matrix
 from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.assignment.release import ReleaseResult, certificate_path, init_assignment, notebook_path, release
+from qdot.exercises.assignment.release import (
+    ReleaseResult,
+    certificate_path,
+    init_assignment,
+    notebook_path,
+    release_notebooks,
+)
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import digests
-from qdot.grader.cli.main import program
+from qdot.grader.cli.main import make_program
 from qdot.grader.grading import certify as certifying
-from qdot.grader.grading.certificates import Record
-from qdot.grader.grading.certify import CERTIFIER, Task, certify_all, make_record
+from qdot.grader.grading.certificates import ProblemRecord
+from qdot.grader.grading.certify import CERTIFIER, VerificationTask, make_record, verify_all
 
 JOINTS = [("theta1", '"d1"', "0", '"pi/2"'), ("theta2", "0", '"a2"', "0"), ("theta3", "0", '"a3"', "0")]
 ROWS = [f'[[joint]]\nkind = "R"\ntheta = "{q}"\nd = {d}\na = {a}\nalpha = {alpha}\n' for q, d, a, alpha in JOINTS]
@@ -45,7 +51,7 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     init_assignment(folder, "Test", "test", secret="0123456789abcdef")  # with others, two may draw alike
     (folder / "assignment.toml").write_text(PROBLEMS, encoding="utf-8")
     (folder / "Lab arm.toml").write_text(ARM, encoding="utf-8")
-    release(load_assignment(folder), CERTIFIER, 1, lambda _: None)
+    release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     return folder
 
 
@@ -56,7 +62,7 @@ def folder(released: Path, tmp_path: Path) -> Path:
 
 def verified(folder: Path) -> tuple[int, str]:
     """Return how many problems fail, and what is printed."""
-    found = CliRunner().invoke(program(), ["verify", str(folder), "--jobs", "1"])
+    found = CliRunner().invoke(make_program(), ["verify", str(folder), "--jobs", "1"])
     counts = re.search(r"(\d+) problems verified, (\d+) failed", found.output)
     assert counts, found.output
     assert found.exit_code == (counts[2] != "0")
@@ -299,9 +305,11 @@ def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytes
     shutil.rmtree(folder / "released")
     monkeypatch.setattr(certifying, "find_failures", lambda *_: ["jacobian: frames: entry (1, 1): 1, expected 2"])
     told: list[ReleaseResult] = []
-    release(load_assignment(folder), CERTIFIER, 1, told.append)
+    release_notebooks(load_assignment(folder), CERTIFIER, 1, told.append)
     assert [(one.student, one.outcome) for one in told] == [("s001", "left out"), ("s002", "left out")]
-    assert "s001: p1 (lab-arm): none of 10 draws can be asked. The first: jacobian: frames:" in str(told[0].given_up[0])
+    assert "s001: p1 (lab-arm): none of 10 draws can be asked. The first: jacobian: frames:" in str(
+        told[0].failed_slots[0]
+    )
     assert not (folder / "released").exists()
 
 
@@ -313,7 +321,7 @@ def test_an_own_robot_that_is_singular_everywhere_is_not_handed_out(folder: Path
     )
     said = r"full rank: J for the task wx, wy has rank 1 of 2, whatever the configuration; name another task$"
     with pytest.raises(QdotError, match=said):
-        release(load_assignment(folder), CERTIFIER, 1, lambda _: None)
+        release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     assert not (folder / "released").exists()
 
 
@@ -326,7 +334,7 @@ def test_a_record_is_the_same_each_time_whatever_the_points() -> None:
 
 
 def test_an_unknown_band_fails_loudly() -> None:
-    ((_, failures),) = certify_all([Task(ProblemId("planar-2r", 1, band=(4, 4)))], 1)
+    ((_, failures),) = verify_all([VerificationTask(ProblemId("planar-2r", 1, band=(4, 4)))], 1)
     assert [failure.message for failure in failures] == [
         "planar-2r/1 (all questions): planar-2r has no arm of difficulty 4; its arms are of difficulty 1"
     ]
@@ -369,8 +377,8 @@ def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPat
         return made(identity, **others)
 
     monkeypatch.setattr("qdot.grader.grading.certify.generate", crashing)
-    tasks = [Task(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
-    found = [[failure.message for failure in failures] for _, failures in certify_all(tasks, 1)]
+    tasks = [VerificationTask(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
+    found = [[failure.message for failure in failures] for _, failures in verify_all(tasks, 1)]
     said = "planar-2r/1 (jacobian): qdot itself failed: ZeroDivisionError: by zero; please report it"
     assert found == [[], [said], []]
 
@@ -381,5 +389,5 @@ IDS = ("planar-2r/7", "planar-2r/7@full", "planar-2r/7@modified-dh", "scara/1@ch
 @pytest.mark.parametrize("text", IDS)
 def test_every_identity_can_be_put_on_record(text: str) -> None:
     own = {"questions": (), "band": None, "engine": 1, "qdot": "0", "difficulty": 0, "sha256": "", "arm": ""}
-    record = Record.model_validate({"problem": str(ProblemId.parse(text)), "parts": {}, "checks": (), **own})
+    record = ProblemRecord.model_validate({"problem": str(ProblemId.parse(text)), "parts": {}, "checks": (), **own})
     assert record.problem == text

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import release
+from qdot.exercises.assignment.release import release_notebooks
 from qdot.grader.grading.certify import CERTIFIER
-from qdot.grader.grading.class_check import LARGEST, read_sample
+from qdot.grader.grading.class_check import MAX_FILE_SIZE, read_sample
 from qdot.grader.submissions.submission import find_submissions
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents
@@ -20,7 +20,9 @@ IDS = ("0012", "0013", "0014")
 def handed_out(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     """A class whose notebooks are handed out, and come back right."""
     folder = tmp_path_factory.mktemp("check") / "hw"
-    release(a_class(folder, [Student(student, f"Name {student}") for student in IDS]), CERTIFIER, 1, lambda _: None)
+    release_notebooks(
+        a_class(folder, [Student(student, f"Name {student}") for student in IDS]), CERTIFIER, 1, lambda _: None
+    )
     shutil.copytree(folder / "solutions", folder / "submitted", dirs_exist_ok=True)
     return load_assignment(folder)
 
@@ -161,7 +163,7 @@ def test_a_damaged_zip_and_a_workbook_are_called_what_they_are(folder: Path, tmp
 
 
 def test_only_notebooks_of_usual_size_are_opened_before_grading(handed_out: Assignment, folder: Path) -> None:
-    (folder / "submitted" / IDS[0] / "hw.ipynb").write_bytes(b" " * (LARGEST + 1))
+    (folder / "submitted" / IDS[0] / "hw.ipynb").write_bytes(b" " * (MAX_FILE_SIZE + 1))
     (folder / "submitted" / IDS[1] / "hw.ipynb").rename(folder / "submitted" / IDS[1] / "hw.py")
     found = find_submissions(handed_out, folder / "submitted").by_student
     assert [student for student, _ in read_sample(handed_out, found, IDS)] == [IDS[2]]

@@ -22,7 +22,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
@@ -64,7 +64,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{student},N\n" for student in STUDENTS))
     assignment = load_assignment(folder)
-    release(assignment, UNCERTIFIED, 1, lambda _: None)
+    release_notebooks(assignment, UNCERTIFIED, 1, lambda _: None)
     written = {"s1": "a1 + theta1", "s2": f"exec({DEADLY!r})", "s3": "__import__('os')._exit(0)"}
     for student in STUDENTS[:-1]:
         text = (folder / "released" / student / "hw.ipynb").read_text()
@@ -166,11 +166,11 @@ class Dying:
 def dying(monkeypatch: pytest.MonkeyPatch, victim: str = "", times: int = 0) -> Iterator[None]:
     @contextmanager
     def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator[cluster.Cluster]:
-        yield cluster.Cluster(cast(Any, Dying(victim, times)), address, cluster.brief_of(assignment, limits))
+        yield cluster.Cluster(cast(Any, Dying(victim, times)), address, cluster.make_brief(assignment, limits))
 
     monkeypatch.setattr(batch, "connect", connect)
     yield
-    cluster.forget()
+    cluster.drop_assignment()
 
 
 def test_a_student_who_ends_workers_twice_is_ungraded_and_once_is_not(
@@ -184,7 +184,7 @@ def test_a_student_who_ends_workers_twice_is_ungraded_and_once_is_not(
     assert len(list((folder / "graded" / ".cache").glob("[!.]*.json"))) == len(STUDENTS) - 1
     with dying(monkeypatch, "s0", 1):
         assert graded(folder, "tcp://here:1") == undisturbed
-    assert not cluster._state
+    assert not cluster._worker_state
 
 
 def test_a_strict_sandbox_is_demanded_of_every_worker(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,14 +197,14 @@ def test_a_strict_sandbox_is_demanded_of_every_worker(folder: Path, monkeypatch:
 
 
 def test_a_worker_forgets_the_assignment_when_it_is_idle(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "IDLE", 0.2)
-    brief = cluster.brief_of(load_assignment(folder), LIMITS)
+    monkeypatch.setattr(cluster, "IDLE_TIMEOUT", 0.2)
+    brief = cluster.make_brief(load_assignment(folder), LIMITS)
     assert "N" not in [student.name for student in brief.assignment.roster]
     cluster.mark_on_worker(brief, "s8", None)
     deadline = time.monotonic() + 30
-    while cluster._state and time.monotonic() < deadline:
+    while cluster._worker_state and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not cluster._state
+    assert not cluster._worker_state
 
 
 # --- a real cluster ---
@@ -326,8 +326,8 @@ def test_a_worker_with_other_code_grades_nothing(folder: Path, address: str, tmp
 def test_workers_that_are_not_there_or_go_away_are_told_and_what_was_graded_is_kept(
     folder: Path, undisturbed: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "STARTING", 0.3)
-    monkeypatch.setattr(cluster, "RETURNING", 0.3)
+    monkeypatch.setattr(cluster, "FIRST_WORKER_TIMEOUT", 0.3)
+    monkeypatch.setattr(cluster, "WORKER_RETURN_TIMEOUT", 0.3)
     with scheduler(tmp_path) as at:
         result = grade(folder, at)
         assert result.exit_code == 2
@@ -352,7 +352,7 @@ def test_what_is_no_address_is_told_in_one_line(folder: Path, address: str) -> N
 
 
 def test_where_no_scheduler_answers_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "CONNECTING", 0.5)
+    monkeypatch.setattr(cluster, "SCHEDULER_TIMEOUT", 0.5)
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         at = f"tcp://127.0.0.1:{taken.getsockname()[1]}"

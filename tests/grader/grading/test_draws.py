@@ -15,7 +15,7 @@ from qdot.exercises.answers import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.redrawn import DRAWS, read_redrawn
+from qdot.exercises.assignment.redrawn import MAX_DRAWS, read_redrawn
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
@@ -72,7 +72,7 @@ def odd(seed: int) -> bool:
 
 def seeds(assignment: Assignment, student: str) -> list[int]:
     """Return the seeds of all draws that a student can have in p2."""
-    return [assignment.slots[1].identity(assignment.secret, student, n).seed for n in range(1, DRAWS + 1)]
+    return [assignment.slots[1].identity(assignment.secret, student, n).seed for n in range(1, MAX_DRAWS + 1)]
 
 
 def notebooks(folder: Path) -> dict[str, bytes]:
@@ -102,7 +102,9 @@ def test_what_fails_is_drawn_anew_and_nobody_elses_notebook_changes(
     assert hit and hit != set(STUDENTS)
     redrawn = read_redrawn(folder)
     assert {student for student, _ in redrawn} == hit
-    assert all(place == "p2" and redraw.why == "determinant: fault: put in" for (_, place), redraw in redrawn.items())
+    assert all(
+        place == "p2" and redraw.first_failure == "determinant: fault: put in" for (_, place), redraw in redrawn.items()
+    )
     for student, text in notebooks(folder).items():
         assert (text == notebooks(without_fault)[student]) == (student not in hit)
     after = load_assignment(folder)
@@ -132,13 +134,13 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         for result in results:
             ids = [problem["id"] for problem in result["problems"]]
             assert ids == [str(problem.id) for _, problem in assignment.problems(result["student"])]
-        hit = next(student for student, _ in assignment.redrawn)
+        hit = next(student for student, _ in assignment.redraws)
         identity = str(dict(assignment.problems(hit))["p2"].id)
         assert identity in run("show", identity, "--questions", "position,determinant")
         # Without redrawn.csv, what comes back is no longer what would be handed out, and that is said.
         (folder / "redrawn.csv").unlink()
         result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
-        assert f"WARNING: {len(assignment.redrawn)} of 6 notebooks were made from another" in result.stderr
+        assert f"WARNING: {len(assignment.redraws)} of 6 notebooks were made from another" in result.stderr
     assert "another problem than was handed out" in run("verify", folder, "--jobs", "1", code=1)
 
 
@@ -191,13 +193,13 @@ def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
     question = ASKED["determinant"]
 
     def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
-        if rng.below(2):
+        if rng.integer_below(2):
             raise error
         return question.ask(chain, rng)
 
     monkeypatch.setitem(ASKED, "determinant", replace(question, sample=ask))
     generate(folder)
-    (why,) = {redraw.why for redraw in read_redrawn(folder).values()}
+    (why,) = {redraw.first_failure for redraw in read_redrawn(folder).values()}
     assert str(error) in why and ("qdot itself failed" in why) == isinstance(error, ZeroDivisionError)
     assert set(notebooks(folder)) == set(STUDENTS)
 
@@ -254,7 +256,7 @@ def test_a_run_that_is_stopped_goes_on_to_the_very_same(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        release.release(load_assignment(folder), CERTIFIER, 1, stop)
+        release.release_notebooks(load_assignment(folder), CERTIFIER, 1, stop)
     there = notebooks(folder)
     assert there and len(there) < len(STUDENTS)
     generate(folder)

@@ -24,7 +24,7 @@ import pytest
 from typer.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
@@ -32,7 +32,7 @@ from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import status
+from qdot.grader.reports.tables import work_status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.handing_in import UNCERTIFIED
@@ -60,7 +60,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student\n" + "".join(f"{student}\n" for student in STUDENTS))
     assignment = load_assignment(folder)
-    release(assignment, UNCERTIFIED, 1, lambda _: None)
+    release_notebooks(assignment, UNCERTIFIED, 1, lambda _: None)
     for number, student in enumerate(STUDENTS[:-1]):
         hand_in(folder, assignment, student, "a1" if number % 4 == 1 else "")
     path = folder / "submitted" / "s03" / "hw.ipynb"
@@ -245,7 +245,7 @@ def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path,
     expected = around(undisturbed)
     results = graded(folder, 9)
     lost = results.pop("s05")
-    assert status(lost) == "ungraded"
+    assert work_status(lost) == "ungraded"
     assert (lost.score, lost.max_score) == (0, 1)
     assert "ended twice by the system" in (lost.obstacle or "")
     assert results == {student: result for student, result in expected.items() if student != "s05"}

@@ -13,14 +13,14 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.assignment.lateness import LateRule
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import fill_in_answers
-from qdot.grader.grading.final_result import Graded, settle
+from qdot.grader.grading.final_result import GradedNotebook, final_result
 from qdot.grader.grading.overrides import Override, Overrides, read_overrides
-from qdot.grader.grading.result import AppliedOverride, Lateness, MadeFrom, Marked, ProblemResult, Result
+from qdot.grader.grading.result import AppliedOverride, Lateness, MarkingVersions, NotebookMarks, ProblemResult, Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import SUMS, grades_csv, status
+from qdot.grader.reports.tables import SUMMARY_COLUMNS, grades_csv, work_status
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
 from tests.support.results import file_of, part, read_results
@@ -47,21 +47,21 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "hw"
 
 
-def marked(*points: float | None) -> Marked:
+def marked(*points: float | None) -> NotebookMarks:
     """What the grader gives, with these points for the two parts."""
     outcomes = ["partial" if each else "ungraded" if each is None else "wrong" for each in points]
     parts = tuple(
         part(name, outcome, most, points=each, reason="the reason")
         for name, outcome, most, each in zip(("position", "determinant"), outcomes, (2.0, 0.7), points, strict=True)
     )
-    return Marked(sha256="0", made_from=MadeFrom(), problems=(ProblemResult("planar-2r/1", "p1", parts),))
+    return NotebookMarks(sha256="0", made_from=MarkingVersions(), problems=(ProblemResult("planar-2r/1", "p1", parts),))
 
 
 def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
-    handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(*points))]
+    handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(*points))]
     named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return settle(assignment, student, handed_in, Overrides({student.id: named}))
+    return final_result(assignment, student, handed_in, Overrides({student.id: named}))
 
 
 @pytest.mark.parametrize(
@@ -87,18 +87,20 @@ def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) 
 def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
-    of_students = read_overrides(load_assignment(folder)).of_students
+    of_students = read_overrides(load_assignment(folder)).by_student
     assert of_students == {"s1": {"p1.position": Override(1.5, "a; b")}, "s2": {"": Override(2.0)}}
     (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
     shares = {"p1.position": Override(0.6667), "": Override(0.3375)}
-    assert read_overrides(load_assignment(folder)).of_students == {"s1": shares}
+    assert read_overrides(load_assignment(folder)).by_student == {"s1": shares}
 
 
 def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assignment = load_assignment(folder)
-    assert status(one(assignment, -1, None, 0.7)) == "ungraded"
+    assert work_status(one(assignment, -1, None, 0.7)) == "ungraded"
     for settled in ({"position": Override(1)}, {"total": Override(1)}):
-        assert status(one(assignment, -1, None, 0.7, **settled)) == "graded", "a person settles what qdot failed on"
+        assert work_status(one(assignment, -1, None, 0.7, **settled)) == "graded", (
+            "a person settles what qdot failed on"
+        )
     result = one(assignment, -1, 0.5, 0.7, position=Override(1.25, "the sketch is right"))
     part = result.parts["p1.position"]
     assert (part.outcome, part.reason, part.points) == ("partial", "the reason", 1.25)
@@ -145,7 +147,7 @@ def test_days_begun_take_a_share_of_what_was_earned(
     received = (DUE + hours * HOUR).isoformat()
     late = penalty and Lateness("2027-01-15T12:00:00+00:00", received, int(hours * 3600), penalty, 2.7)
     assert (result.score, result.late) == (score, late)
-    assert status(result) == ("graded" if penalty is None else "late")
+    assert work_status(result) == ("graded" if penalty is None else "late")
     (folder / "assignment.toml").write_text(TOML.format(""))
     result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
     assert (result.score, bool(result.late)) == (2.7, hours > 0)
@@ -171,8 +173,8 @@ def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
     assignment = load_assignment(folder)
     scores = []
     for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
-        handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
-        scores.append(settle(assignment, student, handed_in).score)
+        handed_in = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
+        scores.append(final_result(assignment, student, handed_in).score)
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
     for wrong in ("2027-01-16", "16.1.2027", "Friday"):
         (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
@@ -184,7 +186,7 @@ def test_times_without_a_zone_are_the_machines_or_the_assignments(folder: Path) 
     bare = TOML.format("late = {until = 2027-01-20T12:00:00}").replace("00Z", "00")
     (folder / "assignment.toml").write_text(bare)
     assignment = load_assignment(folder)
-    due = assignment.due_of(assignment.roster[0])
+    due = assignment.due_date_of(assignment.roster[0])
     assert due == datetime.datetime(2027, 1, 15, 12).astimezone()
     assert assignment.late == LateRule(until=datetime.datetime(2027, 1, 20, 12).astimezone())
 
@@ -196,7 +198,7 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
     result = one(assignment, 1, 0.0, 0.7, position=Override(1), total=Override(2.5, "ill"))
     assert (result.score, result.override) == (2.5, AppliedOverride(2.5, "ill", 1.53))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
-    assert [row[name] for name in SUMS[:-1]] == [
+    assert [row[name] for name in SUMMARY_COLUMNS[:-1]] == [
         "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
     ]  # fmt: skip
 
@@ -217,17 +219,19 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
     assert file_of(run(folder)[0]["s1"]) == "later-5.ipynb"
 
 
-def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> Result:
+def best(assignment: Assignment, *handed_in: GradedNotebook, **overrides: Override) -> Result:
     named = {f"p1.{name}": override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return settle(replace(assignment, attempts=AttemptPolicy(5)), student, handed_in, Overrides({student.id: named}))
+    return final_result(
+        replace(assignment, attempts=AttemptPolicy(5)), student, handed_in, Overrides({student.id: named})
+    )
 
 
 def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML.format(RULE))
     assignment = load_assignment(folder)
-    early = Graded("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
-    late = Graded("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
+    early = GradedNotebook("a.ipynb", DUE - HOUR, marked(1.9, 0.7))
+    late = GradedNotebook("b.ipynb", DUE + HOUR, marked(2.0, 0.7))
     result = best(assignment, early, late)
     assert (result.score, file_of(result), result.late) == (2.6, "a.ipynb", None)
     assert [(one.file, one.score) for one in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
@@ -243,9 +247,9 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
 
 def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
     assignment = load_assignment(folder)
-    failed = Graded("a.ipynb", DUE, marked(None, 0.2))
-    assert status(best(assignment, failed, Graded("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
-    assert status(best(assignment, failed, Graded("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
+    failed = GradedNotebook("a.ipynb", DUE, marked(None, 0.2))
+    assert work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
+    assert work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
 
 
 @pytest.fixture(scope="module")
@@ -253,7 +257,7 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("released") / "hw"
     init_assignment(folder, "T", "hw", STUDENTS, "0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML.format(""))
-    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
+    release_notebooks(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
     return folder
 
 
@@ -308,7 +312,7 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     first, said = run(folder)
     assert "3 set by overrides.csv; see" in said
     assert {student: result.score for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
-    assert status(first["s3"]) == "missing"
+    assert work_status(first["s3"]) == "missing"
     rows = {row["student"]: row for row in csv.DictReader((folder / "graded" / "grades.csv").read_text().splitlines())}
     assert rows["s1"]["override"] == "p1.position: 1.5 (was 0), <on paper>"
     assert (rows["s1"]["late_penalty"], rows["s1"]["score"]) == ("0.44", "1.76")

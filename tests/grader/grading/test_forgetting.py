@@ -9,8 +9,8 @@ from unittest.mock import patch
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.redrawn import REDRAWN
-from qdot.exercises.assignment.release import release
+from qdot.exercises.assignment.redrawn import REDRAWN_FILE
+from qdot.exercises.assignment.release import release_notebooks
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.cli import forget_command
 from qdot.grader.grading import forgetting
@@ -31,14 +31,14 @@ ADA = re.compile(rb"\b(?:ada|Lovelace|ada@example\.org)\b")
 def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A class of which everything is kept that can be: two runs, a table of each kind, a page, exports."""
     made = a_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
-    made = release(made, CERTIFIER, 1, lambda _: None)
+    made = release_notebooks(made, CERTIFIER, 1, lambda _: None)
     for student in ("ada", "bo"):
         hand_in(made, f"{student}/hw.ipynb", right(made, student, lambda cells: cells[-1].update(source="x = 1")))
     grade(made.folder)
     hand_in(made, "ada/hw.ipynb", right(made, "ada"))
     (made.folder / "overrides.csv").write_text("student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n")
     header = "student,problem,family,draw,why\n"
-    (made.folder / REDRAWN).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
+    (made.folder / REDRAWN_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
     grade(made.folder)
     run("export", made.folder, "--to", "html", "--to", "gradescope", "--jobs", "1")
     (made.folder / "graded" / "report.html").write_text("<p>Ada King Lovelace</p>")
@@ -64,7 +64,7 @@ STAYS = {
     "exports/gradescope/autograder.zip", "exports/html/handout-all.html", "notes.txt",
 }  # fmt: skip
 """What still names ada, and is listed."""
-TABLES = {"graded/results.jsonl", "graded/grades.csv", "graded/costs.csv", "roster.csv", "overrides.csv", REDRAWN}
+TABLES = {"graded/results.jsonl", "graded/grades.csv", "graded/costs.csv", "roster.csv", "overrides.csv", REDRAWN_FILE}
 
 
 def test_nothing_is_left_of_a_student(folder: Path) -> None:
@@ -146,7 +146,7 @@ def test_what_was_stopped_is_ended_by_the_same_command(folder: Path) -> None:
 
 
 def test_what_cannot_be_removed_is_told(folder: Path) -> None:
-    with patch.object(forgetting, "remove", side_effect=OSError(5, "Input/output error", "x")):
+    with patch.object(forgetting, "remove_path", side_effect=OSError(5, "Input/output error", "x")):
         assert "x can't be removed: Input/output error" in fails("forget", "ada", folder, "--yes")
 
 

@@ -14,15 +14,15 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading import history
-from qdot.grader.grading.attempt import GRADER
+from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.history import (
-    describe_moves,
-    find_moves,
-    keep_earlier_results,
-    read_earlier_results,
+    describe_mark_changes,
+    find_mark_changes,
+    read_previous_results,
     results_path,
+    store_previous_results,
 )
-from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, ReadNotebook, Result
+from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, Result, SubmittedNotebook
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.reports.write import write_reports
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
@@ -61,7 +61,7 @@ def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(fo
     size = results_path(assignment).stat().st_size
     tracemalloc.start()
     try:
-        keep_earlier_results(assignment, many)
+        store_previous_results(assignment, many)
         assert tracemalloc.get_traced_memory()[1] < 3 * size  # all results at once take eight times as much
         tracemalloc.reset_peak()
         assert len(results_jsonl(many)) == size
@@ -129,7 +129,7 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     (folder / "overrides.csv").unlink()
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace("[2, 0.7]", "[1, 0.7]"))
     last = folder / "graded" / "results.jsonl"
-    last.write_text(last.read_text().replace(f'"grader": {GRADER}', '"grader": 0'))
+    last.write_text(last.read_text().replace(f'"grader": {GRADER_VERSION}', '"grader": 0'))
     lines = diff(folder)
     assert "s1 total 1 → 1.7 assignment changed, grader changed, override" in lines
     assert "s2 p1.position 2 → 1 assignment changed, grader changed" in lines
@@ -154,11 +154,11 @@ def line(score: float) -> str:
 
 
 def why(was: Result, now: Result) -> list[str]:
-    return [f"{move.part}: {move.why}" for move in find_moves({"s1": was}, [now])]
+    return [f"{move.part}: {move.reason}" for move in find_mark_changes({"s1": was}, [now])]
 
 
 def test_reasons_that_are_rare() -> None:
-    two = (ReadNotebook("b.ipynb", DUE.isoformat(), None),)
+    two = (SubmittedNotebook("b.ipynb", DUE.isoformat(), None),)
     another = CountingSubmission("b.ipynb", "1", DUE.isoformat())
     later = (DUE + HOUR).isoformat()
     lateness = Lateness(DUE.isoformat(), later, 3600, 0.1, 1.0)
@@ -171,8 +171,8 @@ def test_reasons_that_are_rare() -> None:
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
     assert why(result(1), late) == [": received at another time"]
     failed = change(result(0), "p1.position", points=None)
-    assert find_moves({"s1": failed}, [result(1)])[0].was == "ungraded"
-    assert describe_moves({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
+    assert find_mark_changes({"s1": failed}, [result(1)])[0].before == "ungraded"
+    assert describe_mark_changes({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
 
 
 def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
@@ -182,12 +182,12 @@ def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
     path.parent.mkdir()
     path.write_text(line(1))
     for score in (2, 2, 1.5):
-        keep_earlier_results(assignment, [result(score)])
+        store_previous_results(assignment, [result(score)])
         assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1]
     path.write_text(line(1.5))
-    keep_earlier_results(assignment, [result(1)])
+    store_previous_results(assignment, [result(1)])
     path.write_text(line(1))
-    keep_earlier_results(assignment, [result(2)])
+    store_previous_results(assignment, [result(2)])
     assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1, 1.5, 1]
 
 
@@ -208,7 +208,7 @@ def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
     assignment = load_assignment(folder)
     for _ in range(2):
         write_reports(assignment, [odd])
-    assert set(read_earlier_results(assignment)) == {"s1"}
+    assert set(read_previous_results(assignment)) == {"s1"}
     assert kept(folder) == {}
 
 
@@ -217,12 +217,12 @@ def test_what_is_damaged_is_left_out(folder: Path) -> None:
     path = history.results_path(assignment)
     path.parent.mkdir()
     path.write_bytes(b"\xff")
-    assert read_earlier_results(assignment) == {}
+    assert read_previous_results(assignment) == {}
     damaged = '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
     path.write_text(f"{damaged}{line(1)}")
-    assert set(read_earlier_results(assignment)) == {"s1"}
+    assert set(read_previous_results(assignment)) == {"s1"}
     log = folder / "graded" / "history" / "s1.jsonl"
     log.parent.mkdir()
     log.write_text("half a li")
-    keep_earlier_results(assignment, [result(2)])
+    store_previous_results(assignment, [result(2)])
     assert [each.startswith("{") for each in log.read_text().splitlines()] == [False, True]

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from qdot.exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.exercises.writing.problem_texts import answer_code
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
@@ -37,9 +37,9 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
-        codes = {variable("p1", part.name): answer_code(problem, part) for part in problem.parts}
+        codes = {answer_variable("p1", part.name): answer_code(problem, part) for part in problem.parts}
         answers = values(sandbox, problem, codes)
-        own = {part.name: answers[variable("p1", part.name)] for part in problem.parts}
+        own = {part.name: answers[answer_variable("p1", part.name)] for part in problem.parts}
         for verdict in mark(problem, own, secret="secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (problem.id, verdict.part, verdict.judgement.reason)
             assert verdict.points == verdict.max_points

@@ -14,9 +14,9 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.sympy_text import text_of
+from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
-from qdot.exercises.problem.credit import OWN, WAYS, Credit, read_credit
+from qdot.exercises.problem.credit import CREDIT_RULES, DEFAULT_CREDIT, Credit, read_credit
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
@@ -40,7 +40,7 @@ def elbow() -> Problem:
     return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
 
 
-def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
+def earned(question: str, answer: str, credit: Credit = DEFAULT_CREDIT, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
     part = replace(problem.parts[0], credit=credit)
     return share_earned(problem, part, answer, "credit")
@@ -65,7 +65,7 @@ def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> No
 def factors_of(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
     """Return the constant part of a determinant, and its factors with joints, each as often as its power says."""
     joints, constant, factors = set(problem.chain.q), sp.S.One, []
-    for factor in sp.Mul.make_args(part.of(Expression).reference):
+    for factor in sp.Mul.make_args(part.answer_as(Expression).reference):
         base, power = factor.as_base_exp()
         if factor.free_symbols & joints:
             factors += [base] * int(power)
@@ -103,7 +103,7 @@ def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(fami
         for mistake, (answer, share) in made.items():
             if answer is None or (problem.chain.joints[0].kind == "P" and "too many" in mistake):
                 continue
-            judgement = share_earned(problem, part, text_of(answer), "f")
+            judgement = share_earned(problem, part, expression_text(answer), "f")
             assert judgement.share == share, (mistake, answer, judgement)
 
 
@@ -112,9 +112,9 @@ def test_nothing_is_earned_by_zeros_constants_and_guesses(family: str, drawn: ob
     problem = drawn(family, 0)  # type: ignore[operator]
     zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))
     for part in problem.parts:
-        if part.answer.is_a_set:
+        if part.answer.is_set:
             assert share_earned(problem, part, f"[{zeros}]", "g").share == 0.0, part
-        elif part.answer.is_formulas:
+        elif part.answer.is_symbolic:
             rows, columns = part.shape or (1, 1)
             varies = {symbol.name for symbol in part.answer.as_matrix().free_symbols} - problem.constants
             for guess in ("0", "1", "7") if varies else ("0",):
@@ -132,7 +132,7 @@ def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
 
 
 def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is() -> None:
-    for by in WAYS:
+    for by in CREDIT_RULES:
         for factor in ("-1", "a1", "3"):
             scaled = str((sp.Matrix(sp.sympify(RIGHT)) * sp.sympify(factor)).tolist())
             assert earned("jacobian", scaled, Credit(by)).share == (0.0 if by == "whole" else 0.8), scaled
@@ -222,10 +222,10 @@ def test_an_assignment_says_how(tmp_path: Path) -> None:
     parts = {part.name: part for part in assignment.slots[0].problem(assignment.secret, "s").parts}
     assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
     assert assignment.follow_through == 1
-    markings = {assignment.marking}
+    markings = {assignment.marking_digest}
     for text in (TOML, f"{TOML}credit = 0\n"):
         file.write_text(text)
-        markings.add(load_assignment(folder).marking)
+        markings.add(load_assignment(folder).marking_digest)
     assert len(markings) == 3
 
 
@@ -255,7 +255,7 @@ def test_equal_mistakes_in_a_set_earn_equal_shares_whatever_the_arm(family: str,
     for part in problem.parts:
         if not isinstance(part.answer, ConditionSet):
             continue
-        groups = part.answer.by_condition(part.answer.pieces())
+        groups = part.answer.group_by_condition(part.answer.pieces())
         k = next((k for k, group in enumerate(groups) if len(group) > 1), None)
         if k is not None:
             one_root_less = [piece for j, group in enumerate(groups) for piece in group[j == k :]]

@@ -36,7 +36,7 @@ def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
     lines = [f"OWNER/hw-{student.id},{student.id}" for student in made.roster]
     (made.folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
     (made.folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
-    monkeypatch.setattr(git_hosts, "PAUSES", ())
+    monkeypatch.setattr(git_hosts, "RETRY_PAUSES", ())
     return load_assignment(made.folder)
 
 
@@ -208,6 +208,6 @@ def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypat
     host = git_hosts.find_host("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
     environment = host.git_environment()
     assert environment["GIT_CONFIG_KEY_0"] == "http.https://git.example.org/.extraheader"
-    assert TOKEN not in json.dumps([host.url("a/b"), repr(host)])
+    assert TOKEN not in json.dumps([host.repository_url("a/b"), repr(host)])
     assert not [name for name in environment if name.startswith("QDOT_")]
-    assert git_submissions.AT_ONCE > 1
+    assert git_submissions.MAX_PARALLEL > 1

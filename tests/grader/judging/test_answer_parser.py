@@ -13,18 +13,18 @@ import pytest
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.formula.identity import Domain, EntryDifference
-from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import claims, notebook_text, student_notebook
+from qdot.exercises.notebook.notebook import notebook_claims, notebook_text, student_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, claimed_form
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import OR
-from qdot.grader.judging.answer_parser import ExpectedForm, expected_form, read_answer, read_as
+from qdot.grader.judging.answer import OR_HINT
+from qdot.grader.judging.answer_parser import ExpectedForm, expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -46,12 +46,12 @@ def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Prob
     for part in problem.parts:
         given = read_answer(problem, part, part.answer.as_typed())
         assert given.refusal is None, (part.name, given.refusal)
-        if part.answer.offered:
-            assert tuple(sorted(given.chosen)) == tuple(sorted(part.answer.right))
-        elif not part.answer.is_a_set:
+        if part.answer.offered_options:
+            assert tuple(sorted(given.chosen)) == tuple(sorted(part.answer.correct_indices))
+        elif not part.answer.is_set:
             shape = part.shape or (1, 1)
             assert given.rows is not None and (len(given.rows), len(given.rows[0])) == shape
-            if not part.answer.is_in_numbers:
+            if not part.answer.is_numeric:
                 assert [list(row) for row in given.rows] == part.answer.trees(known), part.name
 
 
@@ -62,13 +62,13 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
 
     def counted(text: str, known: object) -> Node:
         seen[text] += 1
-        return read(text, known)  # type: ignore[arg-type]
+        return parse_formula(text, known)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("qdot.grader.judging.answer.read", counted)
+    monkeypatch.setattr("qdot.grader.judging.answer.parse_formula", counted)
     answers = {
         part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts
-        if not part.answer.offered
+        if not part.answer.offered_options
     }
     first = next(name for name in answers if "sin" in answers[name])
     answers[first] = answers[first].replace("sin", "cos")
@@ -101,7 +101,7 @@ def test_what_is_no_answer_of_the_form_that_is_due_is_refused(
 
 def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
-    assert all(row.readable for row in check_notebook(hand_in(assignment, "a.ipynb", right(assignment, "ada"))).rows)
+    assert all(row.is_readable for row in check_notebook(hand_in(assignment, "a.ipynb", right(assignment, "ada"))).rows)
     typed = {kind: (text, why) for kind, text, why in UNFIT if kind != "joint-rates"}
     assert len(typed) == 3
 
@@ -112,7 +112,7 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
     rows = check_notebook(hand_in(assignment, "b.ipynb", right(assignment, "ada", change))).rows
     assert len(rows) == 3
     for row in rows:
-        assert not row.readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
+        assert not row.is_readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
 def test_check_says_how_a_comma_between_conditions_on_other_joints_is_read(text: str, is_said: bool) -> None:
     due = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
     row = check._check_answer("p1.singular-angles", text, due)
-    assert row.readable and row.message == text + (f" ({OR})" if is_said else "")
+    assert row.is_readable and row.message == text + (f" ({OR_HINT})" if is_said else "")
 
 
 LENGTHS_WITH_COMMAS = (
@@ -139,9 +139,9 @@ LENGTHS_WITH_COMMAS = (
 @pytest.mark.parametrize(("text", "same"), LENGTHS_WITH_COMMAS)
 def test_what_may_mean_two_things_has_no_reading_and_a_comma_before_a_unit_means_one(text: str, same: str) -> None:
     due = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "d3": "signed"}), ("theta1", "d3"))
-    given = read_as(due, text)
+    given = read_in_form(due, text)
     assert given.text == text
-    assert given.tree == (read_as(due, same).tree if same else None)
+    assert given.tree == (read_in_form(due, same).tree if same else None)
     assert (given.refusal is None) == bool(same)
 
 
@@ -153,7 +153,7 @@ def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> 
         if claimed is not None:
             made["metadata"]["qdot"]["symbols"] = claimed
         rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(made))).rows
-        return next((row.readable, row.message) for row in rows if row.part == "p1.jacobian")
+        return next((row.is_readable, row.message) for row in rows if row.part == "p1.jacobian")
 
     wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
     readable, reason = checked(wrong)
@@ -192,7 +192,7 @@ MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
 def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
     problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
     part = problem["velocity-component"]
-    (asked,) = ASKED[part.kind].typed_labels(problem.chain, part)
+    (asked,) = ASKED[part.kind].list_typed_names(problem.chain, part)
     file = tmp_path / "hw.ipynb"
     for name, meant in MEANT.items():
         answer = f"{name} = a1 qd1"
@@ -202,7 +202,7 @@ def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path
         cell.source = f"p1_velocity_component = {answer!r}"
         file.write_text(notebook_text(notebook), encoding="utf-8")
         (row,) = check_notebook(file).rows
-        assert row.readable == (given.refusal is None) == (meant == asked)
+        assert row.is_readable == (given.refusal is None) == (meant == asked)
         assert given.refusal is None or (asked in row.message and row.message == given.refusal.reason)
         assert given.refusal is not None or row.message == answer
 
@@ -218,14 +218,14 @@ def test_it_says_so_in_every_convention(told: str) -> None:
 
 def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
-    said = json.loads(json.dumps(claims("student", "hw", "ada", [("p1", problem)])))
+    said = json.loads(json.dumps(notebook_claims("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
         due, claimed = expected_form(problem, part), claimed_form(said, "p1", part.name)
-        if part.answer.offered:
+        if part.answer.offered_options:
             assert claimed is None
             continue
         assert claimed is not None and (type(claimed.answer), claimed.answer.shape) == (type(due.answer), part.shape)
-        assert claimed.answer.units_due == part.answer.units_due
+        assert claimed.answer.expected_units == part.answer.expected_units
         assert set(claimed.domain.roles) == set(due.domain.roles)
         assert replace(claimed, answer=due.answer, domain=due.domain) == due
 

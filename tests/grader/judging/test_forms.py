@@ -14,13 +14,13 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import LETTERS, Choice, Number
-from qdot.exercises.notebook.notebook import claims
+from qdot.exercises.notebook.notebook import notebook_claims
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import claimed_form, is_readable
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import expected_form, read_answer
-from qdot.grader.judging.functions import calls_of
-from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.functions import make_calls
+from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn
@@ -85,12 +85,12 @@ def typed(sandbox: Sandbox) -> list[Typed]:
 def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
     slots = [f"p{k}" for k in range(len(forms))]
     names = [f"{slot}_form" for slot in slots]
-    calls = dict.fromkeys(slots, calls_of(problem(), problem().domain(), SEED))
+    calls = dict.fromkeys(slots, make_calls(problem(), problem().domain(), SEED))
     cells = [SETUP, *(f"{name} = {form['typed']}" for name, form in zip(names, forms, strict=True))]
     run = sandbox.run(cells, names, calls)
     assert run.end == "done"
     return [
-        Typed(form, run.answers.get(name), run.failures.get(name) or run.cell_errors.get(k + 1, ""))
+        Typed(form, run.answers.get(name), run.unreadable_reasons.get(name) or run.cell_errors.get(k + 1, ""))
         for k, (name, form) in enumerate(zip(names, forms, strict=True))
     ]
 
@@ -100,7 +100,7 @@ def outcome(one: Typed, number: int) -> tuple[str, str]:
     if one.text is None:
         return ("stopped" if one.form["gets"] == "stopped" else "unreadable"), one.why
     given = one.given
-    judged = judge_given(problem(), part_of(one.form), given, f"forms/{number}")
+    judged = judge_parsed(problem(), part_of(one.form), given, f"forms/{number}")
     return ("refused" if given.refusal else judged.outcome.value), judged.reason
 
 
@@ -112,12 +112,12 @@ def test_every_form_gets_what_is_due(typed: list[Typed]) -> None:
 
 def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typed]) -> None:
     """Options to choose from are in no notebook; what `qdot check` can't know is known to the grader alone."""
-    said = claims("student", "hw", "ada", [("p1", problem())])
+    said = notebook_claims("student", "hw", "ada", [("p1", problem())])
     for one in typed:
         if one.text is not None:
             part = part_of(one.form)
-            due = expected_form(problem(), part) if part.answer.offered else claimed_form(said, "p1", part.name)
-            strange = not part.answer.is_a_set and one.given.symbols - set(problem().domain().roles)
+            due = expected_form(problem(), part) if part.answer.offered_options else claimed_form(said, "p1", part.name)
+            strange = not part.answer.is_set and one.given.symbols - set(problem().domain().roles)
             readable_there = one.given.refusal is None and not strange
             assert due is not None and is_readable(one.text, due) == readable_there, one.form
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from qdot.exercises.formula.identity import Domain, EntryDifference
-from qdot.grader.judging.answer import OR
+from qdot.grader.judging.answer import OR_HINT
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (
     judge_angles,
@@ -314,7 +314,7 @@ def test_values_that_are_not_exact_doubles_are_wrong_and_it_is_said_why(student:
 def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is_said: bool) -> None:
     reference = ["theta1 = pi/2 and theta2 = 0", "theta1 = -pi/2 and theta2 = 0"]
     judged = judge_singular(student, reference, ["theta1", "theta2"], DOMAIN, "s")
-    assert judged.outcome is not CORRECT and judged.reason.startswith(OR) is is_said
+    assert judged.outcome is not CORRECT and judged.reason.startswith(OR_HINT) is is_said
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,11 @@ import sympy as sp
 
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.problem.problem import Part, Problem, variable
+from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.functions import POINTS, calls_of, judge_function, read_table
+from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
 from tests.support.problems import drawn, some_parts
@@ -30,7 +30,7 @@ CALLS = Calls(
 def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
     run = sandbox.run([IMPORTS, code], ["p1_a"], {"p1": CALLS})
     assert not run.cell_errors, run.cell_errors
-    return run.answers.get("p1_a"), run.failures.get("p1_a")
+    return run.answers.get("p1_a"), run.unreadable_reasons.get("p1_a")
 
 
 SYMBOLIC = [
@@ -65,7 +65,7 @@ NUMERIC = [
 def test_a_function_that_needs_numbers_is_called_at_the_points(sandbox: Sandbox, function: str) -> None:
     text, _ = given_back(sandbox, f"p1_a = {function}")
     assert text is not None
-    assert text.startswith(TABLE + '{"shape": [2], "values": [[[0.995')
+    assert text.startswith(TABLE_PREFIX + '{"shape": [2], "values": [[[0.995')
 
 
 REFUSED = [
@@ -105,14 +105,14 @@ def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
     with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as hasty:
         run = hasty.run([code], ["p1_a", "p1_b"], {"p1": CALLS})
     assert run.answers == {"p1_b": "1"}
-    assert run.failures["p1_a"] == "working it out took longer than 0.3 s of processor time"
+    assert run.unreadable_reasons["p1_a"] == "working it out took longer than 0.3 s of processor time"
 
 
 def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
     problem = drawn("planar-2r", 3)
-    calls = {"p1": calls_of(problem, problem.domain(), "points")}
+    calls = {"p1": make_calls(problem, problem.domain(), "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
-    answers = Answers(run).of("p1", problem)
+    answers = Answers(run).texts_by_part("p1", problem)
     (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
     assert found.judgement.certificate is not None
     assert "qd1" not in found.judgement.reason
@@ -139,7 +139,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
     monkeypatch.setattr("qdot.grader.grading.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
-    calls = {"p1": calls_of(problem, problem.domain(), "points")}
+    calls = {"p1": make_calls(problem, problem.domain(), "points")}
     names = calls["p1"].symbols
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
     for way, (body, due) in WAYS.items():
@@ -150,12 +150,12 @@ def test_functions_of_every_question_get_what_their_formulas_would(
             said = body.format(names=", ".join(names), first=first)
             cells.append(
                 f"f = lambdify([{', '.join(names)}], {part.answer.code()}, 'numpy')\n"
-                f"def {variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
+                f"def {answer_variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
             )
-        wanted = [variable("p1", part.name) for part in parts]
+        wanted = [answer_variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, wanted, calls)
-        assert not run.failures, run.failures
-        for verdict in mark(problem, Answers(run).of("p1", problem), secret="secret", points_seed="points"):
+        assert not run.unreadable_reasons, run.unreadable_reasons
+        for verdict in mark(problem, Answers(run).texts_by_part("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
                 said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
                 assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said
@@ -171,15 +171,15 @@ def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
         domain, joints = problem.domain(), [q.name for q in problem.chain.q]
         pairs = ['{"shape": [1], "values": [[["x", 0]]]}', '{"shape": [-1], "values": [[[1, 0]]]}']
         for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
-            judged = judge_function(part, read_table(TABLE + text, domain, "points"), joints, domain.roles)
+            judged = judge_function(part, read_table(TABLE_PREFIX + text, domain, "points"), joints, domain.roles)
             assert judged.outcome is Outcome.WRONG
 
 
 def test_values_that_are_nearly_right_are_shown_with_the_digits_in_which_they_differ() -> None:
     problem = drawn("planar-2r", 0, variation="chapter")
     part, domain, joints = problem["position"], problem.domain(), [q.name for q in problem.chain.q]
-    empty = read_table(f'{TABLE}{{"shape": [2], "values": []}}', domain, "points")
+    empty = read_table(f'{TABLE_PREFIX}{{"shape": [2], "values": []}}', domain, "points")
     rows = part.answer.trees(domain.roles)
-    right = evaluate(compile_program([row[0] for row in rows]), empty.at, POINTS)[0].T
+    right = evaluate(compile_program([row[0] for row in rows]), empty.arguments, SAMPLE_COUNT)[0].T
     example = judge_function(part, replace(empty, shape=(2,), values=right * (1 + 1e-8)), joints, domain.roles)
     assert re.search(r"yours (\S+), expected (?!\1$)", example.reason), example.reason

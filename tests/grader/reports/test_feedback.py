@@ -21,17 +21,17 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import prompt
 from qdot.exercises.writing.render import template_folder
-from qdot.grader.grading.attempt import part_result
-from qdot.grader.grading.marking import NOT_RIGHT, mark, sum_points
+from qdot.grader.grading.attempt import make_part_result
+from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
-from qdot.grader.judging.functions import SHOWN
+from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import show_answer
 from qdot.grader.reports.differs import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
-from qdot.grader.reports.tables import status
+from qdot.grader.reports.tables import work_status
 from qdot.grader.reports.write import write_reports
-from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.results import change
 from tests.support.suites import few_of
 
@@ -114,7 +114,7 @@ def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code
         own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
         handed_in = {name: text for name, text in own.items() if text is not None}
         verdicts = mark(problem, handed_in, secret=assignment.secret, points_seed="points")
-        parts = tuple(part_result(slot, verdict) for verdict in verdicts)
+        parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         marked.append(ProblemResult(str(problem.id), slot, parts))
     every = [part for problem in marked for part in problem.parts]
     return Result(
@@ -205,7 +205,7 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
     examples = [
         part.certificate.counterexample
         for part in mix.parts.values()
-        if part.outcome in NOT_RIGHT and part.certificate and part.certificate.counterexample
+        if part.outcome in WRONG_OR_PARTIAL and part.certificate and part.certificate.counterexample
     ]
     assert len(tables) == len(examples) >= 4
     for table, example in zip(tables, examples, strict=True):
@@ -284,7 +284,7 @@ def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: A
 @pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
 def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: str) -> None:
     result = replace(result_of(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
-    assert status(result) == "missing"
+    assert work_status(result) == "missing"
     text, page = page_of(assignment, result)
     assert 'class="part' not in text and "<nav" not in text
     assert any(obstacle in paragraph for _, paragraph in page.all("p"))
@@ -339,8 +339,8 @@ HOSTILE = [
     "(" * 200 + "1" + ")" * 200, "[" * 55 + "1" + "]" * 55, "2^" * 55 + "2", "x\ud800y", "\x00\x01\x1b[31m",
     "\u202eabc", "a1+" * 66_000 + "a1", "a1/" * 1300 + "a1", "sin(" * 28 + "a1" + ")" * 28, "9" * 4000, "1e400",
     "0." + "0" * 900 + "1", "\\frac{1}{2}" * 300, "\\text{<b>}", "ﷺ*x⑴", "{{{}}}", "[[], []]",
-    "{theta1: {theta2: 0}}", "lambda x: x",
-    "\n" * 3000 + "a1", "A", "", " ", SHOWN, TABLE + '{"shape": [], "values": []}', "blank", "theta1 = theta2 = 0",
+    "{theta1: {theta2: 0}}", "lambda x: x", "\n" * 3000 + "a1", "A", "", " ", FUNCTION_TEXT,
+    TABLE_PREFIX + '{"shape": [], "values": []}', "blank", "theta1 = theta2 = 0",
     "[[a1, a2], [a1]]", "x__y.__class__.__bases__", "Or(And(theta1, theta2), 0)", "а1*θ₁", "1 2 3", "k" * 59 + "*a1",
 ]  # fmt: skip
 
@@ -353,8 +353,8 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
             answer = show_answer(problem, part, text)
             answer.text.encode("utf-8")
             assert not set(answer.text) & set(map(chr, (*range(9), *range(11, 32))))
-            if answer.shown:
-                element = ET.fromstring(answer.shown)
+            if answer.html:
+                element = ET.fromstring(answer.html)
                 assert {"script", "img", "b"}.isdisjoint(one.tag for one in element.iter()) or part.type == "choice"
     assert time.process_time() - start < 5
 
@@ -374,8 +374,8 @@ def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
         text = right(problem, part.name)
         answer = show_answer(problem, part, text)
         if len(text) <= 3000:
-            assert answer.shown, (part.name, text)
-            ET.fromstring(answer.shown.strip() if part.type != "choice" else f"<div>{answer.shown}</div>")
+            assert answer.html, (part.name, text)
+            ET.fromstring(answer.html.strip() if part.type != "choice" else f"<div>{answer.html}</div>")
         if isinstance(part.answer, Matrix):
             assert answer.text.startswith(text[:1000])
 
@@ -383,16 +383,16 @@ def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
 def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> None:
     problem = assignment.problems("s1")[0][1]
     part = problem.parts[2]
-    formula = show_answer(problem, part, "a1*sin(theta2)").shown
+    formula = show_answer(problem, part, "a1*sin(theta2)").html
     assert "xmlns" not in formula and "&#x" not in formula  # a page holds many: each is set in few characters
     tree = ET.fromstring(formula)
     assert not [row for row in tree.iter("mrow") if len(row) == 1 and row[0].tag in ("mi", "mn", "mo")]
     assert "".join(tree.itertext()).replace("\u2061", "").replace(" ", "") == "a1s2"
     for text in ("sin(", "a1+" * 1400 + "a1", "(-" * 40 + "1" + ")" * 40):
         answer = show_answer(problem, part, text)
-        assert not answer.shown and answer.is_text and answer.text.startswith(text[:1000])
-    assert not show_answer(problem, part, SHOWN).is_text
-    assert "0.5" in show_answer(problem, part, "0,5").shown
+        assert not answer.html and answer.is_verbatim and answer.text.startswith(text[:1000])
+    assert not show_answer(problem, part, FUNCTION_TEXT).is_verbatim
+    assert "0.5" in show_answer(problem, part, "0,5").html
 
 
 def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: Result) -> None:

@@ -8,11 +8,11 @@ import pytest
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.identity import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
-from qdot.grader.grading.attempt import part_result
-from qdot.grader.grading.marking import NOT_RIGHT, mark
+from qdot.grader.grading.attempt import make_part_result
+from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.grading.result import PartResult
-from qdot.grader.judging.verdict import show_value
-from qdot.grader.reports.feedback_levels import hold_back
+from qdot.grader.judging.verdict import format_value
+from qdot.grader.reports.feedback_levels import limit_feedback
 from tests.support import results
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import WHOLE, few_families
@@ -20,11 +20,11 @@ from tests.support.suites import WHOLE, few_families
 
 def wrong_answer(part: Part, joint: str) -> str:
     """Return an answer that can be read and is wrong."""
-    if part.answer.offered:
+    if part.answer.offered_options:
         return ""
     rows, columns = part.shape or (1, 1)
-    entry = "1.23456" if part.answer.is_in_numbers else f"1.23456*sin({joint}) + {joint}"
-    if part.answer.is_a_set:
+    entry = "1.23456" if part.answer.is_numeric else f"1.23456*sin({joint}) + {joint}"
+    if part.answer.is_set:
         return f"[{joint} = 0.7, {joint} = 1.9]"
     listed = [", ".join([entry] * columns)] * rows
     if rows * columns == 1:
@@ -37,8 +37,8 @@ def wrong_parts(family: str) -> list[PartResult]:
     problem = replace(problem, parts=tuple(parts_in_turn(problem)))
     answers = {part.name: wrong_answer(part, problem.chain.q[-1].name) for part in problem.parts}
     verdicts = mark(problem, {name: text for name, text in answers.items() if text}, secret="s")
-    made = [part_result("p1", verdict) for verdict in verdicts]
-    return [part for part in made if part.outcome in NOT_RIGHT and part.certificate is not None]
+    made = [make_part_result("p1", verdict) for verdict in verdicts]
+    return [part for part in made if part.outcome in WRONG_OR_PARTIAL and part.certificate is not None]
 
 
 def example_of(part: PartResult) -> Counterexample:
@@ -54,13 +54,13 @@ def test_every_level_keeps_back_what_is_above_it(family: str, monkeypatch: pytes
     parts = wrong_parts(family)
     assert parts
     for part in parts:
-        assert hold_back(part, "values") == hold_back(part, "solutions") == part
+        assert limit_feedback(part, "values") == limit_feedback(part, "solutions") == part
         nothing_right_is_told_below_values(part)
         no_numbers_are_told_below_counterexamples(part)
 
 
 def nothing_right_is_told_below_values(part: PartResult) -> None:
-    example, seen = example_of(part), hold_back(part, "counterexample")
+    example, seen = example_of(part), limit_feedback(part, "counterexample")
     held_back = example_of(seen)
     if isinstance(example, SetDifference):
         assert isinstance(held_back, SetDifference) and held_back.missing is None
@@ -68,17 +68,17 @@ def nothing_right_is_told_below_values(part: PartResult) -> None:
         return
     assert isinstance(held_back, EntryDifference) and held_back.expected is None
     assert not re.search(r"expected [-(\d]|, and .* is right", seen.reason), seen.reason
-    right = show_value(example.expected)
-    if len(right) > 4 and right not in show_value(example.yours) and right not in str(example.at):
+    right = format_value(example.expected)
+    if len(right) > 4 and right not in format_value(example.yours) and right not in str(example.at):
         assert right not in seen.reason, seen.reason
 
 
 def no_numbers_are_told_below_counterexamples(part: PartResult) -> None:
-    seen = hold_back(part, "mistake")
+    seen = limit_feedback(part, "mistake")
     assert seen.certificate is not None and seen.certificate.counterexample is None
     assert not re.search(r"[a-z]\w* = -?\d|yours|expected", seen.reason.split("; it follows")[0]), seen.reason
     assert (seen.mistake, seen.entries) == (part.mistake, part.entries)
-    least = hold_back(part, "outcome")
+    least = limit_feedback(part, "outcome")
     assert (least.reason, least.mistake, least.advice, least.entries) == ("", None, None, None)
 
 
@@ -88,8 +88,8 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
     problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
     verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")
     for verdict in verdicts:
-        assert hold_back(part_result("p1", verdict), level) == part_result("p1", verdict)
-    assert "can't be read" in hold_back(part_result("p1", verdicts[0]), level).reason
+        assert limit_feedback(make_part_result("p1", verdict), level) == make_part_result("p1", verdict)
+    assert "can't be read" in limit_feedback(make_part_result("p1", verdicts[0]), level).reason
 
 
 @pytest.mark.parametrize(
@@ -106,10 +106,10 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
 )  # fmt: skip
 def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:
     wrong = results.part("position", "wrong", 1.0, reason=reason, certificate=Certificate("exact", 1))
-    assert hold_back(wrong, level).reason == left
+    assert limit_feedback(wrong, level).reason == left
 
 
 def test_a_shape_that_is_not_read_names_no_mistake_at_the_lowest_level() -> None:
     wrong = results.part("jacobian", "wrong", 1.0, reason="2 x 6, and 6 x 2 is due (transposed?)")
-    assert hold_back(wrong, "outcome").reason == "2 x 6, and 6 x 2 is due"
-    assert "transposed" in hold_back(wrong, "mistake").reason
+    assert limit_feedback(wrong, "outcome").reason == "2 x 6, and 6 x 2 is due"
+    assert "transposed" in limit_feedback(wrong, "mistake").reason

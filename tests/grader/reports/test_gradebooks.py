@@ -14,8 +14,8 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.reports.excel import make_workbook
-from qdot.grader.reports.formats import write_asked
-from qdot.grader.reports.gradebooks import RESERVED, make_canvas_csv, make_moodle_csv
+from qdot.grader.reports.formats import write_requested_reports
+from qdot.grader.reports.gradebooks import RESERVED_WORDS, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.tables import grades_csv
 from tests.support.command import fails, run
 from tests.support.handing_in import TOML, a_class
@@ -86,7 +86,7 @@ def test_canvas_export_is_a_roster_however_it_is_written(make: Make, export: str
         ("101", "Ada Lovelace", ""), ("102", "Paul Erdős", "paul@example.org"), ("103", "Emmy Noether", ""),
     ]  # fmt: skip
     others = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
-    assert dict(assignment.roster[0].others) == others
+    assert dict(assignment.roster[0].other_columns) == others
     header, *rows = csv.reader(io.StringIO(make_moodle_csv(assignment, three(assignment))))
     assert header[0] == "Name" and [row[0] for row in rows] == [student.name for student in assignment.roster]
 
@@ -141,7 +141,7 @@ def test_what_canvas_would_take_for_something_else_is_refused(
     with pytest.raises(QdotError, match=why):
         make_canvas_csv(assignment, three(assignment))
     decimals = make(CANVAS_EXPORT.replace(",5,4,", ',5,"4,00",'))
-    assert "T (12)" in make_canvas_csv(decimals, three(decimals)) and set(RESERVED) == set(STRIPPED)
+    assert "T (12)" in make_canvas_csv(decimals, three(decimals)) and set(RESERVED_WORDS) == set(STRIPPED)
 
 
 def test_no_name_hides_a_line_from_canvas_or_steers_a_spreadsheet(make: Make) -> None:
@@ -227,7 +227,7 @@ def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Ma
 
 def test_who_has_no_mark_is_told(make: Make, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assignment = make(CANVAS_EXPORT)
-    write_asked(assignment, three(assignment), [("canvas", str(tmp_path / "c.csv"))])
+    write_requested_reports(assignment, three(assignment), [("canvas", str(tmp_path / "c.csv"))])
     assert capsys.readouterr().err == "canvas: no mark for 102 (ungraded), 103 (missing)\n"
     data = (tmp_path / "c.csv").read_bytes()
     assert data.startswith(b"Student,")  # no byte order mark: it would be a part of the first cell

@@ -19,23 +19,29 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import from_json
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.grader.diagnosis.similar import Written, Wrong, alikeness, nearly_the_same, written
+from qdot.grader.diagnosis.similar import (
+    CanonicalForm,
+    StudentAnswer,
+    canonical_form,
+    compute_similarity,
+    find_similar_pairs,
+)
 from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import summarize_mistakes, summarize_parts, summarize_scores
-from qdot.grader.reports.formats import write_asked
+from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import (
     FEATURES,
-    OF_AXES,
-    OTHERS,
-    compare,
-    correct_for_number,
-    describe_chance,
+    OTHERS_GROUP,
+    SCREW_FEATURES,
+    compare_groups,
+    correct_p_values,
+    describe_p_value,
 )
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
@@ -74,12 +80,12 @@ def test_the_permutation_test_against_every_division() -> None:
     divisions = list(itertools.combinations(range(8), 4))
     sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
     exact = sum(each >= abs(22 - 18) for each in sums) / len(divisions)
-    found = statistics.chance_of_groups(values, groups, "seed")
+    found = statistics.permutation_p_value(values, groups, "seed")
     assert found == pytest.approx(exact, abs=0.03)
-    assert found == statistics.chance_of_groups(values, groups, "seed")
-    assert statistics.chance_of_groups([1, 1, 1, 1], "aabb", "seed") == 1
-    assert statistics.chance_of_groups([1, 2], "aa", "seed") is None
-    far = statistics.chance_of_groups([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert found == statistics.permutation_p_value(values, groups, "seed")
+    assert statistics.permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
+    assert statistics.permutation_p_value([1, 2], "aa", "seed") is None
+    far = statistics.permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert far == pytest.approx(1 / 5000)  # never 0
     assert next(statistics._permutations(5, "seed"))[:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], (
         "the same for good"
@@ -92,27 +98,27 @@ def test_arms_differ_in_what_their_convention_tells() -> None:
     groups = {}
     for convention in CONVENTIONS:
         ids = [ProblemId("planar-2r", seed, variation="full", convention=convention) for seed in range(24)]
-        found = compare("p1", [sample_chain(each) for each in ids], shares, "x", varied=False)
+        found = compare_groups("p1", [sample_chain(each) for each in ids], shares, "x", varied=False)
         groups[convention] = {each.feature: each.groups for each in found}
     assert "base tilted" in groups["dh"]["base"]
     assert groups["modified-dh"]["base"] == ("base moved", "base turned")
-    assert groups["screws"].keys() <= {*FEATURES, *OF_AXES}
-    assert groups["screws"].keys() & OF_AXES.keys()
+    assert groups["screws"].keys() <= {*FEATURES, *SCREW_FEATURES}
+    assert groups["screws"].keys() & SCREW_FEATURES.keys()
 
 
 def test_groups_of_arms_and_what_is_too_small() -> None:
     chains = [sample_chain(ProblemId("planar-2r", seed)) for seed in range(12)]
     shares = [100.0 if chain.base.is_world else 10.0 for chain in chains]
-    found = compare("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
+    found = compare_groups("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
     for each in found:
         assert sum(map(len, each.shares)) == 12
         assert all(len(own) >= 3 for own in each.shares)
-        assert OTHERS not in each.groups[:-1]
-    assert compare("p1", chains, [50.0] * 12, "x", varied=False) == []  # all alike: nothing to compare
-    assert compare("p1", chains[:2], shares[:2], "x", varied=False) == []
-    values = [replace(each, chance=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
-    assert [round(each.corrected, 3) for each in correct_for_number(values)] == [0.02, 0.5][: len(values)]
-    assert "0.040" in describe_chance(0.04)
+        assert OTHERS_GROUP not in each.groups[:-1]
+    assert compare_groups("p1", chains, [50.0] * 12, "x", varied=False) == []  # all alike: nothing to compare
+    assert compare_groups("p1", chains[:2], shares[:2], "x", varied=False) == []
+    values = [replace(each, p_value=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
+    assert [round(each.corrected_p_value, 3) for each in correct_p_values(values)] == [0.02, 0.5][: len(values)]
+    assert "0.040" in describe_p_value(0.04)
 
 
 @pytest.fixture(scope="module")
@@ -124,9 +130,9 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return made
 
 
-def form(assignment: Assignment, text: str) -> Written:
+def form(assignment: Assignment, text: str) -> CanonicalForm:
     ((_, problem),) = assignment.problems("s0")
-    found = written(read_answer(problem, problem.parts[0], text))
+    found = canonical_form(read_answer(problem, problem.parts[0], text))
     assert found is not None
     return found
 
@@ -134,11 +140,11 @@ def form(assignment: Assignment, text: str) -> Written:
 def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment) -> None:
     one = form(assignment, "-a1*sin(theta1) - a2*sin(theta1 + theta2)")
     assert form(assignment, "-sin(theta2 + theta1)*a2 - (sin(theta1)*a1)") == one
-    assert alikeness(one, one) == 1
-    assert alikeness(one, form(assignment, "a1 + a2")) < 0.3
+    assert compute_similarity(one, one) == 1
+    assert compute_similarity(one, form(assignment, "a1 + a2")) < 0.3
     ((_, problem),) = assignment.problems("s0")
     for text in ("blank", "sin(", "sin(" * 700 + "a1" + ")" * 700):
-        assert written(read_answer(problem, problem.parts[0], text)) is None
+        assert canonical_form(read_answer(problem, problem.parts[0], text)) is None
 
 
 LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
@@ -147,16 +153,18 @@ LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
 def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -> None:
     long, short = form(assignment, LONG), form(assignment, "a1*a2")
 
-    def wrong(student: str, of: Written, due: str) -> Wrong:
-        return Wrong(student, of.text, of, due)
+    def wrong(student: str, of: CanonicalForm, due: str) -> StudentAnswer:
+        return StudentAnswer(student, of.text, of, due)
 
-    (pair,) = nearly_the_same([wrong("a", long, "1"), wrong("b", long, "2"), wrong("c", long, "1")][:2], 3)
-    assert (pair.first.student, pair.second.student, pair.alike) == ("a", "b", 1)
-    assert not nearly_the_same([wrong("a", long, "1"), wrong("b", long, "1")], 3)  # the same problem
-    assert not nearly_the_same([wrong("a", short, "1"), wrong("b", short, "2")], 3)
-    assert not nearly_the_same([wrong(name, long, name) for name in "abcd"], 3)  # what many write
+    (pair,) = find_similar_pairs([wrong("a", long, "1"), wrong("b", long, "2"), wrong("c", long, "1")][:2], 3)
+    assert (pair.first.student, pair.second.student, pair.similarity) == ("a", "b", 1)
+    assert not find_similar_pairs([wrong("a", long, "1"), wrong("b", long, "1")], 3)  # the same problem
+    assert not find_similar_pairs([wrong("a", short, "1"), wrong("b", short, "2")], 3)
+    assert not find_similar_pairs([wrong(name, long, name) for name in "abcd"], 3)  # what many write
     near = form(assignment, LONG.replace("7*a1", "8*a1"))
-    assert len(nearly_the_same([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (alikeness(long, near) >= 0.9)
+    assert len(find_similar_pairs([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (
+        compute_similarity(long, near) >= 0.9
+    )
 
 
 def a_graded_class(assignment: Assignment) -> list[Result]:
@@ -180,10 +188,14 @@ def test_numbers_of_the_class(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     of_class = summarize_scores(results)
     assert of_class is not None and of_class.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
-    assert of_class.full == 1
+    assert of_class.full_score_count == 1
     position, jacobian, determinant = summarize_parts(assignment, results)
-    assert (position.count[Outcome.CORRECT], position.count[Outcome.WRONG], position.graded) == (2, 1, 3)
-    assert jacobian.share == pytest.approx(2 / 3)
+    assert (
+        position.outcome_counts[Outcome.CORRECT],
+        position.outcome_counts[Outcome.WRONG],
+        position.graded_count,
+    ) == (2, 1, 3)
+    assert jacobian.mean_share == pytest.approx(2 / 3)
     assert determinant.discrimination is None
     assert [(one.name, one.students, one.parts) for one in summarize_mistakes(results)] == [
         ("determinant-sign", ("s2",), ("p1.determinant",)),
@@ -254,7 +266,7 @@ def test_without_what_draws_charts_one_message_and_no_file(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(QdotError, match="the report needs matplotlib"):
-        write_asked(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
+        write_requested_reports(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
     assert not list(tmp_path.iterdir())
 
 
@@ -290,5 +302,5 @@ def test_so_many_unusual_forms_of_an_answer_are_shown(assignment: Assignment, mo
     results = a_graded_class(assignment)
     shown = "Right answers in unusual forms"
     assert "theta1 - theta1 + 1" in Page(make_class_page(assignment, results)).text.split(shown)[1]
-    monkeypatch.setattr("qdot.grader.reports.class_page.MOST_UNUSUAL", 0)
+    monkeypatch.setattr("qdot.grader.reports.class_page.MAX_UNUSUAL_FORMS", 0)
     assert "theta1 - theta1 + 1" not in Page(make_class_page(assignment, results)).text.split(shown)[-1]

@@ -13,7 +13,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.github import LARGEST_SUMMARY, make_annotations, make_summary
+from qdot.grader.reports.github import MAX_SUMMARY_BYTES, make_annotations, make_summary
 from qdot.grader.reports.gradescope import make_results_json
 from qdot.grader.reports.junit import junit_xml
 from tests.support.command import fails, run
@@ -81,9 +81,9 @@ def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
 def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
     many = [replace(said(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
     page = make_summary(assignment, many)
-    assert 900_000 < len(page.encode()) <= LARGEST_SUMMARY
+    assert 900_000 < len(page.encode()) <= MAX_SUMMARY_BYTES
     assert f"The parts of {1200 - page.count('<details>')} more students" in page
-    assert len(make_summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
+    assert len(make_summary(assignment, many * 30).encode()) <= MAX_SUMMARY_BYTES
     one = said(results[1], "100%\r\n::error::forged")
     one = replace(one, problems=tuple(replace(one.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4")))
     lines = make_annotations(assignment, [one]).splitlines()

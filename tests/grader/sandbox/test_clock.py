@@ -12,16 +12,16 @@ import pytest
 
 from qdot import generate
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.common.time_limit import Watch, stop_watch
+from qdot.exercises.common.time_limit import Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.compare import compare_lines
-from qdot.grader.judging.judge import judge_given
+from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
+from qdot.grader.sandbox.clock import Budget, OutOfTime, TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right
 from tests.support.suites import few_of
@@ -40,7 +40,7 @@ def broken_off(budget: Budget) -> bool:
     try:
         with budget.spend():
             endless()
-    except Overlong:
+    except OutOfTime:
         return True
     return False
 
@@ -48,13 +48,13 @@ def broken_off(budget: Budget) -> bool:
 def test_what_takes_too_long_is_broken_off_in_any_thread_and_leaves_nothing() -> None:
     budget, begun, digits = Budget(0.1), time.process_time(), mpmath.mp.prec
     assert broken_off(budget) and time.process_time() - begun < 5
-    assert mpmath.mp.prec == digits and budget.left <= 0
+    assert mpmath.mp.prec == digits and budget.remaining_seconds <= 0
     other = Budget(0.1)
     thread = threading.Thread(target=broken_off, args=(other,), daemon=True)
     thread.start()
     thread.join(20)
-    assert not thread.is_alive() and other.left <= 0
-    with pytest.raises(Overlong), budget.spend():
+    assert not thread.is_alive() and other.remaining_seconds <= 0
+    with pytest.raises(OutOfTime), budget.spend():
         raise AssertionError("nothing is left of it")
 
 
@@ -76,22 +76,22 @@ class Swallowing:
 @pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
 def test_it_is_broken_off_where_the_first_time_was_lost() -> None:
     budget, begun = Budget(0.1), time.process_time()
-    with pytest.raises(Overlong), budget.spend():
+    with pytest.raises(OutOfTime), budget.spend():
         Swallowing()
         compute_until(lambda: time.process_time() > begun + 5)
-    assert budget.left <= 0
+    assert budget.remaining_seconds <= 0
 
 
 def test_a_stop_on_the_way_to_the_end_changes_nothing() -> None:
-    ends = [Overlong, None]
+    ends = [OutOfTime, None]
 
-    class Late(Watch):
+    class Late(Watchdog):
         def end(self) -> None:
             super().end()
             if kind := ends.pop(0):
                 raise kind
 
-    stop_watch(Late(60, Overlong), Overlong)
+    end_watchdog(Late(60, OutOfTime), OutOfTime)
     assert not ends
 
 
@@ -101,7 +101,7 @@ def test_sleeping_costs_nothing_and_several_share_a_budget() -> None:
         with budget.spend():
             time.sleep(0.05)
             sum(range(100_000))
-    assert 0.5 < budget.left < 1.0
+    assert 0.5 < budget.remaining_seconds < 1.0
     time.sleep(0.1)
 
 
@@ -111,7 +111,7 @@ def test_nothing_is_raised_after_the_block() -> None:
         try:
             with budget.spend():
                 compute_until(lambda: time.process_time() % 0.01 < 0.002)
-        except Overlong:
+        except OutOfTime:
             continue
     for _ in range(1000):
         time.process_time()
@@ -129,10 +129,10 @@ def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monke
     def slow(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Judgement:
         if part.name == "determinant":
             endless()
-        return judge_given(problem, part, given, seed)
+        return judge_parsed(problem, part, given, seed)
 
-    monkeypatch.setattr(marking, "judge_given", slow)
-    position, determinant = mark(polar, WRONG, secret="s", allowance=Allowance(Budget(0.5)))
+    monkeypatch.setattr(marking, "judge_parsed", slow)
+    position, determinant = mark(polar, WRONG, secret="s", allowance=TimeBudgets(Budget(0.5)))
     assert position.judgement.outcome is Outcome.WRONG and position.points == 0
     assert determinant.judgement.outcome is Outcome.UNGRADED and determinant.points is None
     assert "takes longer than 0.5 s of processor time" in determinant.judgement.reason
@@ -142,8 +142,8 @@ def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monke
 def test_what_follows_from_an_answer_may_not_be_lost_for_want_of_time(
     polar: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(marking, "follow", lambda *_: endless())
-    _, determinant = mark(polar, WRONG, secret="s", allowance=Allowance(Budget(0.5)))
+    monkeypatch.setattr(marking, "find_follow_through", lambda *_: endless())
+    _, determinant = mark(polar, WRONG, secret="s", allowance=TimeBudgets(Budget(0.5)))
     assert determinant.judgement.outcome is Outcome.UNGRADED
 
 
@@ -153,7 +153,7 @@ def test_what_is_behind_a_wrong_answer_is_looked_for_within_limits(
     known = mark(polar, WRONG, secret="s")
     assert known[1].diagnosis is not None
     monkeypatch.setattr(marking, "diagnose", lambda *_: endless())
-    found = mark(polar, WRONG, secret="s", allowance=Allowance(looking=Budget(0.2)))
+    found = mark(polar, WRONG, secret="s", allowance=TimeBudgets(diagnosing=Budget(0.2)))
     assert [one.diagnosis for one in found] == [None, None]
     assert [(one.points, one.judgement) for one in found] == [(one.points, one.judgement) for one in known]
 
@@ -161,7 +161,7 @@ def test_what_is_behind_a_wrong_answer_is_looked_for_within_limits(
 def test_sums_of_nine_thousand_terms_take_no_longer_than_they_may(polar: Problem) -> None:
     terms = "+".join(f"sin({k}*theta1+d2)/{k + 2}" for k in range(9000))
     begun = time.process_time()
-    verdicts = mark(polar, {"determinant": terms}, secret="s", allowance=Allowance(Budget(1.0), Budget(0.5)))
+    verdicts = mark(polar, {"determinant": terms}, secret="s", allowance=TimeBudgets(Budget(1.0), Budget(0.5)))
     assert verdicts[1].judgement.outcome is Outcome.UNGRADED
     assert time.process_time() - begun < 5
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from qdot.grader.sandbox.contained.ipython import NOT_PYTHON, python_of
+from qdot.grader.sandbox.contained.ipython import NON_PYTHON_MAGICS, translate_to_python
 from tests.support import ROOT
 from tests.support.suites import few_of
 
@@ -28,9 +28,9 @@ def test_the_library_reads_a_cell_as_we_do_and_what_is_python_already_comes_back
     from IPython.core.inputtransformer2 import TransformerManager
 
     theirs = TransformerManager().transform_cell(cell)  # type: ignore[no-untyped-call]
-    assert python_of(cell).strip("\n") == theirs.strip("\n")
-    assert python_of(python_of(cell)) == python_of(cell)
-    assert cell not in PYTHON or python_of(cell) == cell
+    assert translate_to_python(cell).strip("\n") == theirs.strip("\n")
+    assert translate_to_python(translate_to_python(cell)) == translate_to_python(cell)
+    assert cell not in PYTHON or translate_to_python(cell) == cell
 
 
 def test_code_of_the_project_comes_back_as_it_is() -> None:
@@ -38,7 +38,7 @@ def test_code_of_the_project_comes_back_as_it_is() -> None:
         sorted(path for name in ("exercises", "grader", "tests") for path in (ROOT / name).rglob("*.py")), 60
     )
     assert len(paths) > 50
-    assert [path for path in paths if python_of(text := path.read_text(encoding="utf-8")) != text] == []
+    assert [path for path in paths if translate_to_python(text := path.read_text(encoding="utf-8")) != text] == []
 
 
 @pytest.mark.parametrize(
@@ -46,17 +46,17 @@ def test_code_of_the_project_comes_back_as_it_is() -> None:
 )
 def test_every_statement_stays_on_its_line(cell: str) -> None:
     """The grader counts lines in what it was handed."""
-    before, after = cell.split("\n"), python_of(cell).split("\n")
+    before, after = cell.split("\n"), translate_to_python(cell).split("\n")
     assert len(before) == len(after)
     assert before.index("b = 2") == after.index("b = 2")
 
 
 def test_a_cell_below_a_magic_is_run_unless_it_is_no_python() -> None:
-    assert python_of("%%time\nx = 1\n%who") == "pass\nx = 1\nget_ipython().run_line_magic('who', '')"
-    assert python_of("%%time\n%%capture out\nx = 1") == "pass\npass\nx = 1"
-    for name in NOT_PYTHON:
-        assert python_of(f"%%{name}\nx = 1") == f"get_ipython().run_cell_magic({name!r}, '', 'x = 1\\n')"
-    assert python_of("%time x = 1\n  %time") == "x = 1\n  pass"
+    assert translate_to_python("%%time\nx = 1\n%who") == "pass\nx = 1\nget_ipython().run_line_magic('who', '')"
+    assert translate_to_python("%%time\n%%capture out\nx = 1") == "pass\npass\nx = 1"
+    for name in NON_PYTHON_MAGICS:
+        assert translate_to_python(f"%%{name}\nx = 1") == f"get_ipython().run_cell_magic({name!r}, '', 'x = 1\\n')"
+    assert translate_to_python("%time x = 1\n  %time") == "x = 1\n  pass"
 
 
 @pytest.mark.parametrize(
@@ -67,5 +67,5 @@ def test_a_hostile_cell_is_read_in_no_time(cell: str) -> None:
     """The grader reads cells of 30,000 characters by these rules, too."""
     begun, many = time.process_time(), cell * (30_000 // len(cell))
     for hostile in (many, f"!x\n{many}", f"sin?\n{cell * 10_000}?"):
-        python_of(hostile)
+        translate_to_python(hostile)
     assert time.process_time() - begun < 6

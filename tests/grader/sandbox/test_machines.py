@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from qdot.grader.sandbox.contained import attempts, folders
-from qdot.grader.sandbox.guarantees import KERNEL, probe
-from qdot.grader.sandbox.own_folder import own_folder
+from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
+from qdot.grader.sandbox.own_folder import make_temporary_folder
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
 from tests.support.suites import few_of
@@ -80,9 +80,9 @@ def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None
     found = json.loads(told.stdout)
     assert set(REFUSED[name]) <= found["lacking"].keys()
     by = {each["name"]: each["by"] for each in found["guarantees"]}
-    assert by["processes"] == by["memory"] == by["privileges"] == by["time"] == by["network"] == KERNEL
+    assert by["processes"] == by["memory"] == by["privileges"] == by["time"] == by["network"] == ENFORCED_BY_KERNEL
     is_open = {"namespaces", "landlock"} <= found["lacking"].keys()  # then nothing keeps it from reading files
-    assert (by["files"] == KERNEL) == found["strict"] == (not is_open)
+    assert (by["files"] == ENFORCED_BY_KERNEL) == found["strict"] == (not is_open)
     done = run_on(REFUSED[name], ["-c", PROGRAM], user, place)
     assert done.returncode == 0, done.stderr
     first, *runs, last = map(json.loads, done.stdout.splitlines())
@@ -128,7 +128,8 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
     few_of([
         ({"namespaces"}, "files", None),
         ({"namespaces", "quota"}, "files", {"wrote 256 MB in all", "wrote 256 MB into files without names"}),
-        ({"namespaces", "landlock", "seccomp", "limits"}, "memory", {f"started {attempts.MOST} processes"}),
+        ({"namespaces", "landlock", "seccomp", "limits"}, "memory",
+         {f"started {attempts.UNLIMITED_PROCESSES} processes"}),
         ({"namespaces", "landlock", "seccomp", "limits"}, "processes", {"started a program"}),
         ({"namespaces", "landlock", "seccomp", "user", "privileges"}, "processes",
          {"killed the process that starts notebooks"}),
@@ -142,14 +143,14 @@ def test_the_probe_sees_what_nothing_prevents(without: set[str], guarantee: str,
 
 
 def test_the_probe_sees_what_is_left_behind() -> None:
-    nest = [attempt.action for attempt in attempts.ALONE].index(attempts._nest)
-    with Sandbox(Limits(seconds=10), {"namespaces"}, loaded=False) as sandbox:
+    nest = [attempt.action for attempt in attempts.SEPARATE_ATTEMPTS].index(attempts._leave_nested_folders)
+    with Sandbox(Limits(seconds=10), {"namespaces"}, load_libraries=False) as sandbox:
         assert sandbox.exchange({"attempts": {"seconds": 0, "alone": nest}}, lambda _: None) == "killed"
-        assert not sandbox.left_behind
+        assert not sandbox.has_left_files
         assert sandbox._folder is not None
         for name in ("one", "two"):
             Path(sandbox._folder.path, name).mkdir()
-        assert sandbox.left_behind
+        assert sandbox.has_left_files
 
 
 def counted(cells: list[str], names: list[str]) -> Run:
@@ -161,9 +162,9 @@ def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
     cells = [f"open('f{i}', 'wb').write(bytes(9_900_000)); n{i} = 1" for i in range(60)]
     run = counted(cells, [f"n{i}" for i in range(60)])
     assert 5 <= len(run.answers) <= 25 and run.end == "killed"
-    assert run.begun is not None and run.begun >= len(run.answers)
+    assert run.last_begun_cell is not None and run.last_begun_cell >= len(run.answers)
     for words in ("in cell 9: ", "3 GB", "64 MB in at most 4096 files, folders 32 deep"):
-        assert words in run.note("cell 9")
+        assert words in run.describe_end("cell 9")
 
 
 def test_what_is_written_within_the_limits_is_not_stopped() -> None:
@@ -206,7 +207,7 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     left = tmp_path / "qdot-own-left.tmp"
     (left / "inner").mkdir(parents=True, mode=0)
-    with own_folder("qdot-own-"):
+    with make_temporary_folder("qdot-own-"):
         assert not left.exists()
     left.mkdir()
 
@@ -214,7 +215,7 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
         raise RecursionError
 
     monkeypatch.setattr(folders, "remove", fail)
-    assert Path(own_folder("qdot-own-").path).is_dir() and left.exists()
+    assert Path(make_temporary_folder("qdot-own-").path).is_dir() and left.exists()
 
 
 @pytest.mark.integration

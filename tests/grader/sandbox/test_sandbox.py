@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from qdot.grader.sandbox.own_folder import own_folder
-from qdot.grader.sandbox.sandbox import CONTAINED, Limits, Sandbox
+from qdot.grader.sandbox.own_folder import make_temporary_folder
+from qdot.grader.sandbox.sandbox import CONTAINED_FOLDER, Limits, Sandbox
 from tests.support import ROOT
 from tests.support.suites import few_of, several
 
@@ -46,8 +46,8 @@ def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbo
     liar = "class L:\n    def __class_getitem__(c, k): raise ValueError\nt = L()"
     cells = ["p = int", "q = open", "r = object()", "s = [1]; s.append(s)", liar, "u = 1", "u = 2; other = 3"]
     run = sandbox.run(cells, list("pqrstu"))
-    assert run.answers == {"u": "2"} and "nest too deeply" in run.failures["s"]
-    assert all("not an expression" in run.failures[name] for name in "pqrt")
+    assert run.answers == {"u": "2"} and "nest too deeply" in run.unreadable_reasons["s"]
+    assert all("not an expression" in run.unreadable_reasons[name] for name in "pqrt")
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def strict() -> Iterator[Sandbox]:
 def test_a_cell_that_takes_too_long_is_told_what_of(strict: Sandbox, cell: str, told: str) -> None:
     begun = time.monotonic()
     run = strict.run([cell, "a = 1"], ["a"])
-    assert (run.end, run.answers, run.cell_errors) == ("done", {"a": "1"}, {0: told}), strict.unbegun
+    assert (run.end, run.answers, run.cell_errors) == ("done", {"a": "1"}, {0: told}), strict.not_started_reason
     assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
 
 
@@ -163,7 +163,7 @@ def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
     )
     run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
     assert run.answers == {"a": "1", "b": "2"}
-    assert (run.missed, run.stopped_at, run.end) == ({}, {}, "done")
+    assert (run.failed_imports, run.stop_lines, run.end) == ({}, {}, "done")
 
 
 def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
@@ -171,7 +171,7 @@ def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
     assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
     imported = {
         name.name.split(".")[0]
-        for path in CONTAINED.glob("*.py")
+        for path in CONTAINED_FOLDER.glob("*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Import | ast.ImportFrom)
         for name in ([ast.alias(node.module or "")] if isinstance(node, ast.ImportFrom) else node.names)
@@ -200,13 +200,13 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
         assert process.stdout is not None
         others = Path(process.stdout.readline().strip())
         (others / "kept").mkdir()
-        mine = own_folder("qdot-own-")
+        mine = make_temporary_folder("qdot-own-")
         assert (others / "kept").exists()
         process.kill()
     (tmp_path / "qdot-own-link.tmp").symlink_to(tmp_path)
     (tmp_path / "qdot-other").mkdir()
     (tmp_path / "qdot-own-autumn").mkdir()  # somebody has called a folder so
-    own_folder("qdot-own-").remove()
+    make_temporary_folder("qdot-own-").remove()
     left = {Path(mine.path).name, "qdot-own-link.tmp", "qdot-other", "qdot-own-autumn"}
     assert {path.name for path in tmp_path.iterdir()} == left
     mine.remove()

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.console import printable
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
@@ -54,7 +54,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     init_assignment(folder, "T", "hw", secret="CANARY0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},\u202e\x1b[2J {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), UNCERTIFIED, 0, lambda _: None)
+    release_notebooks(load_assignment(folder), UNCERTIFIED, 0, lambda _: None)
     return load_assignment(folder)
 
 

@@ -20,7 +20,14 @@ from pathlib import Path
 
 import pytest
 
-from qdot.grader.sandbox.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
+from qdot.grader.sandbox.guarantees import (
+    ENFORCED_BY_KERNEL,
+    GUARANTEES,
+    NOT_ENFORCED,
+    WATCHED_IN_PYTHON,
+    Findings,
+    probe,
+)
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from tests.support.suites import WHOLE, few_of, several
 
@@ -110,8 +117,8 @@ def running(sandbox: Sandbox) -> list[int]:
 
 def idle_of(sandbox: Sandbox) -> set[int]:
     """The processes of a sandbox in which nothing runs, once all is tidied up: the last of them waits for a notebook."""
-    assert not sandbox.left_running
-    usual, deadline = 2 if "namespaces" in sandbox.lacking else 3, time.monotonic() + 3
+    assert not sandbox.has_left_processes
+    usual, deadline = 2 if "namespaces" in sandbox.unavailable_measures else 3, time.monotonic() + 3
     while len(found := running(sandbox)) != usual and time.monotonic() < deadline:
         time.sleep(0.02)
     assert len(found) == usual
@@ -169,7 +176,7 @@ def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
     cell, said = GOES_ON[name]
     sandbox = sandbox_of()
     run = attacked(sandbox, cell)
-    if name == "fills the disk" and "namespaces" in sandbox.lacking:
+    if name == "fills the disk" and "namespaces" in sandbox.unavailable_measures:
         return  # no file system of its own: what it wrote is gone, and no file was larger than 10 MB
     assert run.answers == {"a": "1", "b": "2"} and run.end == "done"
     assert list(run.cell_errors) == [1] and said in run.cell_errors[1]
@@ -213,7 +220,7 @@ def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, ma
         )
         return
     assert run.answers == {"a": "1"} and run.cell_errors == {}
-    assert bool(run.note()) == (run.end != "done")
+    assert bool(run.describe_end()) == (run.end != "done")
 
 
 LIES = {
@@ -234,7 +241,7 @@ LIES = {
 def test_an_answer_that_lies_is_a_text_or_none(name: str, machine: Machine) -> None:
     cell, words = LIES[name]
     run = attacked(sandbox_of(), cell)
-    answer = run.answers.get("c") or run.failures["c"]
+    answer = run.answers.get("c") or run.unreadable_reasons["c"]
     assert words in answer and len(answer) <= 400_001
     assert run.answers["a"] == "1" and run.answers["b"] == "2"
     assert run.end == "done" or name == "an endless iterator"  # two alarms may be all the time that there is
@@ -373,10 +380,10 @@ def test_what_the_kernel_guarantees_holds_without_the_hook(variant: str, machine
     sandbox = sandbox_of(without)
     tried = 0
     for name, (guarantee, cell) in native(machine).items():
-        if by[guarantee] != KERNEL:
+        if by[guarantee] != ENFORCED_BY_KERNEL:
             continue  # not promised here: see test_the_levels_are_told_as_they_are
         run = attacked(sandbox, cell)
-        assert "c" not in run.answers and "c" not in run.failures, (name, run)
+        assert "c" not in run.answers and "c" not in run.unreadable_reasons, (name, run)
         assert run.answers.get("a") == "1", (name, run)
         tried += 1
     assert tried >= (0 if findings_of(frozenset()).lacking else LEAST.get(variant, 0))
@@ -387,7 +394,7 @@ def test_the_hook_alone_refuses_what_python_code_tries(machine: Machine) -> None
     for name, (guarantee, cell) in native(machine).items():
         if guarantee in ("files", "network", "processes") and name != "climbs out by a descriptor":
             run = attacked(sandbox, cell)
-            assert run.answers == {"a": "1", "b": "2"} and "c" not in run.failures, (name, run)
+            assert run.answers == {"a": "1", "b": "2"} and "c" not in run.unreadable_reasons, (name, run)
             if name != "forks without end":  # it takes being refused for being done
                 assert "may not" in run.cell_errors[1], (name, run)
 
@@ -454,15 +461,15 @@ def test_a_sandbox_that_is_closed_while_a_notebook_runs_leaves_nothing(
 
 def test_the_levels_are_told_as_they_are() -> None:
     all_of_it = findings_of(frozenset())
-    assert {g.name: g.by for g in all_of_it.guarantees}["time"] == KERNEL
+    assert {g.name: g.by for g in all_of_it.guarantees}["time"] == ENFORCED_BY_KERNEL
     assert all_of_it.is_strict or all_of_it.lacking
     nothing = findings_of(frozenset({*hook_only(), "limits", "watch"}))
     assert not nothing.is_strict
     assert {g.name: g.by for g in nothing.guarantees if g.name in ("files", "network")} == {
-        "files": MISSING, "network": MISSING
+        "files": NOT_ENFORCED, "network": NOT_ENFORCED
     }  # fmt: skip
     watched = findings_of(frozenset(hook_only()))
     assert {g.name: g.by for g in watched.guarantees if g.name in ("files", "network")} == {
-        "files": PYTHON, "network": PYTHON
+        "files": WATCHED_IN_PYTHON, "network": WATCHED_IN_PYTHON
     }  # fmt: skip
-    assert [g.name for g in watched.guarantees] == list(PROMISES)
+    assert [g.name for g in watched.guarantees] == list(GUARANTEES)

@@ -49,7 +49,7 @@ def run(sandbox: Sandbox, *cells: str) -> Run:
 )
 def test_habits_of_jupyter_cost_nothing(sandbox: Sandbox, cells: list[str], answers: dict[str, str]) -> None:
     found = run(sandbox, *cells)
-    assert (found.answers, found.cell_errors, found.missed, found.end) == (answers, {}, {}, "done")
+    assert (found.answers, found.cell_errors, found.failed_imports, found.end) == (answers, {}, {}, "done")
 
 
 SHOWING = {
@@ -69,7 +69,7 @@ SHOWING = {
 @pytest.mark.parametrize("showing", SHOWING)
 def test_what_only_shows_something_costs_nothing(sandbox: Sandbox, showing: str) -> None:
     ran = run(sandbox, f"{SHOWING[showing]}\na = 1", "b = sin(theta1)")
-    assert (ran.answers, ran.cell_errors, ran.missed) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
+    assert (ran.answers, ran.cell_errors, ran.failed_imports) == ({"a": "1", "b": "sin(theta1)"}, {}, {})
 
 
 PLOTS = [
@@ -90,7 +90,8 @@ HIDES = (
 
 
 @pytest.mark.parametrize(
-    "hidden", [pytest.param(False, marks=pytest.mark.whole, id="matplotlib is there"), pytest.param(True, id="is not")]
+    "hidden",
+    [pytest.param(False, marks=pytest.mark.whole, id="matplotlib is there"), pytest.param(True, id="is not")],
 )
 def test_plots_cost_nothing(sandbox: Sandbox, hidden: bool) -> None:
     begin = [HIDES if hidden else "", "%matplotlib inline\nimport matplotlib.pyplot as plt\na = 1"]
@@ -99,16 +100,16 @@ def test_plots_cost_nothing(sandbox: Sandbox, hidden: bool) -> None:
         pytest.importorskip("matplotlib")
         end += ["plt.savefig('x.png')\nb = open('x.png', 'rb').read()[1:4].decode()"]
     ran = run(sandbox, *begin, *PLOTS, *end)
-    assert (ran.cell_errors, ran.missed) == ({}, {})
+    assert (ran.cell_errors, ran.failed_imports) == ({}, {})
     assert ran.answers == {"a": "1", "c": str(hidden)} | ({} if hidden else {"b": "PNG"})
 
 
 def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
     found = run(sandbox, "import numpy; import nosuchlibrary.linalg as la; a = 1\nb = 2", "c = la.expm(1)")
     assert found.answers == {"a": "1", "b": "2"}
-    number, why = found.missed[0]
+    number, why = found.failed_imports[0]
     assert number == 1 and "No module named 'nosuchlibrary'; it is not there when a notebook is graded" in why
-    assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stopped_at == {1: 1}
+    assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stop_lines == {1: 1}
 
 
 def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbox) -> None:
@@ -118,12 +119,12 @@ def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbo
         broken,
         "import plotly.express as px\nfrom plotly import graph_objects as go\npx.line(); go.Figure()\na = 1",
     )
-    assert (found.answers, found.cell_errors, found.missed) == ({"a": "1"}, {}, {})
+    assert (found.answers, found.cell_errors, found.failed_imports) == ({"a": "1"}, {}, {})
 
 
 def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
     found = run(sandbox, "a = 1\n\n%who\nb = 1/0\nc = 2", "x = 1\ny = (", "def f():\n    return 1/0", "\nf()")
-    assert found.stopped_at == {0: 4, 1: 2, 3: 2}
+    assert found.stop_lines == {0: 4, 1: 2, 3: 2}
 
 
 def test_input_is_told_where_an_empty_text_was_of_no_use(sandbox: Sandbox) -> None:
@@ -148,4 +149,4 @@ def test_stand_ins_look_at_nothing_and_hold_nothing(sandbox: Sandbox) -> None:
     found = run(sandbox, *cells)
     assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [2, 3]
     assert all("may not open" in error for error in found.cell_errors.values())
-    assert "nothing is shown when a notebook is graded" in found.failures["b"]
+    assert "nothing is shown when a notebook is graded" in found.unreadable_reasons["b"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.grader.sandbox.contained.values import text_of
+from qdot.grader.sandbox.contained.values import format_value
 
 X, Y = sp.symbols("x y")
 VALUES = [
@@ -20,9 +20,9 @@ VALUES = [
 
 @pytest.mark.parametrize(("value", "text"), VALUES)
 def test_a_value_is_the_text_of_what_it_stands_for(value: Any, text: str) -> None:
-    assert text_of(value) == text
+    assert format_value(value) == text
 
 
 def test_a_symbol_for_a_whole_matrix_is_no_answer() -> None:
     with pytest.raises(TypeError, match="has a name and no entries"):
-        text_of(sp.MatrixSymbol("J", 2, 2))
+        format_value(sp.MatrixSymbol("J", 2, 2))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release
+from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.statistics.shared_answers import describe_shared_answers
@@ -57,7 +57,7 @@ def test_a_robot_has_no_other_variation_than_its_lengths(folder: Path) -> None:
 def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_read(folder: Path) -> None:
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, CERTIFIER, 1, lambda released: None)
+    release_notebooks(assignment, CERTIFIER, 1, lambda released: None)
     assert describe_shared_answers(assignment) == []
     text = (folder / "assignment.toml").read_text(encoding="utf-8")
     (folder / "assignment.toml").write_text(text.replace('"T"', '"Another"'), encoding="utf-8")

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.problem.problem import variable
+from qdot.exercises.problem.problem import answer_variable
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
@@ -293,7 +293,7 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     edited = notebook(assignment, "s00", cells)
     found = find_answers(read_cells("hw.ipynb", edited.encode()).cells, PARTS, sandbox.run)
     for part in due:
-        name = variable(*part.split("."))
+        name = answer_variable(*part.split("."))
         told = any(name in note for note in found.notes) or found.reasons.get(name)
         assert found.run.answers.get(name) == untouched.run.answers[name] or told, (cells, found.notes)
 
@@ -338,11 +338,11 @@ def test_every_cell_that_was_refused_something_is_told_to_the_staff(sandbox: San
         Cell("import os\nos.system('ls')"),
     ]
     found = find_answers(cells, ["p1.a"], sandbox.run)
-    assert [told.split(" (")[0] for told in found.refused] == [
+    assert [told.split(" (")[0] for told in found.forbidden_stops] == [
         "cell 2 stopped at line 1, secret = open('/etc/passwd').read()",
         "cell 4 stopped at line 2, os.system('ls')",
     ]
-    assert find_answers([Cell("p1_a = 1", "p1.a"), Cell("x = 1/0")], ["p1.a"], sandbox.run).refused == []
+    assert find_answers([Cell("p1_a = 1", "p1.a"), Cell("x = 1/0")], ["p1.a"], sandbox.run).forbidden_stops == []
 
 
 def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandbox) -> None:
@@ -374,7 +374,7 @@ def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
     """`qdot check` knows the symbols of the problem by what the notebook says of them."""
     (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
     checked = check_notebook(tmp_path / "hw.ipynb")
-    missing = [row.message for row in checked.rows if not row.readable]
+    missing = [row.message for row in checked.rows if not row.is_readable]
     assert len(missing) == len(checked.notes) == (change is not habits)
     for note, said in zip(checked.notes, missing, strict=True):
         assert note.startswith("cell 2 ") and said.endswith(note) and "NameError" in said

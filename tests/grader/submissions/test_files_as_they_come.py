@@ -19,12 +19,12 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import grades_csv, status
+from qdot.grader.reports.tables import grades_csv, work_status
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions import answer_locator, archives
 from qdot.grader.submissions import cells as reading
 from qdot.grader.submissions.answer_locator import find_answers
-from qdot.grader.submissions.cells import LARGEST_HERE, OverLimit, Unreadable, read_cells
+from qdot.grader.submissions.cells import MAX_BYTES_IN_THIS_PROCESS, OverLimit, Unreadable, read_cells
 from tests.support import DATA
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes, right, right_cells, text
 from tests.support.suites import few_of, several
@@ -379,7 +379,7 @@ def graded(cases: Collection[str], folder: Path) -> dict[str, Result]:
         make, *_ = CASES[case]
         make(assignment, STUDENTS[case])
     results, looked = grade(assignment, seconds=60)
-    assert not looked.strangers and not looked.unsure
+    assert not looked.not_on_roster and not looked.uncertain_owners
     return {**{case: results[STUDENTS[case]] for case in cases}, "honest": results["honest"]}
 
 
@@ -401,7 +401,7 @@ def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
         assert has_words if words else not results[case].staff_notes, (case, told)
         assert not any(ch in each for each in told for ch in "\n\x1b"), (case, told)
         state = "over limit" if due == NO_MARK else "unusable" if words else "graded"
-        assert due == ALL or status(results[case]) == state, case
+        assert due == ALL or work_status(results[case]) == state, case
 
 
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
@@ -441,7 +441,7 @@ def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.Monke
     cell = {"cell_type": "code", "source": ["x = 'ä'"], "outputs": shown, "metadata": {"qdot": {"part": "p1.jacobian"}}}
     large = json.dumps({"cells": [cell, {"source": "\ud800"}], "metadata": {"qdot": {"student": "s1"}}}).encode()
     small = large.replace(b"iVBOR" * 300_000, b"")
-    assert len(small) < LARGEST_HERE < len(large)
+    assert len(small) < MAX_BYTES_IN_THIS_PROCESS < len(large)
     assert read_cells(HW, large) == read_cells(HW, small)
     with pytest.raises(Unreadable, match="cut off") as caught:
         read_cells(HW, large[:-1])
@@ -453,14 +453,14 @@ def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.Monke
 
 def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where answers are looked for in text that is no Python."""
-    monkeypatch.setattr(answer_locator, "MOST_PARSED", 300_000)
+    monkeypatch.setattr(answer_locator, "MAX_PARSED_CHARACTERS", 300_000)
     assignment = a_class(tmp_path / "hw", [Student("s0"), Student("s1"), Student("s2")])
     hand_in(assignment, "s0.py", b"# %%\n" * 10**5)
     searched = "p1_position = (\np1_jacobian = (\np1_determinant = (\n" + "+".join(["[a]"] * 7000)
     hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", [text(f"{searched}{k}") for k in range(9)]))
     hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
     results, _ = grade(assignment)
-    assert [status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
+    assert [work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in (results["s0"].obstacle or "")
     assert "answers to be looked for" in (results["s1"].obstacle or "")
     row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
@@ -513,7 +513,7 @@ def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
 def test_a_class_may_have_as_many_files_as_are_allowed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
-    monkeypatch.setattr(archives, "MOST_OF_CLASS", 3)
+    monkeypatch.setattr(archives, "MAX_CLASS_FILES", 3)
     (tmp_path / "class.zip").write_bytes(of_members(*((f"s{k}/{HW}", "{}") for k in range(count))))
     if count > 3:
         with pytest.raises(Unreadable, match="more than 3 files"), archives.unpack_temporarily(tmp_path / "class.zip"):

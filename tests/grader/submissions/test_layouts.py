@@ -11,10 +11,10 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.reports.tables import status
+from qdot.grader.reports.tables import work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
-from qdot.grader.submissions.submission import MAY_BE, find_submissions, open_submissions
+from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions
 from tests.support.handing_in import RIGHT, a_class, grade, hand_in, outcomes, right
 from tests.support.results import received
 
@@ -45,9 +45,9 @@ def owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], l
     found = {
         who: [str(file.relative_to(root)) for file in own.files]
         for who, own in looked.by_student.items()
-        if not own.obstacle
+        if not own.ungraded_reason
     }
-    return found, looked.strangers, looked.unsure
+    return found, looked.not_on_roster, looked.uncertain_owners
 
 
 EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
@@ -182,13 +182,13 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     hand_in(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", right(assignment, "hen"))
     hand_in(assignment, "José Díaz_1003_assignsubmission_file_/hw.ipynb", right(assignment, "jose"))
     results, looked = grade(assignment)
-    several, contradicts = looked.unsure
+    several, contradicts = looked.uncertain_owners
     assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may be of ada1 or ada2: ")
     assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may be of hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
-        assert results[student].obstacle == MAY_BE and status(results[student]) == "unusable"
+        assert results[student].obstacle == UNCERTAIN_OWNER and work_status(results[student]) == "unusable"
     assert outcomes(results["hen"]) == RIGHT
-    assert status(results["eve"]) == "missing"
+    assert work_status(results["eve"]) == "missing"
 
 
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def test_whose_it_is_by_identifiers_and_names(ids: tuple[str, ...], name: str, s
     twins = [Student("ada", "Ada Lovelace", "twins@x.org"), Student("bo", "Bo Lovelace", "twins@x.org")]
     match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).find_owner(SubmittedPath(Path("hw.ipynb"), ids, name))
     assert " ".join(match.students) == students
-    assert bool(match.why) == (len(match.students) > 1)
+    assert bool(match.reason) == (len(match.students) > 1)
 
 
 def test_a_section_is_no_identifier() -> None:
@@ -276,7 +276,7 @@ def test_a_hostile_zip_writes_nothing_elsewhere(
     left_out = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
     assert left_out == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
     assert set(tmp_path.rglob("*.ipynb")) <= before
-    assert outcomes(results["hen"]) == RIGHT and status(results["ada1"]) == "missing"
+    assert outcomes(results["hen"]) == RIGHT and work_status(results["ada1"]) == "missing"
 
 
 def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.grader.sandbox.sandbox import Sandbox
-from qdot.grader.submissions.cells import Cell, read_cells, without_self_checks
+from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import few_families, few_of
 
@@ -37,7 +37,7 @@ def test_only_checks_are_left_out(family: str, made: Callable[..., NotebookNode]
     """Of the students' notebook, whose text explains them, too."""
     problems = slotted(family)
     cells = cells_of(problems, made)
-    left = without_self_checks(cells, problems)
+    left = empty_self_checks(cells, problems)
     changed = [before for before, after in zip(cells, left, strict=True) if before != after]
     assert len(changed) > 1 and all(SELF_CHECK in cell.source for cell in changed)
     assert not any(SELF_CHECK in source for source in code(left))
@@ -48,9 +48,9 @@ def test_answers_are_what_they_are_with_all_cells(sandbox: Sandbox) -> None:
     problems = slotted("planar-2r")[:1]
     cells = cells_of(problems)
     names = [f"{slot}_{part.name.replace('-', '_')}" for slot, problem in problems for part in problem.parts]
-    whole, left = (sandbox.run(code(each), names) for each in (cells, without_self_checks(cells, problems)))
+    whole, left = (sandbox.run(code(each), names) for each in (cells, empty_self_checks(cells, problems)))
     assert whole.answers == left.answers and set(left.answers) == set(names)
-    assert not left.cell_errors and not left.failures
+    assert not left.cell_errors and not left.unreadable_reasons
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_answers_are_what_they_are_with_all_cells(sandbox: Sandbox) -> None:
 def test_where_anything_else_speaks_of_it_all_is_run(added: str) -> None:
     problems = slotted("planar-2r")
     cells = [*cells_of(problems), Cell(added)]
-    assert without_self_checks(cells, problems) == cells
+    assert empty_self_checks(cells, problems) == cells
 
 
 def test_a_function_or_a_call_that_was_changed_is_run() -> None:
@@ -73,10 +73,10 @@ def test_a_function_or_a_call_that_was_changed_is_run() -> None:
     for old, new in (("random", "chance"), ("1e-5", "1e-6"), ("def self_check(", "def own_self_check(")):
         changed = [*cells]
         changed[place] = Cell(cells[place].source.replace(old, new))
-        assert without_self_checks(changed, problems) == changed
+        assert empty_self_checks(changed, problems) == changed
     last = max(n for n, cell in enumerate(cells) if SELF_CHECK in cell.source)
     changed = [*cells]
     changed[last] = Cell(cells[last].source + "\np2_jacobian = p2_jacobian.T")
-    assert without_self_checks(changed, problems) == changed
+    assert empty_self_checks(changed, problems) == changed
     quoted = [Cell(cell.source, is_code=False) for cell in cells]
-    assert without_self_checks(quoted, problems) == quoted, "text that quotes a check stays text"
+    assert empty_self_checks(quoted, problems) == quoted, "text that quotes a check stays text"
