@@ -5,6 +5,7 @@ import type { JSX } from "preact";
 import { type Arm, entries, type State } from "./model.js";
 import { dot } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
+import { jointClass } from "./letters.js";
 
 /** An arc in pixels: its path with its head, where its letter stands, and away from the joint. */
 export interface Arc {
@@ -55,7 +56,7 @@ export function Angles({ arm, state, view }: { arm: Arm; state: State; view: Vie
       {arm.joints.map(({ name }, i) => {
         const arc = arcOf(arm, state, view, i);
         return arc ? (
-          <g key={name} class={`arm-j${(i % 7) + 1}`}>
+          <g key={name} class={jointClass(i)}>
             <path class="arm-dashed" d={arc.dashed} />
             <path class="arm-arc" d={arc.path} />
             <path class="arm-head" d={arc.head} />

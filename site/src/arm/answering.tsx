@@ -9,11 +9,12 @@ import { read } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { inDigits, say } from "../text/text.js";
 import { stepped, useFormulaStops } from "./formula-keys.js";
-import type { State } from "./model.js";
+import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
 import { angleIn, digits } from "./speech.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
+import { jointClass } from "./letters.js";
 
 /** A term that is pointed at, whether it stays though the pointer or the focus goes, and whether keys have led to it. */
 interface Term {
@@ -117,7 +118,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
 
   useEffect(() => {
     if (lit === null) return;
-    const names = ["term-lit", `arm-j${(lit % 7) + 1}`];
+    const names = ["term-lit", jointClass(lit)];
     const symbols = symbolsOf(document.querySelector("main") ?? document, lit, arm);
     for (const symbol of symbols) symbol.classList.add(...names);
     return () => {
@@ -198,7 +199,7 @@ function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): numb
   const rates = ratesIn?.(stage.state) ?? ratesOnPath(stage);
   const values = {
     ...robot.values,
-    ...Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!])),
+    ...namedPose(arm, pose),
     ...Object.fromEntries(rates.map((rate, i) => [`qd${i + 1}`, rate])),
   };
   if (!/[a-z]/.test(text)) return null;

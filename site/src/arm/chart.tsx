@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { DrawnLetters } from "./letters.js";
+import { DrawnLetters, jointClass } from "./letters.js";
 import type { Arm } from "./model.js";
 import { useSize } from "./size.js";
 import { decimals } from "./speech.js";
@@ -59,7 +59,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
           {shares.map((row, i) => (
             <polyline
               key={i}
-              class={`arm-rate arm-j${(i % 7) + 1}`}
+              class={`arm-rate ${jointClass(i)}`}
               points={row
                 .map((share, k) => `${x(journey.stations[k]!.s / speed).toFixed(1)},${y(share).toFixed(1)}`)
                 .join(" ")}
@@ -72,7 +72,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
           ).map((name, i) => {
             const [left, middle] = [x(end) + LEAD + COLUMN * name.column, name.at + 4];
             return (
-              <g key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`}>
+              <g key={i} class={`arm-rate-name ${jointClass(i)}`}>
                 <path class="arm-leader" d={`M${x(end)} ${y(shares[i]!.at(-1)!)}L${left - 3} ${name.at}`} />
                 <text x={left} y={middle}>
                   <DrawnLetters name={arm.joints[i]!.name} />

@@ -7,7 +7,7 @@ import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } fr
 import { say } from "../text/text.js";
 import { Body, inPixels } from "./flat.js";
 import type { Covered } from "./labels.js";
-import { plainLetters } from "./letters.js";
+import { jointClass, plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { drawnColumns, isLostShown, type Layers, Marks } from "./marks.js";
 import { type Arm, type Measures, measuresOf, type Pose, type State, stateAt } from "./model.js";
@@ -17,7 +17,17 @@ import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
 import { Space } from "./space.js";
 import { add, along, dot, subtract, type Vec3 } from "./vector.js";
-import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
+import {
+  ARROWS,
+  FIRST_ORBIT,
+  flatPlane,
+  lifted,
+  type Orbit,
+  pixel,
+  type Pixel,
+  type View,
+  viewOf,
+} from "./view.js";
 import { useSize } from "./size.js";
 import { nearness } from "./words.js";
 
@@ -192,7 +202,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           {links.map((line, i) => (
             <polyline
               key={i}
-              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} arm-j${(i % 7) + 1}`}
+              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} ${jointClass(i)}`}
               points={inPixels(view, line)}
               onPointerEnter={() => held === null && onLit(i)}
               onPointerLeave={() => onLit(null)}
@@ -342,13 +352,6 @@ function keptFromScrolling(box: HTMLElement): () => void {
   box.addEventListener("touchstart", touched, { passive: false });
   return () => box.removeEventListener("touchstart", touched);
 }
-
-const ARROWS: Readonly<Record<string, Pixel>> = {
-  ArrowLeft: [-1, 0],
-  ArrowRight: [1, 0],
-  ArrowUp: [0, -1],
-  ArrowDown: [0, 1],
-};
 
 /** Keys that turn the view: about the vertical, up or down, nearer or further. */
 const TURNS: Readonly<Record<string, readonly [number, number, number]>> = {

@@ -3,7 +3,7 @@
 import type { Factor, Robot } from "../bank.js";
 import { read } from "../read/reader.js";
 import { realValue } from "../read/real.js";
-import { type Arm, type Pose, signedVolume } from "./model.js";
+import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
 import { randomPoses } from "./random.js";
 import { rangeOf } from "./ranges.js";
 
@@ -46,13 +46,11 @@ function samplesOf(arm: Arm): Pose[] {
 
 /** The factors of a robot's determinant as functions of the pose; one that can't be read is left out. */
 function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
-  const names = arm.joints.map(({ name }) => name);
-  const known = new Set([...names, ...Object.keys(robot.values)]);
+  const known = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);
   return factors.map(([html, typed]) => {
     const tree = read(typed, known);
-    const at = (pose: Pose): number =>
-      realValue(tree, { ...robot.values, ...Object.fromEntries(names.map((name, i) => [name, pose[i]!])) });
+    const at = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
     return { html, at, most: Math.max(1e-9, ...samples.map((pose) => Math.abs(at(pose)))) };
   });
 }

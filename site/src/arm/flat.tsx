@@ -7,6 +7,7 @@ import type { Arm, State } from "./model.js";
 import { linkOf, placesOf } from "./shape.js";
 import { dot, scaled, type Vec3 } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
+import { jointClass } from "./letters.js";
 
 export interface BodyProps {
   readonly arm: Arm;
@@ -53,7 +54,7 @@ function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
   const toward = dot(z, view.toward);
   const r = 5.6;
   return (
-    <g class={`arm-joint arm-j${(i % 7) + 1}`}>
+    <g class={`arm-joint ${jointClass(i)}`}>
       <circle class="arm-joint-face" cx={x} cy={y} r={9.5} />
       {toward > 0.9 && <circle class="arm-joint-dot" cx={x} cy={y} r={2.6} />}
       {toward < -0.9 && (
@@ -71,7 +72,7 @@ function Sliding({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
   const [dx, dy] = drawn(view, z);
   const turn = (Math.atan2(dy, dx) * 180) / Math.PI;
   return (
-    <g class={`arm-joint arm-j${(i % 7) + 1}`} transform={`translate(${x} ${y}) rotate(${turn})`}>
+    <g class={`arm-joint ${jointClass(i)}`} transform={`translate(${x} ${y}) rotate(${turn})`}>
       <rect class="arm-joint-face" x={-17} y={-9} width={34} height={18} rx={2} />
     </g>
   );

@@ -6,7 +6,7 @@ import type { JSX } from "preact";
 import { paced } from "../pace.js";
 import { inDigits, say } from "../text/text.js";
 import type { Sizes } from "./factors.js";
-import { Letters } from "./letters.js";
+import { jointClass, Letters } from "./letters.js";
 import { type Arm, type Measures, ROWS, type State } from "./model.js";
 import { decimals, digits } from "./speech.js";
 import { nearness, sizeName } from "./words.js";
@@ -83,7 +83,7 @@ export const Jacobian = paced(
       state={state}
       written={fixed}
       style="arm-jacobian"
-      columnStyle={(i) => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`}
+      columnStyle={(i) => `${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
       onColumn={onLit}
     />
   ),

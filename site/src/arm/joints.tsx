@@ -6,7 +6,7 @@ import { paced } from "../pace.js";
 import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { Letters, plainLetters } from "./letters.js";
+import { jointClass, Letters, plainLetters } from "./letters.js";
 import type { Arm, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { angleIn, decimals, InRadians } from "./speech.js";
@@ -78,7 +78,7 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
     onFocus: () => onChoose(index),
   };
   return (
-    <div class={`arm-joint-row arm-j${(index % 7) + 1}${chosen ? " arm-chosen" : ""}`}>
+    <div class={`arm-joint-row ${jointClass(index)}${chosen ? " arm-chosen" : ""}`}>
       <span class="arm-joint-name" aria-hidden="true">
         <Letters name={joint.name} />
       </span>

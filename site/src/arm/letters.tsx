@@ -20,6 +20,9 @@ export function plainLetters(name: string): string {
     .join(" = ");
 }
 
+/** The class that gives a joint (from 0) its colour. */
+export const jointClass = (joint: number): string => `arm-j${(joint % 7) + 1}`;
+
 /** A letter with the dot of a rate, which is drawn: many fonts have none, or let it sink into a θ. */
 export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
   <i class="dotted">

@@ -17,6 +17,7 @@ import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
 import { useMap } from "./worked.js";
 import type { Spot, Stretch } from "./zeros.js";
+import { ARROWS } from "./view.js";
 
 export interface MapProps {
   readonly arm: Arm;
@@ -69,11 +70,11 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     go(caught(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
   };
   const pressed = (event: KeyboardEvent): void => {
-    const step = STEPS[event.key];
+    const step = ARROWS[event.key];
     if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
     const by = event.shiftKey ? 10 : 2;
     const size = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * by;
-    go([here[0] + step[0] * size(pair[0]), here[1] + step[1] * size(pair[1])]);
+    go([here[0] + step[0] * size(pair[0]), here[1] - step[1] * size(pair[1])]);
     event.preventDefault();
   };
 
@@ -232,13 +233,6 @@ function Lines(props: {
     </svg>
   );
 }
-
-const STEPS: Readonly<Record<string, Spot>> = {
-  ArrowLeft: [-1, 0],
-  ArrowRight: [1, 0],
-  ArrowUp: [0, 1],
-  ArrowDown: [0, -1],
-};
 
 /** Pixels within which a line holds who walks near it: a hand could not stop on it otherwise. */
 const CATCH = 4;

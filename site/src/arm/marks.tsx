@@ -6,7 +6,7 @@ import { inDigits } from "../text/text.js";
 import { Arrow, Arrows, type BodyProps, ofPixels, type Way } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placed, type Wanted } from "./labels.js";
-import { DrawnLetters } from "./letters.js";
+import { DrawnLetters, jointClass } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
@@ -112,7 +112,7 @@ export function Marks(props: MarksProps): JSX.Element {
                 view={view}
                 from={state.frames[i]!.o}
                 vector={p}
-                style={`arm-pstar arm-j${(i % 7) + 1}`}
+                style={`arm-pstar ${jointClass(i)}`}
               />
             ),
         )}
@@ -124,7 +124,7 @@ export function Marks(props: MarksProps): JSX.Element {
             view={view}
             from={tailOf(view, state.point, column)}
             vector={column}
-            style={`arm-column arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`}
+            style={`arm-column ${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
             twin={turning}
           />
         ))}
@@ -193,7 +193,7 @@ function arrowLines({ state, view, layers, flat }: MarksProps, columns: readonly
 }
 
 function jointStyle(arm: Arm, i: number): string {
-  return i < arm.joints.length ? `arm-j${(i % 7) + 1}` : "arm-last";
+  return i < arm.joints.length ? jointClass(i) : "arm-last";
 }
 
 /** The line along which the point cannot move, near a singularity. */
@@ -249,7 +249,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       if (Math.hypot(...way) > LEAST) {
         wanted.push({
           name: `J${i + 1}`,
-          style: `arm-j${(i % 7) + 1}`,
+          style: jointClass(i),
           at: pixel(view, add(tailOf(view, point, column), column)),
           toward: way,
         });
@@ -279,7 +279,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     if (arc) {
       wanted.push({
         name: arm.joints[i]!.name,
-        style: `arm-j${(i % 7) + 1}`,
+        style: jointClass(i),
         at: arc.middle,
         toward: arc.outward,
       });
@@ -287,7 +287,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     }
     wanted.push({
       name: arm.joints[i]!.name,
-      style: `arm-j${(i % 7) + 1}`,
+      style: jointClass(i),
       at: pixel(view, place),
       toward: flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i),
       gap: flat ? FACE : thicknessOf(arm) * view.scale,
@@ -298,7 +298,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       const way = drawn(view, p);
       if (i < arm.point.frame && Math.hypot(...way) > 40) {
         const middle = pixel(view, add(frames[i]!.o, scaled(p, 0.55)));
-        wanted.push({ name: `p*${i}`, style: `arm-j${(i % 7) + 1}`, at: middle, toward: [-way[1], way[0]] });
+        wanted.push({ name: `p*${i}`, style: jointClass(i), at: middle, toward: [-way[1], way[0]] });
       }
     });
   }

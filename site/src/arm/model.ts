@@ -4,7 +4,7 @@
 // about x; z_{i-1} is the axis of joint i and p*_{i-1} goes from O_{i-1} to the point of interest P. World frame; rows
 // of the 6 x n Jacobian are vx vy vz wx wy wz. Follows ../../../exercises/arm/kinematics.py (NumericChain).
 
-import type { Robot } from "../bank.js";
+import type { NamedPose, Robot } from "../bank.js";
 import { read } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { singularValues } from "./svd.js";
@@ -90,6 +90,11 @@ export function armOf(robot: Robot): Arm {
     task: robot.task.map((row) => ROWS.indexOf(row)),
     called: { base: base.position, offset: point.offset },
   };
+}
+
+/** A pose by the names of the joints. */
+export function namedPose(arm: Arm, pose: Pose): NamedPose {
+  return Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!]));
 }
 
 /** The first joints of an arm alone, with a point fixed in the last of their frames. */

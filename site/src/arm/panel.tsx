@@ -68,7 +68,12 @@ function Panel(props: ArmProps): JSX.Element {
   const { radians = false, symbols } = props;
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
+  const scene = useRef<HTMLDivElement>(null); // the place of the drawing, which is measured before it is there
   const [room, setRoom] = useState<readonly [number, number]>();
+  useLayoutEffect(() => {
+    const { clientWidth = 0, clientHeight = 0 } = scene.current ?? {};
+    if (clientWidth > 0 && clientHeight > 0) setRoom([clientWidth, clientHeight]);
+  }, []);
   const wide = width >= WIDE;
   const [first] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
   const stage = useStage(props, first);
@@ -88,12 +93,21 @@ function Panel(props: ArmProps): JSX.Element {
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
+  const sliders = (
+    <>
+      <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+      <Figures {...stage} isToldAside={wide && open === "map"} />
+      <Lengths robot={robot} symbols={symbols} />
+    </>
+  );
   const step = useSteps(1); // what the arm is, and its room; then all that is shown of it
   if (step === 0)
     return (
       <>
         <section ref={box} class="arm" aria-busy="true">
-          <Room onRoom={setRoom} />
+          <div class="arm-panel">
+            <div ref={scene} class="arm-scene" />
+          </div>
         </section>
       </>
     );
@@ -141,9 +155,7 @@ function Panel(props: ArmProps): JSX.Element {
             {wide ? (
               <div class="arm-side">
                 {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
-                <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-                <Figures {...stage} isToldAside={open === "map"} />
-                <Lengths robot={robot} symbols={symbols} />
+                {sliders}
               </div>
             ) : null}
             <div class="arm-sheets">
@@ -178,13 +190,7 @@ function Panel(props: ArmProps): JSX.Element {
                 )}
               </div>
               <div id={`${ids}pane`} class="arm-pane" hidden={open === null}>
-                {open === "joints" ? (
-                  <>
-                    <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
-                    <Figures {...stage} />
-                    <Lengths robot={robot} symbols={symbols} />
-                  </>
-                ) : null}
+                {open === "joints" ? sliders : null}
                 {open === "jacobian" ? <Numbers stage={stage} /> : null}
                 {open === "map" ? <Map stage={stage} /> : null}
                 {open === "weld" ? <Path stage={stage} /> : null}
@@ -199,20 +205,6 @@ function Panel(props: ArmProps): JSX.Element {
       </section>
       <Answering stage={stage} radians={radians} rates={props.rates} />
     </>
-  );
-}
-
-/** The place of the drawing, which is measured before it is there. */
-function Room({ onRoom }: { onRoom: (room: readonly [number, number]) => void }): JSX.Element {
-  const scene = useRef<HTMLDivElement>(null);
-  useLayoutEffect(() => {
-    const { clientWidth, clientHeight } = scene.current!;
-    if (clientWidth > 0 && clientHeight > 0) onRoom([clientWidth, clientHeight]);
-  }, []);
-  return (
-    <div class="arm-panel">
-      <div ref={scene} class="arm-scene" />
-    </div>
   );
 }
 

@@ -10,6 +10,7 @@ import {
   armOf,
   type Measures,
   measuresOf,
+  namedPose,
   type Pose,
   reachOf,
   type State,
@@ -143,7 +144,7 @@ export function useStage(
   const move = useCallback(
     (next: Pose): void => {
       setPose(next);
-      onPose?.(Object.fromEntries(arm.joints.map(({ name }, i) => [name, next[i]!])));
+      onPose?.(namedPose(arm, next));
     },
     [arm, onPose],
   );

@@ -17,6 +17,14 @@ export interface View {
 
 export type Pixel = readonly [x: number, y: number];
 
+/** Where keys lead on the page. */
+export const ARROWS: Readonly<Record<string, Pixel>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
+
 /** Which way a spatial arm is looked at: two angles (rad) and a magnification. */
 export interface Orbit {
   readonly azimuth: number;

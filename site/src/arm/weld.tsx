@@ -1,15 +1,13 @@
 // The chapter's welding task: the point goes along a straight line at a steady speed, and the joints have to keep up.
 
-import type { JSX } from "preact";
+import type { ComponentChildren, JSX } from "preact";
 import { moving } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { Field } from "./field.js";
 import { Chart } from "./chart.js";
-import { Dotted, Letters, plainLetters } from "./letters.js";
-import type { Arm, Pose } from "./model.js";
-import { stateAt } from "./model.js";
+import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
+import { type Arm, type Pose, stateAt } from "./model.js";
 import { crossings, follow, type Journey, obstacle, pathTo, stationOn, suggested } from "./path.js";
 import { useStillness } from "./size.js";
 import { decimals, digits } from "./speech.js";
@@ -159,7 +157,7 @@ function Rates({
           const over = Math.abs(rate) > limits[i]!;
           return (
             <tr key={name} class={over ? "arm-over" : ""}>
-              <th scope="row" class={`arm-j${(i % 7) + 1}`}>
+              <th scope="row" class={jointClass(i)}>
                 <Letters name={name} dot />
               </th>
               <td>
@@ -230,6 +228,44 @@ function SetUp({
       </div>
       <p class="arm-hint">{say("arm.weld.task")}</p>
     </>
+  );
+}
+
+interface FieldProps {
+  readonly label: ComponentChildren;
+  readonly say: string;
+  readonly unit: string;
+  readonly value: number;
+  readonly step: number;
+  readonly least?: number;
+  readonly most?: number;
+  readonly onSet: (value: number) => void;
+}
+
+/** A number with its letter and unit, typed or stepped. */
+function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }: FieldProps): JSX.Element {
+  return (
+    <label class="arm-field">
+      <span aria-hidden="true">
+        <i>{label}</i>
+      </span>
+      <input
+        type="number"
+        aria-label={say}
+        title={say}
+        value={decimals(value, 3)}
+        step={step}
+        min={least}
+        max={most}
+        onChange={(event) => {
+          const next = event.currentTarget.valueAsNumber;
+          if (Number.isFinite(next)) onSet(Math.min(most, Math.max(least, next)));
+        }}
+      />
+      <span class="arm-unit" aria-hidden="true">
+        {unit}
+      </span>
+    </label>
   );
 }
 

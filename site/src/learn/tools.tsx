@@ -4,7 +4,7 @@
 import type { JSX } from "preact";
 
 import { Arrow } from "../arm/flat.js";
-import { Letters, plainLetters } from "../arm/letters.js";
+import { jointClass, Letters, plainLetters } from "../arm/letters.js";
 import { speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
 import { decimals } from "../arm/speech.js";
@@ -68,9 +68,7 @@ export function Shares({
       {shares.map((share, i) => {
         const start = from;
         from = add(from, share);
-        return (
-          <Arrow key={i} view={view} from={start} vector={share} style={`arm-share arm-j${(i % 7) + 1}`} />
-        );
+        return <Arrow key={i} view={view} from={start} vector={share} style={`arm-share ${jointClass(i)}`} />;
       })}
       <Arrow
         view={view}
@@ -101,7 +99,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
     <div class="dials">
       {tool === "rates" ? (
         arm.joints.map(({ name }, i) => (
-          <label key={name} class={`dial arm-j${(i % 7) + 1}`}>
+          <label key={name} class={`dial ${jointClass(i)}`}>
             <Letters name={name} dot />
             <input
               type="range"

@@ -7,7 +7,7 @@ import { useId } from "preact/hooks";
 
 import { rowName } from "../arm/jacobian.js";
 import { ROWS } from "../arm/model.js";
-import { Letters } from "../arm/letters.js";
+import { jointClass, Letters } from "../arm/letters.js";
 import { said, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import {
@@ -149,7 +149,7 @@ interface RowProps {
 function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JSX.Element {
   const number = index + 1;
   return (
-    <fieldset class={`own-row arm-j${(index % 7) + 1}`}>
+    <fieldset class={`own-row ${jointClass(index)}`}>
       <legend class="visually-hidden">{say("own.joint", { number })}</legend>
       <span class="own-number" aria-hidden="true">
         {number}

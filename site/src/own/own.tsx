@@ -6,10 +6,10 @@ import { memo } from "../memo.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Arm } from "../arm/panel.js";
-import { armOf } from "../arm/model.js";
+import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
-import { Copied } from "../pages/copied.js";
+import { Copied, saveFile } from "../pages/copied.js";
 import { language, said, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import { Editor } from "./editor.js";
@@ -86,7 +86,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
 
   const typed = useCallback(
     (table: Table): void => {
-      pose.current ??= first ?? (stage ? named(stage) : undefined); // until the arm is moved, as it stands
+      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // until the arm is moved, as it stands
       setOwn({ table, robot: null, at: null, fault: null });
     },
     [first, stage?.pose],
@@ -162,10 +162,6 @@ function kept(robot: Robot | null, pose: NamedPose | undefined): NamedPose | und
   return armOf(robot).joints.every(({ name }) => name in pose) ? pose : undefined;
 }
 
-/** The pose of a stage by the names of the joints. */
-const named = ({ arm, pose }: Stage): NamedPose =>
-  Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!]));
-
 /** The pose of a link by the names of the joints (rad, m). */
 function poseOf({ at, table }: Own): NamedPose | undefined {
   if (at?.length !== table.rows.length) return undefined;
@@ -218,11 +214,6 @@ const Begin = memo((props: BeginProps): JSX.Element => {
 
 /** The arm to hand on: as a link, and as the file with which `qdot solve` derives in formulas what is in numbers here. */
 const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => {
-  const save = (): void => {
-    const address = URL.createObjectURL(new Blob([tomlOf(table)], { type: "application/toml" }));
-    Object.assign(document.createElement("a"), { href: address, download: "arm.toml" }).click();
-    URL.revokeObjectURL(address);
-  };
   return (
     <section class="own-onward">
       <h3>{say("own.onward")}</h3>
@@ -235,7 +226,11 @@ const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Eleme
         <code>qdot solve arm.toml</code>
       </pre>
       <p class="actions">
-        <button type="button" class="quiet small" onClick={save}>
+        <button
+          type="button"
+          class="quiet small"
+          onClick={() => saveFile("arm.toml", "application/toml", tomlOf(table))}
+        >
           {say("own.save")}
         </button>
       </p>

@@ -1,4 +1,4 @@
-// A button that copies a text, and says so.
+// Texts that are taken along: a button that copies one, and says so, and a file.
 
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
@@ -32,4 +32,11 @@ export function Copied({ text, label }: { text: string; label: string }): JSX.El
       </span>
     </span>
   );
+}
+
+/** Give the reader a text as a file. */
+export function saveFile(name: string, type: string, text: string): void {
+  const address = URL.createObjectURL(new Blob([text], { type }));
+  Object.assign(document.createElement("a"), { href: address, download: name }).click();
+  URL.revokeObjectURL(address);
 }

@@ -8,6 +8,8 @@ import type { Stage } from "../arm/stage.js";
 import { scaled, type Vec3 } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import type { OwnColumns } from "../grade/own.js";
+import { jointClass } from "../arm/letters.js";
+import { namedPose } from "../arm/model.js";
 
 interface OwnProps {
   readonly stage: Stage;
@@ -16,7 +18,7 @@ interface OwnProps {
 }
 
 export function Own({ stage: { arm, state }, view, columns }: OwnProps): JSX.Element | null {
-  const drawn = columns(Object.fromEntries(arm.joints.map(({ name }, i) => [name, state.pose[i]!])));
+  const drawn = columns(namedPose(arm, state.pose));
   if (!drawn) return null;
   const by = speedScale(arm);
   return (
@@ -27,7 +29,7 @@ export function Own({ stage: { arm, state }, view, columns }: OwnProps): JSX.Ele
           view={view}
           from={state.point}
           vector={scaled(column as unknown as Vec3, by)}
-          style={`arm-j${(i % 7) + 1}`}
+          style={jointClass(i)}
         />
       ))}
     </g>

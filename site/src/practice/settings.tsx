@@ -9,6 +9,7 @@ import { asLink, isMissed, WAITS, type Wish } from "./choice.js";
 import { type AllKept, asFile, fromFile, merged, NOTHING_KEPT } from "./all-kept.js";
 import { sheetLink } from "./sheet.js";
 import { variationName, WishChoices } from "./wish-choices.js";
+import { saveFile } from "../pages/copied.js";
 
 interface SettingsProps {
   readonly index: Index;
@@ -61,15 +62,6 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
     if (found) onKept(merged(kept, found));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
-  const save = () => {
-    const address = URL.createObjectURL(new Blob([asFile(kept)], { type: "application/json" }));
-    const link = Object.assign(document.createElement("a"), {
-      href: address,
-      download: "qdot-progress.json",
-    });
-    link.click();
-    URL.revokeObjectURL(address);
-  };
   const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
   return (
     <details class="more">
@@ -82,7 +74,11 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         ; {say("practice.due", { count: due })}. {say("practice.kept")}
       </p>
       <p class="actions">
-        <button type="button" class="quiet" onClick={save}>
+        <button
+          type="button"
+          class="quiet"
+          onClick={() => saveFile("qdot-progress.json", "application/json", asFile(kept))}
+        >
           {say("practice.save")}
         </button>
         <button type="button" class="quiet" onClick={() => file.current?.click()}>
