@@ -139,15 +139,16 @@ function* sumsOfThree(tree: Node, wanted: number, { at, fewTerms }: Means) {
   const here = evaluate(tree, at).re;
   const mine = multipliedOut(tree, at) ?? [];
   const isTaken = (value: number) => mine.some((each) => near(each, -value));
-  const added = (sum: Node, term: Known, value: number) =>
-    node(value * term.value > 0 ? "+" : "-", sum, term.tree);
   for (const multiplier of mine.length > 0 ? fewTerms.multipliers : [])
     for (const product of fewTerms.products) {
       const one = times(product, multiplier);
       for (const value of [one.value, -one.value].filter((each) => !isTaken(each))) {
         const rest = wanted - here - value;
         for (const other of isTaken(rest) ? [] : termsNear(fewTerms, rest, NEAR))
-          yield { sum: added(added(tree, one, value), other, rest), what: termsText([one.tree, other.tree]) };
+          yield {
+            sum: withTerm(withTerm(tree, one, value), other, rest),
+            what: termsText([one.tree, other.tree]),
+          };
       }
     }
 }
@@ -197,64 +198,58 @@ function wantedOf({ tree, put }: Pick<Piece, "tree" | "put">, due: number, at: A
   return Number.isFinite(moved) ? here + moved : null;
 }
 
-function* changesOf({ tree, parent, put }: Piece, wanted: number, means: Means): Generator<Change> {
-  const { library, at } = means;
-  const here = evaluate(tree, at).re;
-  const changed = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: put(other) });
-  if (near(wanted, -here))
-    yield changed(parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree));
+/** What may be due in place of a piece, where it is worth what is wanted. */
+function* othersFor({ tree, parent }: Piece, { library, factors }: Means): Generator<[Kind, Node, string?]> {
+  yield [parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree)];
   if (isWave(tree)) {
-    if (near(wanted, evaluate(otherWave(tree), at).re)) yield changed("slip.wave", otherWave(tree));
     const [angle] = tree.args as [Node];
-    for (const other of otherAngles(angle, library.angles)) {
-      const wave = { ...tree, args: [other] };
-      if (near(wanted, evaluate(wave, at).re)) yield changed(kindOfAngle(angle, other), wave);
-    }
-    for (const other of otherConstants(tree, evaluate(angle, at).re, wanted))
-      yield changed("slip.angle", { ...tree, args: [other] });
+    yield ["slip.wave", otherWave(tree)];
+    for (const other of otherAngles(angle, library.angles))
+      yield [kindOfAngle(angle, other), { ...tree, args: [other] }];
   }
   if (tree.kind === "name")
     for (const other of [...library.lengths, ...library.multipliers])
-      if (
-        other.kind === "name" &&
-        stem(other.text) === stem(tree.text) &&
-        near(wanted, at[other.text] ?? NaN)
-      )
-        yield changed("slip.symbol", other);
-  if (tree.kind === "decimal") yield changed("slip.constant", decimal(Number(wanted.toPrecision(6))));
-  const isTerm = parent !== null && (parent.kind === "+" || parent.kind === "-");
-  if (isTerm && Math.abs(wanted) <= NEAR * Math.abs(here)) yield changed("slip.term-extra", integer(0));
-  if (tree.kind === "*" || tree.kind === "/")
-    for (const kept of tree.kind === "*" ? tree.args : tree.args.slice(0, 1))
-      if (near(wanted, evaluate(kept, at).re)) yield changed("slip.factor-extra", kept);
-  for (const factor of [2, 0.5])
-    if (near(wanted, factor * here)) yield changed("slip.number", node("*", decimal(factor), tree));
-  for (const factor of means.factors) {
-    const kind = factor.tree.kind !== "call" ? "slip.length-missing" : "slip.factor-missing";
-    const what = termText(factor.tree);
-    if (near(wanted, here * factor.value)) yield changed(kind, node("*", tree, factor.tree), what);
-    if (near(wanted, here / factor.value)) yield changed(kind, node("/", tree, factor.tree), what);
+      if (other.kind === "name" && stem(other.text) === stem(tree.text)) yield ["slip.symbol", other];
+  if (tree.kind === "*") yield ["slip.factor-extra", tree.args[1] as Node];
+  if (tree.kind === "*" || tree.kind === "/") yield ["slip.factor-extra", tree.args[0] as Node];
+  for (const factor of [2, 0.5]) yield ["slip.number", node("*", decimal(factor), tree)];
+  for (const { tree: factor } of factors) {
+    const kind = factor.kind === "call" ? "slip.factor-missing" : "slip.length-missing";
+    for (const sign of ["*", "/"] as const) yield [kind, node(sign, tree, factor), termText(factor)];
   }
+}
+
+function* changesOf(piece: Piece, wanted: number, means: Means): Generator<Change> {
+  const { tree, parent, put } = piece;
+  const { at } = means;
+  const here = evaluate(tree, at).re;
+  const changed = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: put(other) });
+  for (const [kind, other, what] of othersFor(piece, means))
+    if (near(wanted, evaluate(other, at).re)) yield changed(kind, other, what);
+  if (isWave(tree))
+    for (const other of otherConstants(tree, evaluate(tree.args[0] as Node, at).re, wanted))
+      yield changed("slip.angle", { ...tree, args: [other] });
+  if (tree.kind === "decimal") yield changed("slip.constant", decimal(Number(wanted.toPrecision(6))));
+  const isTerm = parent?.kind === "+" || parent?.kind === "-";
+  if (isTerm && Math.abs(wanted) <= NEAR * Math.abs(here)) yield changed("slip.term-extra", integer(0));
   const lacking = wanted - here;
   // what a term would take away again is no term that is missing
   const takesAway = () => multipliedOut(tree, at)?.some((each) => near(each, -lacking)) ?? true;
   if (Math.abs(lacking) > NEAR * Math.abs(here) && !takesAway())
     for (const term of termsNear(means.terms, lacking, NEAR))
-      yield changed(
-        "slip.term-missing",
-        node(term.value * lacking > 0 ? "+" : "-", tree, term.tree),
-        termText(term.tree),
-      );
+      yield changed("slip.term-missing", withTerm(tree, term, lacking), termText(term.tree));
 }
+
+/** A sum with a term more, of the sign that it takes to be worth `value`. */
+const withTerm = (sum: Node, term: Known, value: number): Node =>
+  node(value * term.value > 0 ? "+" : "-", sum, term.tree);
 
 /** a*(b + c) for a*b + c: the bracket is missing. */
 function* bracketed({ tree, put }: Piece): Generator<Change> {
   const [left, right] = tree.args;
-  if ((tree.kind !== "+" && tree.kind !== "-") || !left || !right) return;
-  const outer = (factor: Node, inner: Node, rest: Node) =>
-    put(node("*", factor, node(tree.kind, inner, rest)));
-  if (left.kind === "*")
-    yield { kind: "slip.bracket", entry: outer(left.args[0] as Node, left.args[1] as Node, right) };
+  if ((tree.kind !== "+" && tree.kind !== "-") || left?.kind !== "*") return;
+  const [factor, inner] = left.args as [Node, Node];
+  yield { kind: "slip.bracket", entry: put(node("*", factor, node(tree.kind, inner, right as Node))) };
 }
 
 /** So many ways are tried in which lengths may have been left out. */
@@ -319,10 +314,6 @@ function piecesOf(entry: Node): Piece[] {
   };
   visit({ tree: entry, parent: null, put: (other) => other, divided: false });
   return found;
-}
-
-export function sizeOf(tree: Node): number {
-  return tree.args.reduce((sum, arg) => sum + sizeOf(arg), 1);
 }
 
 const stem = (text: string): string =>

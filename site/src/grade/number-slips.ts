@@ -3,6 +3,7 @@
 import type { NumbersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
+import { fewest } from "./slips.js";
 import type { Slip } from "./verdict.js";
 
 /** Below this tolerance numbers are whole ones, or due exactly: there is nothing to say of digits. */
@@ -163,17 +164,11 @@ function writtenOtherwise(typed: Typed): Slip[] | null {
         Math.abs(mine[i]! - factor * due) <= (relative + KEPT) * Math.abs(factor * due)
       );
     });
-  const slips: Slip[] = [];
-  let open: readonly number[] = wrong;
-  while (open.length > 0) {
-    const found = WAYS.map((way) => ({ way, places: fits(way).filter((i) => open.includes(i)) }));
-    const most = Math.max(...found.map(({ places }) => places.length));
-    const best = found.find(({ places }) => places.length === most);
-    if (most === 0 || !best) return null;
-    slips.push(best.way.says(whereOf(best.places, mine.length)));
-    open = open.filter((i) => !best.places.includes(i));
-  }
-  return slips;
+  const { told, open } = fewest(
+    WAYS.map((way) => ({ ...way, places: fits(way) })),
+    wrong,
+  );
+  return open.length > 0 ? null : told.map(({ says, places }) => says(whereOf(places, mine.length)));
 }
 
 function whereOf(places: readonly number[], count: number): Message {

@@ -5,18 +5,10 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
+import { sizeOf } from "../read/products.js";
 import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import {
-  type Change,
-  changes,
-  KINDS,
-  type Kind,
-  meansOf,
-  type Means,
-  sizeOf,
-  withTwoTerms,
-} from "./changes.js";
+import { type Change, changes, KINDS, type Kind, meansOf, type Means, withTwoTerms } from "./changes.js";
 import type { At, Slip } from "./verdict.js";
 
 /** Nodes of an entry that is taken apart, and of all of them. */
@@ -39,14 +31,10 @@ export interface Answer {
   readonly mistakeIn: (some: ReadonlySet<number>) => number | undefined;
 }
 
-/** What is said of some entries. */
-interface Told {
+/** What may have gone wrong in some entries; `whole`, if it is in all of them or is not what went wrong. */
+interface Finding {
   readonly places: readonly number[];
   readonly says: (where: Message) => Slip;
-}
-
-/** What may have gone wrong in some entries; `whole`, if it is in all of them or is not what went wrong. */
-interface Finding extends Told {
   readonly whole: boolean;
 }
 
@@ -60,19 +48,7 @@ export interface Explained {
 export function slipsIn(answer: Answer, key: ValuesKey): Explained {
   const [missing, others] = ofSymbols(answer, key);
   const findings = [...leftOut(answer, key), ...missing, ...slipsAndMistakes(answer, key), ...others];
-  const told: Told[] = [];
-  let open = answer.wrong;
-  while (open.length > 0 && told.length < MOST_TOLD) {
-    const covered = findings.map(({ places, whole, says }) => {
-      const still = places.filter((i) => open.includes(i));
-      return { places: whole && still.length < places.length ? [] : still, says };
-    });
-    const most = Math.max(0, ...covered.map(({ places }) => places.length));
-    const best = covered.find(({ places }) => places.length === most);
-    if (most === 0 || !best) break;
-    told.push(best);
-    open = open.filter((i) => !best.places.includes(i));
-  }
+  const { told, open } = fewest(findings, answer.wrong, MOST_TOLD);
   const isAll = open.length === 0 && told.length > 1;
   const wheres = told.map(({ places }) => whereOf(places, answer.wrong, key));
   const isLong = wheres.map(({ key }, k) => key === "slip.entries" && told[k]!.places.length > MOST_LISTED);
@@ -81,6 +57,31 @@ export function slipsIn(answer: Answer, key: ValuesKey): Explained {
   const begins = (k: number) => (k === last ? Infinity : (told[k]!.places[0] as number) % key.columns);
   const order = told.map((_, k) => k).sort((a, b) => begins(a) - begins(b));
   return { slips: order.map((k) => told[k]!.says(wheres[k]!)), isAll: open.length === 0 };
+}
+
+/**
+ * As few of some findings as explain most places, each place by one; of those that explain most the first, which if it is
+ * `whole` explains all of its places or none. What is left open is what none of them explains.
+ */
+export function fewest<F extends { readonly places: readonly number[]; readonly whole?: boolean }>(
+  findings: readonly F[],
+  places: readonly number[],
+  most = Infinity,
+): { readonly told: readonly F[]; readonly open: readonly number[] } {
+  const told: F[] = [];
+  let open = places;
+  while (open.length > 0 && told.length < most) {
+    const still = findings.map((found) => {
+      const left = found.places.filter((i) => open.includes(i));
+      return { ...found, places: found.whole && left.length < found.places.length ? [] : left };
+    });
+    const count = Math.max(0, ...still.map((found) => found.places.length));
+    const best = still.find((found) => found.places.length === count);
+    if (count === 0 || !best) break;
+    told.push(best);
+    open = open.filter((i) => !best.places.includes(i));
+  }
+  return { told, open };
 }
 
 /** Columns that have nothing but zeros where something else is due. */
@@ -158,7 +159,8 @@ function isOffBy(
 function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
   const { entries, wrong, at } = answer;
   const mistakes = mistakesIn(answer, key);
-  if (wrong.reduce((sum, i) => sum + sizeOf(entries[i] as Node), 0) > LONGEST_ANSWER) return mistakes;
+  if (wrong.reduce((sum, i) => sum + sizeOf(entries[i] as Node, LONGEST_ANSWER + 1), 0) > LONGEST_ANSWER)
+    return mistakes;
   const means = meansOf(entries, at(0), key);
   const found = new Map(wrong.map((i) => [i, slipsOf(answer, i, key, means)]));
   const named = new Map([...found.values()].flatMap((slips) => [...slips]));
@@ -211,7 +213,7 @@ function slipsOf(answer: Answer, index: number, key: ValuesKey, means: Means): M
   const entry = answer.entries[index] as Node;
   const found = new Map<string, TypedSlip>();
   const due = key.right[index]?.[0];
-  if (sizeOf(entry) > LONGEST || typeof due !== "number") return found;
+  if (sizeOf(entry, LONGEST + 1) > LONGEST || typeof due !== "number") return found;
   // there is nothing in a zero to which a term could be added
   if (isZero(entry)) return found.set("slip.zero", { kind: "slip.zero" });
   const look = (some: Iterable<Change>) => {
