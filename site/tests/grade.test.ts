@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey, LettersKey, NumbersKey, Part, Problem, ValuesKey } from "../src/bank.js";
-import { readDue } from "../src/grade/due.js";
+import { readDue } from "../src/grade/forms.js";
 import { judge } from "../src/grade/judge.js";
 import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";

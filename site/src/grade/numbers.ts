@@ -7,25 +7,15 @@ import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
-import { hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
+import { hasBlank, namesIn, type Node } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { EXACT, slipsInNumbers } from "./number-slips.js";
 import { correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
-import {
-  agreed,
-  atText,
-  configuration,
-  isBlank,
-  labelOf,
-  matrixOf,
-  ofScalars,
-  readAs,
-  shaped,
-  unknownSymbols,
-  weight,
-} from "./values.js";
+import { entriesOf, labelOf, readAs } from "./forms.js";
+import { agreed, atText, configuration, unknownSymbols, weight } from "./values.js";
 
+const NONE: ReadonlySet<string> = new Set();
 const SAME = 1e-9;
 /** A part below this share of a number is rounding. */
 const ZERO = 1e-12;
@@ -36,10 +26,10 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
   const unit = otherUnit(answer, labels, key.units);
   if (unit) return unit;
   const count = key.right.length;
-  const found = readAs<Rows>(
-    () => column(count === 1 ? withPoints(answer) : answer, count, new Set(), labels),
+  const found = readAs(
+    (text) => entriesOf(read(text, NONE), { rows: count, columns: 1 }, NONE, labels),
+    count === 1 ? withPoints(answer) : answer,
     () => numbersText(answer, count),
-    (table) => column(table, count, new Set(), labels),
   );
   return "outcome" in found ? found : ifRead(() => numbers(found.flat(), key, answer));
 }
@@ -62,18 +52,6 @@ function otherUnit(text: string, labels: readonly string[], units: readonly stri
       : wrong("read.unit", { unit, due: due[0] as string });
   }
   return null;
-}
-
-function column(
-  answer: string,
-  count: number,
-  known: ReadonlySet<string>,
-  labels: readonly string[],
-): Rows | Verdict {
-  const typed = read(answer, known);
-  if (isBlank(typed)) return missing();
-  const shape = { rows: count, columns: 1 };
-  return ofScalars(shaped(matrixOf(typed, known, labels, shape), shape));
 }
 
 function numbers(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
@@ -116,10 +94,10 @@ function real(entry: Node): number {
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
   const known = new Set(key.symbols);
-  const found = readAs<Rows>(
-    () => column(answer, key.rows, known, labels),
+  const found = readAs(
+    (text) => entriesOf(read(text, known), key, known, labels),
+    answer,
     () => tableText(answer, key.rows, 1),
-    (table) => column(table, key.rows, known, []),
   );
   if ("outcome" in found) return found;
   return found.flat().some(hasBlank) ? missing() : ifRead(() => along(found.flat(), key));

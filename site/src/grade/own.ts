@@ -4,7 +4,7 @@ import type { Part, Problem, TaskRow } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { read } from "../read/reader.js";
 import { hasBlank, ReadError } from "../read/tree.js";
-import { matrixOf, shaped } from "./values.js";
+import { matrixOf, shaped } from "./forms.js";
 
 /** The columns of a typed Jacobian at a pose, three linear components each (m/s for 1 rad/s or 1 m/s); null if they are no numbers. */
 export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;

@@ -30,7 +30,8 @@ import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
-import { anyNumber, atText, isBlank } from "./values.js";
+import { isBlank } from "./forms.js";
+import { anyNumber, atText } from "./values.js";
 
 /** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
 const NEAR = 1e-6;

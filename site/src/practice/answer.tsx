@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
-import { readDue } from "../grade/due.js";
+import { readDue } from "../grade/forms.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
