@@ -183,9 +183,3 @@ function turns(tree: Node): string | null {
     return null;
   return String(((Math.round(sixths) % 1440) + 1440) % 1440);
 }
-
-/** Whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0. */
-export function isTied({ joint, zero }: Atom, piece: Piece, joints: ReadonlySet<string>): boolean {
-  if (joint === null || ![...namesIn(zero)].some((each) => joints.has(each))) return false;
-  return piece.some((one) => one.zero !== zero && (one.joint === joint || namesIn(one.zero).has(joint)));
-}

@@ -25,8 +25,8 @@ import {
   replaced,
 } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
-import { message } from "../text/text.js";
-import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
+import { message, type Message } from "../text/text.js";
+import { type Atom, claimedPieces, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
@@ -83,21 +83,24 @@ export function judgeSet(
     const refused = unclear(answer, said, key);
     if (refused) return refused;
     const claims = claimedPieces(assigned(said, space), new Set(key.joints));
-    return compared(claims, posesOf(key, said), space, isSingular, conditionsOf(key));
+    return compared(claims, posesOf(key, said), space, isSingular);
   });
 }
 
-/** The poses on each piece of the reference; a name in the answer that the problem has not is any number. */
-function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[] {
+/** The poses on each piece of each condition that has any; a name in the answer that the problem has not is any number. */
+function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[][] {
   const unknown = [...namesIn(tree)].filter((each) => !key.symbols.includes(each));
-  return key.pieces
-    .filter((piece) => piece.length > 0)
-    .map((piece) =>
-      piece.map((pose, k) => ({
-        ...Object.fromEntries(unknown.map((each): [string, number] => [each, anyNumber(each, k)])),
-        ...Object.fromEntries(key.symbols.map((symbol, i): [string, number] => [symbol, pose[i] as number])),
-      })),
-    );
+  const poseOf = (values: readonly number[], k: number): At => ({
+    ...Object.fromEntries(unknown.map((each) => [each, anyNumber(each, k)])),
+    ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
+  });
+  let start = 0;
+  const ofConditions = (key.conditions ?? [key.pieces.length]).map((count) =>
+    key.pieces.slice(start, (start += count)).filter((piece) => piece.length > 0),
+  );
+  return ofConditions
+    .filter((pieces) => pieces.length > 0)
+    .map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
 /**
@@ -199,92 +202,68 @@ function assigned(tree: Node, { joints }: Space): Node {
 
 function compared(
   typed: readonly Piece[],
-  poses: readonly (readonly At[])[],
+  conditions: readonly (readonly At[])[][],
   space: Table,
   isSingular: IsSingular,
-  conditions: readonly number[],
 ): Verdict {
+  const poses = conditions.flat();
   const claims = typed.map((claim) => exactly(claim, poses, space));
   const found = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
   const rounded = typed.find((claim, i) => claim !== claims[i] && found[i] === null);
-  const isBad = found.map((each) => each !== null && each !== "nowhere");
-  const bad = found.filter((_, i) => isBad[i]);
-  const openIn = (piece: readonly At[], by: readonly Piece[]) =>
+  const sound = claims.filter((_, i) => found[i] === null);
+  const bad = claims.filter((_, i) => found[i] !== null && found[i] !== "nowhere");
+  const missedBy = (by: readonly Piece[], piece: readonly At[]) =>
     piece.find((at) => !by.some((claim) => holds(claim, at, space)));
-  const uncoveredIn = (by: readonly Piece[], pieces: readonly (readonly At[])[]) =>
-    pieces.map((piece) => openIn(piece, by)).filter((at) => at !== undefined);
-  const uncovered = (by: readonly Piece[]) => uncoveredIn(by, poses);
-  const open = uncovered(claims.filter((_, i) => found[i] !== "nowhere"));
-  if (claims.length > 0 && open.length === 0 && bad.length === 0 && !rounded)
+  const uncovered = poses.flatMap((piece): At[] => {
+    const at = missedBy([...sound, ...bad], piece);
+    return at ? [at] : [];
+  });
+  if (claims.length > 0 && uncovered.length === 0 && bad.length === 0 && !rounded)
     return correct(message("verdict.set"), false);
   // What is claimed beyond the truth must not earn what it happens to cover.
-  const sound = claims.filter((_, i) => found[i] === null);
+  const isCovered = (piece: readonly At[]) => missedBy(sound, piece) === undefined;
   const share = shareOfSet(
-    grouped(poses, conditions)
-      .filter((pieces) => pieces.length > 0)
-      .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
+    conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
     falseConditions(
-      claims.filter((_, i) => isBad[i]).map((claim) => jointsOf(claim, space)),
+      bad.map((claim) => jointsOf(claim, space)),
       new Set(sound.map((claim) => jointsOf(claim, space))),
     ),
     rounded !== undefined,
   );
   const slips = slipsInSet({
     claims,
-    bad: claims.filter((_, i) => isBad[i]),
+    bad,
     poses,
-    open: poses.filter((piece) => openIn(piece, claims) !== undefined),
+    open: poses.filter((piece) => missedBy(claims, piece) !== undefined),
     ...space,
     holds: (claim, at) => holds(claim, at, space),
     isSound: (claim, instead) =>
       counterexample(claim, space, (at) => isSingular(instead(at)), 0, poses.flat()) === null,
   });
   const [slip] = slips;
-  const more = slip ? { slips: slips.map((each) => each.slip) } : {};
+  const verdict = (reasons: readonly Message[], at?: At) =>
+    graded(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
+      ...(at ? { at } : {}),
+      ...(slip ? { slips: slips.map((each) => each.slip) } : {}),
+    });
   // the pose that is told is one of what the first slip is about
   const ofSlip = slip?.claim && found[claims.indexOf(slip.claim)];
-  const off = [ofSlip, ...bad].find((each) => typeof each === "object" && each !== null);
-  const also = rounded ? [message("verdict.rounded")] : [];
-  if (off)
-    return graded(share, [...also, message("verdict.unsound", { at: atText(shown(off, space)) })], {
-      at: off,
-      ...more,
-    });
-  const at = (slip?.piece && openIn(slip.piece, claims)) ?? open[0];
-  if (at)
-    return graded(share, [...also, message("verdict.uncovered", { at: atText(shown(at, space)) })], {
-      at,
-      ...more,
-    });
-  if (rounded)
-    return graded(share, also, {
-      at: {
-        ...poses.flat()[0],
-        ...Object.fromEntries(rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re])),
-      },
-    });
+  const off = [ofSlip, ...found].find((each) => typeof each === "object" && each !== null);
+  if (off) return verdict([message("verdict.unsound", { at: atText(shown(off, space)) })], off);
+  const missed = (slip?.piece && missedBy(claims, slip.piece)) ?? uncovered[0];
+  if (missed) return verdict([message("verdict.uncovered", { at: atText(shown(missed, space)) })], missed);
+  if (rounded) {
+    const values = rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
+    return verdict([], { ...poses[0]?.[0], ...Object.fromEntries(values) });
+  }
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
-  return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
+  return verdict([message("verdict.nowhere", { text: String(nowhere) })]);
 }
 
 /** The joints of which a piece says something. */
 function jointsOf(piece: Piece, { joints }: Space): string {
   const named = new Set(piece.flatMap(({ joint, zero }) => [joint, ...namesIn(zero)]));
   return joints.filter((joint) => named.has(joint)).join(" ");
-}
-
-/** How many pieces with poses each condition has; without them it is nowhere, and does not count. */
-function conditionsOf({ pieces, conditions }: ConfigurationsKey): readonly number[] {
-  let start = 0;
-  return (conditions ?? [pieces.length]).map(
-    (count) => pieces.slice(start, (start += count)).filter((piece) => piece.length > 0).length,
-  );
-}
-
-/** The pieces of each condition. */
-function grouped<T>(pieces: readonly T[], conditions: readonly number[]): T[][] {
-  let start = 0;
-  return conditions.map((count) => pieces.slice(start, (start += count)));
 }
 
 function shown(at: At, { joints }: Space): At {
@@ -334,24 +313,24 @@ function counterexample(
 ): At | "nowhere" | "close" | null {
   const random = randomNumbers((seed + 1) * 0x9e3779b9);
   const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
-  const ready = made(piece, space);
+  const zeros = zerosOf(piece);
+  const free = space.joints.filter((joint) => zeros.some((zero) => namesIn(zero).has(joint)));
   let found = 0;
   for (let start = 0; start < STARTS; start += 1) {
-    const at = solved(ready, randomPose(given(start), space, random));
+    const at = solved(piece, zeros, free, randomPose(given(start), space, random));
     if (!at || !holds(piece, at, space)) continue;
     found += 1;
     if (!isSingular(at)) return at;
   }
   if (found > 0) return null;
-  if (ready.zeros.length === 0 || ready.free.length === 0) return "nowhere";
   const nearest = Math.min(
-    ...Array.from({ length: LOOKED_AT }, (_, k) => missOf(ready, randomPose(given(k), space, random))),
+    ...Array.from({ length: LOOKED_AT }, (_, k) => missOf(zeros, randomPose(given(k), space, random))),
   );
   return nearest < NEAR_MISS ? "close" : "nowhere";
 }
 
 /** How far from zero the conditions are in a pose, of the size of their terms. */
-function missOf({ zeros }: Ready, at: At): number {
+function missOf(zeros: readonly Node[], at: At): number {
   const misses = zeros.map((zero) => {
     const { re, im, size } = evaluate(zero, at);
     return Math.abs(im) < NEAR ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
@@ -389,61 +368,31 @@ function randomPose(given: At, { joints, angles }: Space, random: () => number):
   return { ...given, ...Object.fromEntries(values) };
 }
 
-/** A piece made ready: values to be put in, those without joints first; what has to vanish; the joints that may move. */
-interface Ready {
-  readonly values: readonly (readonly [joint: string, value: Node])[];
-  readonly zeros: readonly Node[];
-  readonly free: readonly string[];
-}
+/** What has to vanish where conditions hold. */
+const zerosOf = (piece: Piece): Node[] =>
+  piece.map(({ joint, zero }) => (joint === null ? zero : node("-", name(joint), zero)));
 
-function made(piece: Piece, { joints }: Space): Ready {
-  const all = new Set(joints);
-  const follows = (zero: Node) => Number(joints.some((joint) => namesIn(zero).has(joint)));
-  const values: (readonly [string, Node])[] = [];
-  const zeros: Node[] = [];
-  for (const atom of piece) {
-    if (atom.joint === null) zeros.push(atom.zero);
-    else if (isTied(atom, piece, all)) zeros.push(node("-", name(atom.joint), atom.zero));
-    else values.push([atom.joint, atom.zero]);
-  }
-  values.sort(([, a], [, b]) => follows(a) - follows(b));
-  const fixed = new Set(values.map(([joint]) => joint));
-  const named = new Set(zeros.flatMap((zero) => [...namesIn(zero)]));
-  return { values, zeros, free: joints.filter((joint) => !fixed.has(joint) && named.has(joint)) };
-}
-
-/** The pose moved to where the conditions hold: values put in, the free joints moved by Gauss-Newton steps of least norm. */
-function solved({ values, zeros, free }: Ready, start: At): At | null {
-  let at = assign(values, start);
-  for (let step = 0; at && free.length > 0 && step < STEPS; step += 1) {
+/** The pose with the values of a piece, moved to where its conditions hold by Gauss-Newton steps of least norm, if it gets there. */
+function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], start: At): At | null {
+  let at = start;
+  for (const { joint, zero } of piece) if (joint !== null) at = { ...at, [joint]: evaluate(zero, at).re };
+  for (let step = 0; step < STEPS; step += 1) {
     const here = at;
     const off = zeros.map((zero) => {
       const { re, size } = evaluate(zero, here);
-      return Math.abs(re) <= ROUNDING * size ? 0 : re;
+      return Number.isFinite(size) && Math.abs(re) <= ROUNDING * size ? 0 : re;
     });
-    const rows = zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint)));
     if (off.every((each) => each === 0)) break;
-    const moves = leastNorm(rows, off);
+    const moves = leastNorm(
+      zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint))),
+      off,
+    );
     if (!moves.every(Number.isFinite)) return null;
-    at = assign(values, {
-      ...here,
-      ...Object.fromEntries(
-        free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]),
-      ),
-    });
-    if (Math.max(...moves.map(Math.abs)) < 1e-12) break;
+    const moved = free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
+    at = { ...here, ...Object.fromEntries(moved) };
+    if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
   }
   return at;
-}
-
-function assign(values: Ready["values"], at: At): At | null {
-  let found = at;
-  for (const [joint, value] of values) {
-    const { re, im } = evaluate(value, found);
-    if (!Number.isFinite(re) || Math.abs(im) > NEAR) return null;
-    found = { ...found, [joint]: re };
-  }
-  return found;
 }
 
 /**
