@@ -6,7 +6,7 @@ import type { Sizes } from "./offline/keep.js";
 import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
-/** Where the site's root is, as seen from the page; one that is shown at any address asks where its script came from. */
+/** The site's root as seen from the page. A page that is shown at any address takes it from its script's address. */
 export const ROOT = typeof document === "undefined" ? "" : rootOf(document.body.dataset);
 
 function rootOf({ root, anywhere }: DOMStringMap): string {

@@ -1,6 +1,6 @@
-// A part that is worked out anew only where something that it is given is another. Preact's own memo comes with its React
-// layer, which makes every onChange of an input one of each key, for all of the page: a minus sign alone is no number, and
-// what is typed would be put back before its digits come.
+// A part that is worked out anew only where something that it is given is another. Preact's own memo comes with its
+// React layer, which makes every onChange of an input one of each key, for all of the page: a minus sign alone is no
+// number, and what is typed would be put back before its digits come.
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 

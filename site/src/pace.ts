@@ -1,6 +1,7 @@
-// Numbers beside an arm that is dragged or runs: nobody reads them sixty times a second. The arm is drawn in every frame; of the
-// parts that only follow it one is drawn in every other frame, in turn: words and tables make a browser lay out all of the
-// page, which takes as long as the arm. What rests is all shown, and what a key or a typed number changes at once.
+// Numbers beside an arm that is dragged or runs: nobody reads them sixty times a second. The arm is drawn in every
+// frame; of the parts that only follow it one is drawn in every other frame, in turn: words and tables make a browser
+// lay out all of the page, which takes as long as the arm. What rests is all shown, and what a key or a typed number
+// changes at once.
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 
@@ -29,7 +30,7 @@ export function moving(): () => void {
   return () => void (running -= 1);
 }
 
-/** A part that is drawn at once where some of what it is given is another, and waits for its turn where only others are. */
+/** A part that is drawn at once if an "at once" property changes, and waits for its turn if only others change. */
 export function paced<P extends object>(
   part: FunctionComponent<P>,
   when: Readonly<Record<keyof P, When>>,

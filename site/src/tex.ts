@@ -1,4 +1,5 @@
-// Formulas typeset as MathML by Temml, a few at a time, so that a page full of them answers to keys and fingers meanwhile.
+// Formulas typeset as MathML by Temml, a few at a time, so that a page full of them answers to keys and fingers
+// meanwhile.
 
 import { afterPaint, breath } from "./later.js";
 

@@ -1,4 +1,5 @@
-// The joint angles of a flat drawing: arcs from x_{i-1}, drawn on as a dashed line, to x_i, as in the textbook's figures.
+// The joint angles of a flat drawing: arcs from x_{i-1}, drawn on as a dashed line, to x_i, as in the textbook's
+// figures.
 
 import type { JSX } from "preact";
 

@@ -1,6 +1,6 @@
-// Formulas of the page answer to the arm: what is pointed at lights its link, its angle or its column, and has its value at
-// the pose, which follows the arm where it was clicked; and a link that is pointed at lights its letters. Keys get to all of
-// it as the pointer does (formula-keys.ts).
+// Formulas of the page answer to the arm: what is pointed at lights its link, its angle or its column, and has its
+// value at the pose, which follows the arm where it was clicked; and a link that is pointed at lights its letters.
+// Keys get to all of it as the pointer does (formula-keys.ts).
 
 import type { JSX } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
@@ -16,7 +16,7 @@ import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** A term that is pointed at, whether it stays though the pointer or the focus goes, and whether keys have led to it. */
+/** A term that is pointed at, whether it stays when pointer and focus leave, and whether keys led to it. */
 interface Term {
   readonly parts: readonly Element[];
   readonly stays: boolean;
@@ -191,8 +191,8 @@ function Value(props: ValueProps): JSX.Element | null {
 }
 
 /**
- * A term's value at the stage's pose, with its lengths, and with the rates that are given or those on a path; null where it
- * has no letter, or one of which nothing is known.
+ * A term's value at the stage's pose, with its lengths and with the given rates or those on the path. Null if the
+ * term has no letter, or one that is unknown.
  */
 function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): number | null {
   const { arm, robot, pose } = stage;

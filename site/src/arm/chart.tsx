@@ -91,7 +91,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
 /** Where the dot of a rate is, from where its letter begins (pixels). */
 const DOT = { right: 5, up: 12.5 };
 
-/** Pixels from the end of a curve to its name, across a column of names, and down from one name of a column to the next. */
+/** Pixels from the end of a curve to its name, between columns of names, and between two names of a column. */
 const [LEAD, COLUMN, STEP] = [14, 26, 19];
 
 /** In how many columns so many names stand one below the other, each clear of the next. */

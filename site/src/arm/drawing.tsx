@@ -49,7 +49,7 @@ export interface DrawingProps {
   readonly onPose: (pose: Pose) => void;
   readonly label: string;
   readonly describedBy: string;
-  /** The pixels that it has, where they are known before it is there: then it is drawn once, and not once more to fit. */
+  /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
   readonly room?: readonly [number, number] | undefined;
   /** Whether it is looked at from nearer, as long as it is where it stands before it is moved. */
   readonly near?: boolean;
@@ -250,8 +250,8 @@ function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | 
 }
 
 /**
- * From where it is looked at, how that is changed, and from where it is first: as its figure is drawn, but where the arm was
- * sent to a pose in which it would be seen end-on. What a hand has turned stays, unless the arm is seen end-on there.
+ * The view, how it is changed, and the first view: that of the figure, unless the arm was sent to a pose that would
+ * be seen end-on. A view that the reader has turned stays, unless the arm is seen end-on in it.
  */
 function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Orbit] {
   const begun = useMemo(
@@ -308,8 +308,8 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
 }
 
 /**
- * What words and buttons over the drawing take of it, in its pixels: letters stand beside that. It is looked at when they
- * come and go, not while the arm moves.
+ * The parts of the drawing (pixels) that words and buttons cover: letters keep out of them. They are measured when
+ * words and buttons come and go, not while the arm moves.
  */
 function useCovered(box: { readonly current: HTMLElement | null }, changes: readonly unknown[]): Covered {
   const [covered, setCovered] = useState<Covered>(NOTHING);
@@ -341,8 +341,8 @@ const OVER = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 const GRIPS = ".arm-grip, .arm-point, .arm-target";
 
 /**
- * A finger that begins on the arm moves the arm, and never scrolls the page, which it does beside it: browsers don't heed
- * the `touch-action` of what is inside of a drawing. Two fingers enlarge the page as everywhere.
+ * A finger that begins on the arm moves the arm and never scrolls the page, as it does beside the arm: browsers ignore
+ * `touch-action` inside a drawing. Two fingers enlarge the page as everywhere.
  */
 function keptFromScrolling(box: HTMLElement): () => void {
   const touched = (event: TouchEvent): void => {

@@ -23,7 +23,7 @@ export interface Sizes {
   readonly factors: readonly LiveFactor[];
 }
 
-/** Both are searched for all over the ranges of the joints, once it is asked for them: a page on a phone may never be. */
+/** Search for both over the ranges of the joints, but only when they are needed: on a phone they may never be. */
 export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => Sizes {
   let found: Sizes | undefined;
   return () => (found ??= { most: mostVolume(arm), factors: liveFactors(arm, robot, factors) });

@@ -1,4 +1,5 @@
-// The numbers of the pose: det J with its factors, singular values, the point, and a verdict on nearness to a singularity.
+// The numbers of the pose: det J with its factors, singular values, the point, and a verdict on nearness to a
+// singularity.
 
 import type { JSX } from "preact";
 

@@ -104,7 +104,7 @@ export function inPixels(view: View, points: readonly Vec3[]): string {
 /** From where in space an arrow runs, and along what. */
 export type Way = readonly [from: Vec3, vector: Vec3];
 
-/** A straight arrow on the page: its shaft, and its head, with another one behind for what turns; null for one of no length. */
+/** A straight arrow: its shaft and its head, with a second head for angular velocities; null if it has no length. */
 function arrowOf(view: View, [from, vector]: Way, twin = false): [shaft: Pixel[], heads: Pixel[][]] | null {
   const [x, y] = pixel(view, from);
   const [dx, dy] = drawn(view, vector);
@@ -132,7 +132,7 @@ function arrowOf(view: View, [from, vector]: Way, twin = false): [shaft: Pixel[]
 const written = (places: readonly Pixel[], between: string): string =>
   places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(between);
 
-/** An arrow, thin, with a small head. Places of lines are no style of theirs, as the `d` of a path is: they are sooner drawn anew. */
+/** A thin arrow with a small head. Browsers redraw points faster than the `d` of a path, which is a style. */
 export function Arrow({
   view,
   from,

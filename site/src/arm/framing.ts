@@ -17,12 +17,12 @@ export interface Framing {
 const LARGEST = 1.9;
 /** A box that is too small for arrows and letters shows them as far as it can. */
 const LEAST = 0.7;
-/** Pixels at each side for arrows and letters, less in a low drawing: in a flat one there are arcs and the ground, too. */
+/** Pixels at each side for arrows and letters, and in a flat drawing for arcs and ground; less in a low drawing. */
 const [FLAT, SOLID] = [58, 44];
 const SHARE = 0.2;
 /** Pixels that words and buttons take, above, below and to the right of an arm in space. */
 const [WORDS, BUTTONS] = [14, 60];
-/** Pixels below the bodies of joints in space, where it is said how the arm is moved, and for a line more that is said. */
+/** Pixels below the bodies of joints in space for the hint on moving the arm, and for each further line of words. */
 const [FOOT, LINE] = [28, 18];
 /** As near to the edge (pixels) the arm may come. */
 const EDGE = 16;
@@ -146,7 +146,7 @@ export function isSame(one: readonly number[], other: readonly number[]): boolea
   return one.length === other.length && dot(one, one) - 2 * dot(one, other) + dot(other, other) < 1e-16;
 }
 
-/** Places of an arm that are this far from each other (share of its reach) are to be seen apart, if they can, by so much. */
+/** Places of an arm that are this far apart (share of its reach) should be this far apart on the page. */
 const [DISTANT, APART] = [0.1, 0.25];
 /** From so much crowding on an arm is looked at from elsewhere, if that takes away half of it. */
 const CROWDED = 0.2;
@@ -154,7 +154,7 @@ const CROWDED = 0.2;
 const ABOUT = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
 const UP = [0, 16].map((angle) => (angle * Math.PI) / 180);
 
-/** How much of an arm lies one upon the other as it is looked at: 0 nothing, 1 all of it, as where it points at the reader. */
+/** How much of an arm is hidden behind itself in a view: 0 nothing, 1 all of it, if it points at the reader. */
 export function crowding(arm: Arm, state: State, orbit: Orbit): number {
   const { right, up } = axonometric(orbit);
   const reach = reachOf(arm);

@@ -1,5 +1,5 @@
-// Where the letters of a drawing stand: beside what they name, clear of each other, and of the arm as far as can be. One
-// that has to go far away is led back by a line; one for which there is no room at all is left out.
+// Where the letters of a drawing stand: beside what they name, clear of each other, and of the arm as far as can be.
+// One that has to go far away is led back by a line; one for which there is no room at all is left out.
 
 import { partsOf } from "./letters.js";
 import type { Pixel } from "./view.js";
@@ -49,7 +49,7 @@ const AWAY: readonly number[] = [4, 12, 22, 34, 49, 67];
 const BESIDE = 2;
 /** From here on a line leads back. */
 const FAR = 30;
-/** What it costs to lie over another label (never done), over the arm, where it is not seen, and on a ring further out. */
+/** What it costs to cover another label (never done) or the arm, to be out of sight, and to be a ring further out. */
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, RING] = [1000, 6, 400, 5];
 
 /** Places for labels in the order of their rank; `lines` are what they should not cover, corner by corner. */
@@ -95,7 +95,7 @@ export function placed(
 
 const POINT: Half = { width: 2, height: 2 };
 
-/** What is placed first, and is the last to be left out: the point and the ends of a path, the joints, columns of J, lengths, then frames. */
+/** The order of placing: the point and the ends of a path, joints, columns of J, lengths, then frames. */
 function rankOf({ name, style }: Wanted): number {
   if (/^[PAB]/.test(name)) return 0;
   if (/^(theta|d)\d/.test(name) && style !== "arm-length") return 1;

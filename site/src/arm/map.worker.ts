@@ -1,4 +1,5 @@
-// The map of det J worked out beside the page, which stays at hand meanwhile: first its values and lines, then their kinds.
+// The map of det J worked out beside the page, which stays at hand meanwhile: first its values and lines, then their
+// kinds.
 //
 // It is started for one map; whoever wants another one ends it.
 

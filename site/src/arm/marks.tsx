@@ -1,4 +1,5 @@
-// What is drawn over the arm: frames, vectors p*, columns of J at P, the velocity ellipse, and the letters of all these.
+// What is drawn over the arm: frames, vectors p*, columns of J at P, the velocity ellipse, and the letters of all
+// these.
 
 import type { JSX } from "preact";
 
@@ -40,7 +41,7 @@ export const isLostShown = (ratio: number, concealed: boolean): boolean => ratio
 const FACE = 8;
 /** A length that is drawn shorter (pixels) has no label. */
 const SHORT = 24;
-/** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins: there joints have theirs. */
+/** A lower or narrower drawing (pixels) has no room for the names of axes and origins beside those of joints. */
 const ROOMY = 300;
 
 /** Metres on the drawing for one m/s of P. */

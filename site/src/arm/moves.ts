@@ -43,8 +43,8 @@ const HAIR = 1e-7;
  * rest stretched out or folded back, on the side on which it was bent.
  *
  * It goes down D = |p - goal|^2 / 2. Gauss's J^T J alone is no measure of a step where the goal is out of reach: what
- * remains of the error e then weighs on how p curves, the whole of D's second derivatives is J^T J - e . d2p, and without
- * that term a stretched arm oscillates about its stretched pose.
+ * remains of the error e then weighs on how p curves, the whole of D's second derivatives is J^T J - e . d2p, and
+ * without that term a stretched arm oscillates about its stretched pose.
  */
 export function pointMoved(arm: Arm, pose: Pose, step: Vec3, seen?: View): Pose {
   const goal = add(stateAt(arm, pose).point, step);
@@ -94,8 +94,8 @@ function stillMotion(arm: Arm, pose: Pose, share: number): readonly number[] | n
 }
 
 /**
- * The pose after a step, or after a part of it, that brings the point nearer; null where none does. One in which the arm
- * stays bent on its side goes first: out of a stretched pose it bends both ways alike, and should not snap over.
+ * The pose after a step, or after a part of it, that brings the point nearer; null where none does. One in which the
+ * arm stays bent on its side goes first: out of a stretched pose it bends both ways alike, and should not snap over.
  */
 function nearer(
   arm: Arm,

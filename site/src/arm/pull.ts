@@ -3,7 +3,7 @@
 /** A shorter way (pixels) is a tap. */
 const LEAST = 24;
 
-/** What a bar listens to, to be told which way it is pulled; it has `touch-action: pan-x`, so that nothing is scrolled. */
+/** The listener of a bar that reports which way it is pulled. Its `touch-action: pan-x` prevents scrolling. */
 export function onPull(pulled: (way: "up" | "down") => void): (start: PointerEvent) => void {
   return (start) => {
     const over = new AbortController();

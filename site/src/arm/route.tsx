@@ -1,4 +1,5 @@
-// The path as it is drawn over the arm: what can be followed, what cannot, and its beginning; its ends are named with all other letters.
+// The path as it is drawn over the arm: what can be followed, what cannot, and its beginning; its ends are named with
+// all other letters.
 
 import type { JSX } from "preact";
 

@@ -26,7 +26,7 @@ export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
 
 export interface StageWish {
   readonly robot: Robot;
-  /** Pose and lengths with which the arm is drawn first, as its figure or its question has them; else of our own choice. */
+  /** The first pose and lengths of the arm, as its figure or its question has them; chosen by us if there are none. */
   readonly first?: NamedPose | undefined;
   /** A pose to go to, such as a counterexample: when another is given, the arm goes there. */
   readonly pose?: NamedPose | undefined;

@@ -64,7 +64,7 @@ export interface Axis {
   readonly vector: readonly number[];
 }
 
-/** The principal axes of a symmetric matrix A, largest value first: of A + c I, which is positive, they are the right ones. */
+/** The principal axes of a symmetric matrix A, largest value first: the right singular vectors of A + c I > 0. */
 export function axesOf(symmetric: Matrix): Axis[] {
   const shift = Math.max(
     ...symmetric.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0)),

@@ -1,5 +1,5 @@
-// Terms of formulas that a page shows, as MathML: which joint a letter is about, where a term begins and ends, and what is
-// read of it.
+// Terms of formulas that a page shows, as MathML: which joint a letter is about, where a term begins and ends, and
+// what is read of it.
 
 import type { Arm } from "./model.js";
 
@@ -14,10 +14,11 @@ function partsOf(symbol: Element): readonly [letter: string, index: string] | nu
 }
 
 /**
- * The joint (from 0) that a symbol is about: whose angle or slide it is, whose link has the length, whose column is J_i.
+ * The joint (from 0) that a symbol is about: whose angle or slide it is, whose link has the length, whose column is
+ * J_i.
  *
- * Sums of angles, as in c_12, are the direction of the last joint's link. Axes and vectors to P are counted from the frame
- * before: z_0 is the axis of joint 1.
+ * Sums of angles, as in c_12, are the direction of the last joint's link. Axes and vectors to P are counted from the
+ * frame before: z_0 is the axis of joint 1.
  */
 export function jointOf(symbol: Element, arm: Arm): number | null {
   const parts = partsOf(symbol);

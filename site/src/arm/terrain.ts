@@ -32,7 +32,7 @@ const CELLS = 64;
 /** Of what det J may be, a share that no arm has but where it has lost rank, by a hair or by rounding. */
 const LOST = 1e-6;
 
-/** As large as det J may be about (its unit is metres to the number of rows that are velocities), for an arm below 1 m. */
+/** About the largest det J of an arm below 1 m; its unit is a power of metres, one for each row that is a velocity. */
 function sizeOf(arm: Arm): number {
   return Math.min(1, reachOf(arm)) ** arm.task.filter((row) => row < 3).length;
 }

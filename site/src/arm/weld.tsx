@@ -13,7 +13,7 @@ import { useStillness } from "./size.js";
 import { decimals, digits } from "./speech.js";
 import type { Vec3 } from "./vector.js";
 
-/** A weld as it is set up: from the pose at A to B, at a speed (m/s), with limits for turns (rad/s) and slides (m/s). */
+/** A weld from the pose at A to B, at a speed (m/s), with limits for revolute (rad/s) and prismatic joints (m/s). */
 export interface Weld {
   readonly from: Pose;
   readonly target: Vec3;

@@ -31,7 +31,7 @@ type Value = (u: number, v: number) => number;
 /** Where an edge of the grid, from one place to another, is crossed by a line; null where it is not. */
 type Crossing = (i: number, j: number, across: boolean) => Spot | null;
 
-/** So many steps of the fine grid, by which lines that run close to each other are told apart, make one of the coarse. */
+/** Steps of the fine grid in one of the coarse grid; the fine grid separates lines that run close to each other. */
 const FINER = 4;
 
 /** The lines on which a value changes its sign, as runs of spots, each refined with the function itself. */
@@ -186,7 +186,7 @@ function runs(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string, reado
   return found;
 }
 
-/** Places where a value that is never negative comes down to zero: least points of the grid, refined by smaller steps. */
+/** Places where a value that is never negative is zero: minima on the grid, refined by smaller steps. */
 export function touches(grid: Grid, value: Value, zero: number): Spot[] {
   const { us, vs, values } = grid;
   const found: Spot[] = [];

@@ -135,7 +135,7 @@ export function askedBy(link: Link, index: Index, lessons: readonly Practised[])
   if (!lesson) return wished;
   const inLesson = wished.filter(({ question }) => lesson.questions.includes(question));
   const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));
-  const found = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson; // an arm that is named, or the lesson's
+  const found = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson; // the named arm or the lesson's
   return found.length > 0 ? found : message("link.not-in-lesson", { name: lesson.id });
 }
 

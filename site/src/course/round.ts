@@ -1,4 +1,5 @@
-// A round: questions in a fixed order, each worth points, and how one stands in them. What is kept of it is a short text.
+// A round: questions in a fixed order, each worth points, and how one stands in them. What is kept of it is a short
+// text.
 
 import { type Item, numbers } from "../practice/choice.js";
 
@@ -19,7 +20,7 @@ export interface Round {
   readonly asked: readonly Asked[];
 }
 
-/** How one stands in a question: answers so far, the best share of its points, and whether its solution was seen before. */
+/** The state of a question: answers so far, the best share of its points, and whether its solution was seen. */
 export interface Tried {
   readonly tries: number;
   readonly share: number;
@@ -88,7 +89,7 @@ export function scoreOf(round: Round, standing: Standing): Score {
 const total = (values: readonly number[]): number =>
   Math.round(values.reduce((sum, value) => sum + value, 0) * 1e6) / 1e6;
 
-/** The question to go on with after one: the next that is not done, from the beginning again behind the last; null if all are. */
+/** The next question that is not done, starting over after the last; null if all are done. */
 export function nextPlace(round: Round, standing: Standing, after: number): number | null {
   const count = round.asked.length;
   for (let step = 1; step <= count; step += 1) {
@@ -109,8 +110,9 @@ const EACH = 3;
 const FORMAT = "q1";
 
 /**
- * How one stands, as text: "q1." with what says which questions they are, a point, and three signs for each question. It
- * has letters, digits, "-", "_" and "." only, and of 1,000 questions less than the 4,096 signs that SCORM 1.2 keeps.
+ * How one stands, as text: "q1." with what says which questions they are, a point, and three signs for each question.
+ * It has letters, digits, "-", "_" and "." only, and of 1,000 questions less than the 4,096 signs that SCORM 1.2
+ * keeps.
  */
 export function asText(round: Round, standing: Standing): string {
   const each = standing.map(({ tries, share, shown }) => {

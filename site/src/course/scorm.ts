@@ -121,7 +121,7 @@ function interaction(
   return elements.map(([name, value]) => [`cmi.interactions.${n}.${name}`, value]);
 }
 
-/** The type of an answer and the answer, as the data model writes them: letters in small, formulas as they were typed. */
+/** The type of an answer and the answer as the data model writes them: letters in lower case, formulas as typed. */
 function responseOf({ key }: Part, answer: string, as: AnswerModel): [type: string, response: string] {
   const letters = [...answer.trim().toLowerCase()];
   if (/^[A-H]+$/i.test(answer.trim())) {
@@ -158,7 +158,7 @@ export interface Above {
   readonly opener?: Above | null;
 }
 
-/** What a platform has put into a window above: first those around this one, then those around the one that opened it. */
+/** The API of a platform in a window above: around this one first, then around the one that opened it. */
 export function found(name: string, from: Above): Api | null {
   return (
     foundAbove(name, from) ??

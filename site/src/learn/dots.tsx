@@ -1,4 +1,5 @@
-// How far a lesson is, as dots and in words: a dot for each right answer of the row, of the class of arms that is asked next.
+// How far a lesson is, as dots and in words: a dot for each right answer of the row, of the class of arms that is
+// asked next.
 
 import type { JSX } from "preact";
 

@@ -1,4 +1,5 @@
-// What one knows as a graph: lessons with what they build on, in layers, how each stands, and how each of its questions.
+// What one knows as a graph: lessons with what they build on, in layers, how each stands, and how each of its
+// questions.
 
 import type { Index } from "../bank.js";
 import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";
@@ -8,7 +9,7 @@ import { isDue, NEEDED, NEW, type Row, type Skill, type Skills } from "../practi
 
 export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
 
-/** A question of a lesson: of how many arms it was answered rightly last, of those that are needed, and whether wrongly. */
+/** A question of a lesson: for how many of the needed arms the last answer was right, and whether one was wrong. */
 export interface Asked {
   readonly name: string;
   readonly title: string;
@@ -30,7 +31,7 @@ export interface Place {
   readonly asked: readonly Asked[];
 }
 
-/** How a lesson stands; it is mastered where it is for all classes of arms, of which `rows` are those beyond the first. */
+/** The state of a lesson. It is mastered if all classes of arms are; `rows` are the classes after the first. */
 export function standingOf(skill: Skill, now: number, rows: readonly Row[] = []): Standing {
   if ([skill, ...rows].some((row) => isDue(row, now))) return "due";
   if ([skill, ...rows].every(({ mastered }) => mastered !== undefined)) return "mastered";

@@ -1,5 +1,5 @@
-// The eight lessons of the way through the chapter: an idea to do with the arm, and goals that the page sees reached; what is
-// practised then stands in practice/topics.ts. Lengths in metres, rates in rad/s.
+// The eight lessons of the way through the chapter: an idea to do with the arm, and goals that the page sees reached;
+// what is practised then stands in practice/topics.ts. Lengths in metres, rates in rad/s.
 
 import { kindHere } from "../arm/words.js";
 import { pStar } from "../arm/model.js";
@@ -36,7 +36,7 @@ export interface Lesson extends Topic {
   readonly goals: readonly Goal[];
 }
 
-/** A lesson as written below: its id names its texts; the arm is the plain one, and there is no tool, unless it says so. */
+/** A lesson as written below: its id names its texts; by default the arm is plain and there is no tool. */
 type Written = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
   Partial<Pick<Lesson, "arm" | "tool">> & {
     readonly id:

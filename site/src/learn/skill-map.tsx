@@ -1,5 +1,6 @@
-// The map of what one knows: lessons from left to right, or down a phone, with lines to what builds on them. It is a list
-// of links, in an order in which each comes behind what it needs; the lines say nothing that is not said in words.
+// The map of what one knows: lessons from left to right, or down a phone, with lines to what builds on them. It is a
+// list of links, in an order in which each comes behind what it needs; the lines say nothing that is not said in
+// words.
 
 import type { JSX } from "preact";
 

@@ -1,5 +1,5 @@
-// What a lesson puts into the reader's hand besides the arm: dials that set the rates of the joints, or the direction in
-// which P is to go; and the arrows that follow from them in the drawing.
+// What a lesson puts into the reader's hand besides the arm: dials that set the rates of the joints, or the direction
+// in which P is to go; and the arrows that follow from them in the drawing.
 
 import type { JSX } from "preact";
 

@@ -50,7 +50,7 @@ export async function missingOf(cache: Cache, files: readonly Wanted[]): Promise
 /** So many files are on the way at a time. */
 const AT_ONCE = 4;
 
-/** Fetches files into the cache, until it is stopped; `each` is told of every one that is there. Returns how many failed. */
+/** Fetch files into the cache until stopped, and call `each` for every file. Return how many failed. */
 export async function fetchAll(
   cache: Cache,
   files: readonly Wanted[],

@@ -1,5 +1,5 @@
-// The table as it is typed: convention and unit, a row for each joint, and what is seldom needed; what is wrong in a cell
-// stands below its row.
+// The table as it is typed: convention and unit, a row for each joint, and what is seldom needed; what is wrong in a
+// cell stands below its row.
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";

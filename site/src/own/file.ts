@@ -38,7 +38,8 @@ function withOwn(text: string, kind: "R" | "P", index: number): string {
 
 /** A cell as ROBOT.toml has it: signs of a keyboard, a point before decimals, nothing is zero. */
 function plain(text: string): string {
-  return text.replace(/[−–]/gu, "-").replace(/π/gu, "pi").replace(/θ_?/gu, "theta").replace(/^(\s*[-+]?\d*),(\d+\s*)$/u, "$1.$2").trim() || "0"; // prettier-ignore
+  const typed = text.replace(/[−–]/gu, "-").replace(/π/gu, "pi").replace(/θ_?/gu, "theta");
+  return typed.replace(/^(\s*[-+]?\d*),(\d+\s*)$/u, "$1.$2").trim() || "0";
 }
 
 const list = (three: Triple<string>): string => `[${three.map((text) => quoted(plain(text))).join(", ")}]`;

@@ -1,5 +1,5 @@
-// One's own arm: a table that is typed or taken from a known robot, the arm that it tells, alive, and all in numbers. The
-// address always is the link to what is seen.
+// One's own arm: a table that is typed or taken from a known robot, the arm that it tells, alive, and all in numbers.
+// The address always is the link to what is seen.
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";
@@ -86,7 +86,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
 
   const typed = useCallback(
     (table: Table): void => {
-      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // until the arm is moved, as it stands
+      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined); // until it is moved
       setOwn({ table, robot: null, at: null, fault: null });
     },
     [first, stage?.pose],
@@ -212,7 +212,7 @@ const Begin = memo((props: BeginProps): JSX.Element => {
   );
 });
 
-/** The arm to hand on: as a link, and as the file with which `qdot solve` derives in formulas what is in numbers here. */
+/** The arm as a link, and as the file from which `qdot solve` derives formulas. */
 const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => {
   return (
     <section class="own-onward">

@@ -1,7 +1,7 @@
 // The standard (distal) table of an arm that is told by a standard or a modified one, in numbers.
 //
-// The rules of ../../../exercises/arm/standard_table.py: Rx and Tx of a modified row join the row before it; a joint that
-// counts the other way is one about an axis the other way up, Rz(-q) = Rx(pi) Rz(q) Rx(-pi).
+// The rules of ../../../exercises/arm/standard_table.py: Rx and Tx of a modified row join the row before it; a joint
+// that counts the other way is one about an axis the other way up, Rz(-q) = Rx(pi) Rz(q) Rx(-pi).
 
 import type { Robot, TaskRow } from "../bank.js";
 import { type Arm, armOf, ROWS, stateAt } from "../arm/model.js";

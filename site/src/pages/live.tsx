@@ -15,7 +15,7 @@ export interface Told {
   readonly factors?: readonly Factor[];
 }
 
-/** Puts an arm into an element that tells one: `data-arm` has all of the stage, `data-hero` the drawing and its numbers. */
+/** Show the arm that an element describes: `data-arm` with all of the stage, `data-hero` as drawing and numbers. */
 export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
   const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as Told;
