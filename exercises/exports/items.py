@@ -294,10 +294,8 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
 
 def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
-    answer, texts = (
-        part.answer,
-        [option_text(problem, part, index) for index in range(len(part.answer.offered_options))],
-    )
+    answer = part.answer
+    texts = [option_text(problem, part, index) for index in range(len(part.answer.offered_options))]
     if isinstance(answer, Matching):
         correct = [len(answer.items)] * len(texts)
         for number, index in enumerate(answer.correct):

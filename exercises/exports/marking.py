@@ -81,14 +81,11 @@ def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> 
 def _drop_illegible_answer(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    return (
-        answer
-        if all(
-            formula_width(fit_formula(formula, FORMULA_WIDTH)) <= MAX_WIDTH_RATIO * FORMULA_WIDTH
-            for formula in formulas
-        )
-        else ""
-    )
+    if all(
+        formula_width(fit_formula(formula, FORMULA_WIDTH)) <= MAX_WIDTH_RATIO * FORMULA_WIDTH for formula in formulas
+    ):
+        return answer
+    return ""
 
 
 def _format_points(part: Part, share: Fraction) -> str:
@@ -146,11 +143,10 @@ def _state_rule(problem: Problem, part: Part) -> str:
             )
         case Selection():
             wrong_count = len(answer.options) - len(answer.correct)
-            penalty = (
-                f"; each wrong letter takes off {_format_partial_points(part, Fraction(1, wrong_count))}"
-                if wrong_count
-                else ""
-            )
+            if wrong_count:
+                penalty = f"; each wrong letter takes off {_format_partial_points(part, Fraction(1, wrong_count))}"
+            else:
+                penalty = ""
             return f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}{penalty}."
         case Matching():
             letter_points = _format_partial_points(part, Fraction(1, len(answer.items)))
@@ -182,10 +178,8 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
             yield "A zero answered with something else takes off as much."
     if varies and not all(is_varying):
         yield "Nothing if no right entry depends on the configuration."
-    sign_words, share = (
-        "the sign is" if is_single else "signs are",
-        _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST),
-    )
+    sign_words = "the sign is" if is_single else "signs are"
+    share = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
     if varies:
         share_of_both = _format_partial_points(part, 1 - 2 * SIGN_OR_FACTOR_COST)
         yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {share_of_both}."

@@ -140,11 +140,10 @@ class _SheetResult:
 
 def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
     """Yield a sheet for each student on the roster, or for each of `order.versions`, made in parallel."""
-    requests = (
-        _request_versions(order)
-        if order.version_count
-        else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
-    )
+    if order.version_count:
+        requests = _request_versions(order)
+    else:
+        requests = [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     assignment = order.assignment
     with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
         for request, result in zip(requests, results, strict=True):

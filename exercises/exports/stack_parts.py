@@ -172,11 +172,9 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
         return Fraction(0)
     det = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     none_equal = [False] * len(reference)
-    return (
-        MISTAKE_FACTOR
-        if det is None
-        else max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, none_equal, det))
-    )
+    if det is None:
+        return MISTAKE_FACTOR
+    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, none_equal, det))
 
 
 def _compute_share_up_to_a_factor(
@@ -247,10 +245,8 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
         lines, otherwise = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
-    nodes, cases = (
-        [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
-        [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)],
-    )
+    nodes = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")]
+    cases = [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
     for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         variables.append(f"{name}: {_write_maxima(wrong.answer, is_single)};")
@@ -445,11 +441,10 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     ]
     lines += _write_number_share_lines(part, zeros)
     variables = [*write_substitutions(problem), *NUMBER_FUNCTIONS, f"ta1: {_write_floats(exact_reference, is_single)};"]
-    correct_node = (
-        ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
-        if is_single
-        else ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
-    )
+    if is_single:
+        correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
+    else:
+        correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     nodes, cases = [correct_node], [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
     for index, wrong in enumerate(known_answers, 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
@@ -540,10 +535,8 @@ def _convert_choice(part: Part) -> StackPart:
         for i in range(1, len(answer.options) + 1)
     ]
     correct = str(answer.correct + 1)
-    nodes, cases = (
-        [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")],
-        [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)],
-    )
+    nodes = [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")]
+    cases = [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)]
     for i in range(len(answer.options)):
         if i != answer.correct:
             blames = list_blames(part, i)

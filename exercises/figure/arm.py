@@ -132,16 +132,15 @@ def _find_free_position(bones: Skeleton, view: View, i: int, taken_positions: li
     if not view.is_end_on(z):
         steps: tuple[float, ...] = (-GLYPH_DISTANCE, GLYPH_DISTANCE) if i == 0 else (GLYPH_DISTANCE, -GLYPH_DISTANCE)
         if not _is_movable(bones, i) and has_no_links(bones):
-            steps = (
-                (-GLYPH_DISTANCE_WITHOUT_LINKS, GLYPH_DISTANCE_WITHOUT_LINKS)
-                if i == 0
-                else (
+            if i == 0:
+                steps = (-GLYPH_DISTANCE_WITHOUT_LINKS, GLYPH_DISTANCE_WITHOUT_LINKS)
+            else:
+                steps = (
                     GLYPH_DISTANCE_WITHOUT_LINKS,
                     GLYPH_DISTANCE_WITHOUT_LINKS / 2,
                     -GLYPH_DISTANCE_WITHOUT_LINKS,
                     -GLYPH_DISTANCE_WITHOUT_LINKS / 2,
                 )
-            )
         candidates += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
         if i == 0 and _shares_origin(bones):
             candidates = candidates[4:]

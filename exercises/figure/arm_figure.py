@@ -236,11 +236,9 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
 def part_alt(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
     options = find_options_to_draw(chain, part)
-    return (
-        alt_text(chain, is_posed=True)
-        if options is None
-        else f"Configurations to choose from. {describe_options(options[1])}"
-    )
+    if options is None:
+        return alt_text(chain, is_posed=True)
+    return f"Configurations to choose from. {describe_options(options[1])}"
 
 
 def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:

@@ -68,11 +68,9 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
     home = compute_table_entries(scene.chain, {q.name: 0.0 for q in scene.chain.q})
     prime = () if np.allclose(scene.bones.entries, home) else upright_lettering("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name, axis, position = (
-            indexed_lettering("ω" if joint.kind == "R" else "v", str(i)),
-            scene.axis(i),
-            scene.glyph_positions[i - 1],
-        )
+        name = indexed_lettering("ω" if joint.kind == "R" else "v", str(i))
+        axis = scene.axis(i)
+        position = scene.glyph_positions[i - 1]
         name = (*name, *prime)
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
@@ -211,11 +209,10 @@ def draw_world(scene: Scene) -> Drawing:
     length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
     drawing, corner = Drawing(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        body_name = (
-            (*upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
-            if has_body_frame(scene) and _is_point_at_world_origin(scene)
-            else ()
-        )
+        if has_body_frame(scene) and _is_point_at_world_origin(scene):
+            body_name = (*upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
+        else:
+            body_name = ()
         drawing += _draw_axis(
             view, np.zeros(3), np.eye(3)[k], "w", (*indexed_lettering(AXIS_NAMES[k], name), *body_name), length
         )
@@ -246,12 +243,8 @@ def _draw_first_length(scene: Scene) -> Drawing:
     if length == 0:
         return Drawing()
     ends = scene.view.path_in_pixels([scene.frames[0, :3, 3], scene.bones.origins[0]])
-    labels = (
-        ()
-        if scene.is_sparse
-        else (LabelRequest(length_lettering(length), anchors_beside(*ends), "text", gap=4.0, rank=1),)
-    )
-    return Drawing((Polyline(ends, "leg"),), labels)
+    label = LabelRequest(length_lettering(length), anchors_beside(*ends), "text", gap=4.0, rank=1)
+    return Drawing((Polyline(ends, "leg"),), () if scene.is_sparse else (label,))
 
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:

@@ -115,11 +115,9 @@ class Layout:
     def _make_leader(self, i: int) -> LeaderLine | None:
         """Return the leader from a label to the thing that it names, None if it needs none."""
         box, label_places = self._boxes[i], self._places[i]
-        return (
-            LeaderLine(_leader_line(box, label_places.find_nearest_point(box)[1]))
-            if label_places.needs_leader(box)
-            else None
-        )
+        if label_places.needs_leader(box):
+            return LeaderLine(_leader_line(box, label_places.find_nearest_point(box)[1]))
+        return None
 
     @property
     def placement(self) -> Placement:

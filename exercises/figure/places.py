@@ -328,12 +328,10 @@ def _distance_to_box(box: Box, point: Vector2D) -> float:
 
 def _points_near(box: Box, points: Sequence[Vector2D], max_distance: float) -> list[Vector2D]:
     """Return the points that may be less than `max_distance` away from a box."""
-    left, top, right, bottom = (
-        box[0] - max_distance - 0.01,
-        box[1] - max_distance - 0.01,
-        box[2] + max_distance + 0.01,
-        box[3] + max_distance + 0.01,
-    )
+    left = box[0] - max_distance - 0.01
+    top = box[1] - max_distance - 0.01
+    right = box[2] + max_distance + 0.01
+    bottom = box[3] + max_distance + 0.01
     return [point for point in points if left < point[0] < right and top < point[1] < bottom]
 
 

@@ -400,10 +400,8 @@ def _count_crowded_in_views(
     The arguments are both in the world (n+1 x 3) and in the drawing (k x n+1 x 2). Coincident points don't count.
     """
     points = np.concatenate([origins, origins + 0.37 * z])
-    drawn_points, count = (
-        np.concatenate([drawn_origins, drawn_origins + AXIS_LENGTH * drawn_axes], axis=1),
-        len(origins),
-    )
+    drawn_points = np.concatenate([drawn_origins, drawn_origins + AXIS_LENGTH * drawn_axes], axis=1)
+    count = len(origins)
     total = np.zeros(len(drawn_origins))
     for i, j in itertools.combinations(range(len(points)), 2):
         if np.linalg.norm(points[i] - points[j]) > 1e-6:

@@ -102,11 +102,10 @@ def _draw_cached(
             *(_draw_lost_direction(view, bones.path[-1], direction) for direction in lost_directions)
         )
         last_origin, z = bones.origins[-1], bones.frames[-1, :3, 2]
-        hand_axis = (
-            draw_arrow(view, last_origin, last_origin + HAND_AXIS_LENGTH / view.scale * z, "axis-z")
-            if shows_hand_axis
-            else ()
-        )
+        if shows_hand_axis:
+            hand_axis = draw_arrow(view, last_origin, last_origin + HAND_AXIS_LENGTH / view.scale * z, "axis-z")
+        else:
+            hand_axis = ()
         cross = () if cross_vector is None else _draw_cross(view.to_pixels(bones.path[-1] + cross_vector))
         return Drawing((*draw_links_and_joints(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
 
@@ -208,11 +207,10 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> PanelSet:
         omitted_count += len(configurations) - len(shown_configurations)
     if len(drawings) == 1:
         return PanelSet()
-    remark = (
-        words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
-        if omitted_count
-        else ""
-    )
+    if omitted_count:
+        remark = words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
+    else:
+        remark = ""
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
     return PanelSet(tuple(drawings), _make_legend(chain, styles, words), remark, "lost" in styles)
 
@@ -341,11 +339,9 @@ def _format_angle(value: sp.Expr) -> str:
 
 def _fit_caption(caption: str, words: Catalogue) -> str:
     """Return the caption, or a reference to the numbered condition if it is too long to fit below its drawing."""
-    return (
-        words.localize_number(caption)
-        if len(caption) <= MAX_CAPTION_LENGTH
-        else words.gettext("see the condition above")
-    )
+    if len(caption) <= MAX_CAPTION_LENGTH:
+        return words.localize_number(caption)
+    return words.gettext("see the condition above")
 
 
 def _lost_directions(chain: Chain, scaled: _ScaledArm, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:

@@ -154,10 +154,8 @@ def _describe_motion(chain: Chain, i: int) -> str:
     variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
     entry = _format_plain(variable, is_angle)
     if offset != 0:
-        minus, rest = (
-            _format_plain(offset, is_angle).startswith("minus "),
-            _format_plain(offset, is_angle).removeprefix("minus "),
-        )
+        minus = _format_plain(offset, is_angle).startswith("minus ")
+        rest = _format_plain(offset, is_angle).removeprefix("minus ")
         entry += f" {'minus' if minus else 'plus'} {rest}"
     return f"turns by {entry} about" if is_angle else f"slides by {entry} along"
 

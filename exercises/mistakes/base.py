@@ -37,11 +37,9 @@ class MistakeVariant:
     def without_idle_joints(self, idle_joints: AbstractSet[int]) -> "MistakeVariant | None":
         """Return the variant without the joints at which it changes nothing; None if fewer than two remain."""
         remaining_joints = [joint for joint in self.joints if joint not in idle_joints]
-        return (
-            replace(self.at_joints(remaining_joints), joints=tuple(remaining_joints))
-            if self.at_joints and len(remaining_joints) > 1
-            else None
-        )
+        if self.at_joints and len(remaining_joints) > 1:
+            return replace(self.at_joints(remaining_joints), joints=tuple(remaining_joints))
+        return None
 
 
 @dataclass(frozen=True)

@@ -132,10 +132,8 @@ def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.kind == "P":
         return identity, w.arithmetic.drop_derivatives(angle)[None] * u
-    s, c = (
-        w.arithmetic.drop_derivatives(w.arithmetic.sin(angle)),
-        w.arithmetic.drop_derivatives(w.arithmetic.cos(angle)),
-    )
+    s = w.arithmetic.drop_derivatives(w.arithmetic.sin(angle))
+    c = w.arithmetic.drop_derivatives(w.arithmetic.cos(angle))
     rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
     point = constant_vector(w, axis.point)
     return rotation, point - apply_matrix(rotation, point)

@@ -92,11 +92,10 @@ def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            kind = (
-                "a condition that involves several joints"
-                if _ties_several_joints(chain, component)
-                else "values of a joint"
-            )
+            if _ties_several_joints(chain, component):
+                kind = "a condition that involves several joints"
+            else:
+                kind = "values of a joint"
             yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=_count_clause(chain))
     for k in range(len(components)):
         if len(components) > 2:

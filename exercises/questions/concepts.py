@@ -150,10 +150,8 @@ def _make_wrong_columns(
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
     if linear_rows:
         derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
-        z, p_star = (
-            evaluate_precisely(chain, configuration, derivation.z),
-            evaluate_precisely(chain, configuration, derivation.p_star),
-        )
+        z = evaluate_precisely(chain, configuration, derivation.z)
+        p_star = evaluate_precisely(chain, configuration, derivation.p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))
         origin = joint + is_revolute
         if origin < chain.n:
@@ -347,11 +345,10 @@ def _sample_velocities(
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
         is_possible = possible == (not velocities)
-        addition = (
-            sp.zeros(jacobian.rows, 1)
-            if is_possible
-            else _sample_velocity_along(lost_unit_vector, _compute_norm(produced), rng)
-        )
+        if is_possible:
+            addition = sp.zeros(jacobian.rows, 1)
+        else:
+            addition = _sample_velocity_along(lost_unit_vector, _compute_norm(produced), rng)
         velocity = _round_vector(produced + addition)
         if (
             0.1 < _compute_norm(sp.Matrix(velocity)) < 3

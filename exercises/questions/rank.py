@@ -325,11 +325,9 @@ def describe_branch_in_words(generic: Chain, component: Component) -> BranchMean
 @lru_cache(maxsize=1024)
 def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
-    return (
-        common_kind(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT))
-        if can_establish_kind(generic)
-        else None
-    )
+    if can_establish_kind(generic):
+        return common_kind(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT))
+    return None
 
 
 def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:

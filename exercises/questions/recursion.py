@@ -60,10 +60,8 @@ def _derive_steps(generic: Chain) -> tuple[RecursionStep, ...]:
     for number, (row, rate) in enumerate(zip(convention.rows, generic.rates, strict=True), 1):
         rotation, origin = convention.rotation(row).T, convention.link_vector(row)
         joint_velocity = rate * Z
-        v, omega = (
-            _collect_rates(rotation * (v + omega.cross(origin)), generic),
-            _collect_rates(rotation * omega, generic),
-        )
+        v = _collect_rates(rotation * (v + omega.cross(origin)), generic)
+        omega = _collect_rates(rotation * omega, generic)
         v, omega = (v, omega + joint_velocity) if row.kind == "R" else (v + joint_velocity, omega)
         steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)

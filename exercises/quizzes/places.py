@@ -109,12 +109,8 @@ def make_regular_configuration(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
     configuration = make_exact_configuration(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-    return (
-        configuration
-        if clear_rank(evaluate_jacobian(chain, configuration), find_clearly_regular_ratio(chain))
-        == compute_full_rank(chain)
-        else None
-    )
+    rank = clear_rank(evaluate_jacobian(chain, configuration), find_clearly_regular_ratio(chain))
+    return configuration if rank == compute_full_rank(chain) else None
 
 
 def take_distinct(

@@ -223,10 +223,8 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
     generic = chain if subject.depends_on_home_position else structure(chain).chain
     if _write_answer(generic, subject, ()) is None:
         return None
-    intended_rank, scored_triples = (
-        rng.integer_below(4),
-        list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]](),
-    )
+    intended_rank = rng.integer_below(4)
+    scored_triples = list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
     for triple in islice(_make_wrong_triples(generic, subject, rng), MAX_WRITTEN_TRIPLES):
         lengths = [_measure_length(generic, subject, numbers) for numbers in ((), *triple)]
         if not all(lengths) or max(lengths) > MAX_LENGTH_RATIO * min(lengths):

@@ -210,11 +210,9 @@ def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -
         line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
         arguments = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
         return arguments[0] if len(arguments) > 1 else LIST_COMMANDS
-    return (
-        " ".join(arguments[:1])
-        if arguments and arguments[0] not in ("--help", "--version", *COMPLETION_OPTIONS)
-        else LIST_COMMANDS
-    )
+    if arguments and arguments[0] not in ("--help", "--version", *COMPLETION_OPTIONS):
+        return " ".join(arguments[:1])
+    return LIST_COMMANDS
 
 
 COMPLETION_OPTIONS = ("--install-completion", "--show-completion")

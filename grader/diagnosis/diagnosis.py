@@ -196,11 +196,10 @@ def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
         return _evaluate_function(problem, part, parsed_answer.table)
     values = sample_configurations(problem.chain, part, problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
     try:
-        in_numbers = (
-            _parse_option(part, parsed_answer)
-            if part.answer.offered_options
-            else _evaluate_entries(part, parsed_answer, values)
-        )
+        if part.answer.offered_options:
+            in_numbers = _parse_option(part, parsed_answer)
+        else:
+            in_numbers = _evaluate_entries(part, parsed_answer, values)
     except ParseError:  # an answer that was refused may have statements as entries
         return None
     return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, parsed_answer.rows)
@@ -213,11 +212,10 @@ def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> W
     values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows, -1)
-    tolerances = (
-        (max(RELATIVE_TOLERANCE, part.rounding.relative), part.rounding.absolute)
-        if part.rounding
-        else (RELATIVE_TOLERANCE, 0.0)
-    )
+    if part.rounding:
+        tolerances = (max(RELATIVE_TOLERANCE, part.rounding.relative), part.rounding.absolute)
+    else:
+        tolerances = (RELATIVE_TOLERANCE, 0.0)
     is_direction = part.answer.counts_up_to_a_factor
     return WrongAnswer(problem, part, values, NumericAnswer(outputs, np.abs(outputs), tolerances, is_direction))
 
@@ -230,10 +228,8 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     count = len(next(iter(values.values())))
     entry_values, term_size = evaluate(compile_program(filled), values, count)
     entry_values[blanks] = np.nan
-    shape, is_direction = (
-        (len(parsed_answer.rows), len(parsed_answer.rows[0]), count),
-        part.answer.counts_up_to_a_factor,
-    )
+    shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
+    is_direction = part.answer.counts_up_to_a_factor
     return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), _tolerance(part, filled), is_direction)
 
 
@@ -345,11 +341,10 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
         *(wrong for wrong in alternatives if _is_predicted(wrong, in_numbers) and wrong.sentence != first.sentence),
     ]
     highest = max(map(variant_frequency, candidates))
-    wrong_count = (
-        int((~in_numbers.match_entries(answer.correct_values)).sum())
-        if in_numbers.values.shape == answer.correct_values.shape
-        else 0
-    )
+    if in_numbers.values.shape == answer.correct_values.shape:
+        wrong_count = int((~in_numbers.match_entries(answer.correct_values)).sum())
+    else:
+        wrong_count = 0
     is_rare = highest < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
     is_throughout = wrong_count == 1 < in_numbers.values[..., 0].size and not LOCATION_WORDS & set(first.variant.words)
     is_at_several = first.mistake.rare and len(first.variant.joints) > 1
@@ -399,10 +394,8 @@ def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
     """Yield the entries of the reference, first in the form of the worked solution, then in the form compared."""
     if not part.answer.is_numeric and part.answer.entries() and part.type != "number":
         roles = problem.domain().roles
-        worked_form, compared_form = (
-            as_matrix(parse_formula(answer_code(problem, part), roles)),
-            part.answer.trees(roles),
-        )
+        worked_form = as_matrix(parse_formula(answer_code(problem, part), roles))
+        compared_form = part.answer.trees(roles)
         if worked_form is not None:
             yield worked_form
         if compared_form != worked_form:

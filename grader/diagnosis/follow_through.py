@@ -149,11 +149,9 @@ class _Context:
                 if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
                     return derived, wrong_names
         elif name in self.wrong_parts:
-            return (
-                (parsed_answer.rows, [name])
-                if parsed_answer.rows and self.is_usable(part, parsed_answer, reference)
-                else None
-            )
+            if parsed_answer.rows and self.is_usable(part, parsed_answer, reference):
+                return (parsed_answer.rows, [name])
+            return None
         return reference, []
 
     def find_part(self, name: str) -> Part | None:

@@ -121,11 +121,9 @@ def _find_exchange(
         correct_values[entry_indices[1]],
         correct_values[entry_indices[0]],
     )
-    return (
-        _make_diagnosis("entries-exchanged", entry_indices, correct_values.shape)
-        if answer.equals(exchanged_values)
-        else None
-    )
+    if answer.equals(exchanged_values):
+        return _make_diagnosis("entries-exchanged", entry_indices, correct_values.shape)
+    return None
 
 
 def _find_throughout(rows: Rows, values: SymbolValues, answer: NumericAnswer) -> Diagnosis | None:
@@ -289,11 +287,9 @@ class _WrongEntry:
             islice((edit for edit in edit_entry(entry, self.values) if edit.mistake in allowed_mistakes), MAX_EDITS)
         )
         answers = _evaluate([edit.entry for edit in candidates], self.values)
-        return (
-            [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
-            if candidates
-            else []
-        )
+        if candidates:
+            return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
+        return []
 
     def _by_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""

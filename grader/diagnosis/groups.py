@@ -142,11 +142,9 @@ class _GeneralForm:
         a function.
         """
         if tree.kind == "name":
-            return (
-                tree
-                if numbers_are_lengths and tree.value in self.revolute_variables
-                else self.shifted_joints.get(tree.value, tree)
-            )
+            if numbers_are_lengths and tree.value in self.revolute_variables:
+                return tree
+            return self.shifted_joints.get(tree.value, tree)
         if tree.kind == "blank":
             return Node("name", value="blank")
         if tree.kind in ("number", "decimal"):
@@ -208,11 +206,9 @@ class _GeneralForm:
             return "zero", *self.fingerprint_formulas([zero], seed)
         value = Node("+", (zero, self.offset_by_joint[joint])) if joint in self.offset_by_joint else zero
         multiple_of_pi = find_multiple_of_pi(value)
-        return (
-            (joint, str(multiple_of_pi))
-            if multiple_of_pi is not None
-            else (joint, *self.fingerprint_formulas([value], seed))
-        )
+        if multiple_of_pi is not None:
+            return (joint, str(multiple_of_pi))
+        return (joint, *self.fingerprint_formulas([value], seed))
 
 
 def _replace_number(name_by_value: Mapping[Fraction, Node], value: Fraction) -> Node:

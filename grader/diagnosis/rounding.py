@@ -32,18 +32,14 @@ def explain_rounding(
     has_decimals = any(map(count_decimal_digits, entries))
     if answer.is_direction:
         tolerant = replace(answer, tolerances=(CONSTANT_TOLERANCE if has_decimals else answer.tolerances[0], 0.0))
-        return (
-            Diagnosis((), EXACT_VALUES_ADVICE)
-            if entries and not part.answer.is_numeric and is_correct(tolerant, correct_values)
-            else None
-        )
+        if entries and not part.answer.is_numeric and is_correct(tolerant, correct_values):
+            return Diagnosis((), EXACT_VALUES_ADVICE)
+        return None
     digits = part.rounding.words if part.rounding is not None else "to three significant digits"
     if part.answer.is_numeric:
-        return (
-            Diagnosis((), f"Right but for rounding: numbers are due {digits}.")
-            if _is_correct_to_few_digits(answer, correct_values)
-            else None
-        )
+        if _is_correct_to_few_digits(answer, correct_values):
+            return Diagnosis((), f"Right but for rounding: numbers are due {digits}.")
+        return None
     if not has_decimals:
         return (
             Diagnosis((), EXACT_VALUES_ADVICE) if entries and is_correct(answer, correct_values) else None

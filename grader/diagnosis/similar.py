@@ -58,11 +58,9 @@ class SimilarPair:
 
 def canonical_form(parsed_answer: ParsedAnswer) -> CanonicalForm | None:
     """Return an answer in a standard order; None if it can't be parsed, has a blank, or is too long."""
-    return (
-        None
-        if parsed_answer.tree is None or len(parsed_answer.text) > MAX_LENGTH
-        else _make_canonical_form(parsed_answer.tree)
-    )
+    if parsed_answer.tree is None or len(parsed_answer.text) > MAX_LENGTH:
+        return None
+    return _make_canonical_form(parsed_answer.tree)
 
 
 @lru_cache(maxsize=4096)

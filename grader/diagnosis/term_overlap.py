@@ -113,10 +113,8 @@ def _expand_trig(function: str, angles: Sequence[Node]) -> Node:
     first_angle, *other_angles = angles
     is_negative = first_angle.kind == "neg"
     angle = first_angle.args[0] if is_negative else first_angle
-    sine, cosine = (
-        (negate(apply_function("sin", angle)) if is_negative else apply_function("sin", angle)),
-        apply_function("cos", angle),
-    )
+    sine = negate(apply_function("sin", angle)) if is_negative else apply_function("sin", angle)
+    cosine = apply_function("cos", angle)
     if not other_angles:
         return sine if function == "sin" else cosine
     inner_sine, inner_cosine = _expand_trig("sin", other_angles), _expand_trig("cos", other_angles)

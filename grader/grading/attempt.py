@@ -252,11 +252,10 @@ def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
         if crash_count == 2:
             break
     if crash_count < 2 or sandbox.run((), ()).end != "done":  # not the notebook's fault: out of memory or disk space
-        detail = (
-            f" ({sandbox.not_started_reason})"
-            if sandbox.not_started_reason
-            else "; is there memory, and room on the disk?"
-        )
+        if sandbox.not_started_reason:
+            detail = f" ({sandbox.not_started_reason})"
+        else:
+            detail = "; is there memory, and room on the disk?"
         raise RuntimeError(f"the process that runs notebooks ends by itself{detail}")
     return result
 

@@ -106,10 +106,8 @@ def grade_class(
 def _format_cost(notebooks: Sequence[GradedNotebook]) -> tuple[str, str]:
     """Return as text the processor time for grading a student (seconds), and the peak memory (megabytes)."""
     marks = [graded.marked for graded in notebooks if graded.marked is not None]
-    seconds, megabytes = (
-        sum(marked.seconds for marked in marks),
-        max((marked.megabytes for marked in marks), default=0.0),
-    )
+    seconds = sum(marked.seconds for marked in marks)
+    megabytes = max((marked.megabytes for marked in marks), default=0.0)
     return f"{seconds:.2f}", f"{megabytes:.0f}"
 
 

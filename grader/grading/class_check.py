@@ -109,11 +109,10 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
             f"are in the folders, or under the names, of other students in roster.csv ({', '.join(pairs)}{more}), so "
             "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
         )
-    cause = (
-        f"{SPREADSHEET_HINT} Write these into roster.csv as they were: {_list_pairs(respelled)}."
-        if len(respelled) == len(owners)
-        else "Is this the class, and the folder, that the notebooks were handed out to?"
-    )
+    if len(respelled) == len(owners):
+        cause = f"{SPREADSHEET_HINT} Write these into roster.csv as they were: {_list_pairs(respelled)}."
+    else:
+        cause = "Is this the class, and the folder, that the notebooks were handed out to?"
     return (
         "were handed out to students of other identifiers than those they are found with, so nothing was graded. "
         f"{cause}"

@@ -94,11 +94,9 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
 
 
 def _read_roster_if_present(folder: Path) -> Sequence[Student]:
-    return (
-        read_roster(folder / ROSTER_FILE)
-        if (folder / ROSTER_FILE).exists() and read_roster_table(folder / ROSTER_FILE)
-        else ()
-    )
+    if (folder / ROSTER_FILE).exists() and read_roster_table(folder / ROSTER_FILE):
+        return read_roster(folder / ROSTER_FILE)
+    return ()
 
 
 def _find_student(roster: Sequence[Student], name: str) -> Student:
@@ -124,10 +122,8 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
     certain, doubtful = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
-    removed, shortened = (
-        [*certain, *_find_files_named_after(folder, student.id)],
-        dict(_shorten_tables(folder, student.id)),
-    )
+    removed = [*certain, *_find_files_named_after(folder, student.id)]
+    shortened = dict(_shorten_tables(folder, student.id))
     if not removed and not shortened:
         return None
     # Files in the cache don't name their student; qdot can recreate both the cache and the report.

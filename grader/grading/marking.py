@@ -177,10 +177,8 @@ class _ProblemMarking:
 
     def _explain(self, part: Part, followed: FollowThrough | None) -> tuple[Diagnosis | None, str | None, bool | None]:
         """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""
-        answer, budget = (
-            (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name]),
-            self.allowance.diagnosing,
-        )
+        answer = (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name])
+        budget = self.allowance.diagnosing
         follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
         follows_from_attempt = follows and followed is not None and followed.non_attempt is None
         causes = () if follows_from_attempt else tuple(self.causes)
@@ -227,10 +225,8 @@ def _verdict_by_points(
             f"this {follows_words} from your own answer to {followed.earlier_part!r}, which is not right, and earns "
             f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
         )
-        judgement, follows = (
-            replace(judgement, outcome=Outcome.PARTIAL, reason=reason),
-            _entry_flags(part, followed.judgement),
-        )
+        judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
+        follows = _entry_flags(part, followed.judgement)
         return Verdict(
             part.name,
             judgement,

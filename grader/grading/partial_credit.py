@@ -318,10 +318,8 @@ def _is_product_without(
             and abs(ratio[0]) > 0
             and np.allclose(ratio, ratio[0], rtol=RELATIVE_TOLERANCE, atol=0)
         ):
-            given_product, expected_product = (
-                reduce(multiply_nodes, (answer_factors[k] for k in given_indices), ONE),
-                reduce(multiply_nodes, (expected_factors[k] for k in expected_indices), ONE),
-            )
+            given_product = reduce(multiply_nodes, (answer_factors[k] for k in given_indices), ONE)
+            expected_product = reduce(multiply_nodes, (expected_factors[k] for k in expected_indices), ONE)
             is_equal = compare_entries([given_product], [expected_product], domain, f"{seed}/same").is_correct[0]
             if is_equal or find_constant_factor([given_product], [expected_product], domain, varying, seed) is not None:
                 return True

@@ -80,10 +80,8 @@ def find_host(name: str, environment: Mapping[str, str]) -> Host:
         return (environment.get(variable) or default).rstrip("/")
 
     if name == "github":
-        server, api = (
-            read_setting("GITHUB_SERVER_URL", "https://github.com"),
-            read_setting("GITHUB_API_URL", "https://api.github.com"),
-        )
+        server = read_setting("GITHUB_SERVER_URL", "https://github.com")
+        api = read_setting("GITHUB_API_URL", "https://api.github.com")
         return Host(server, api, read_setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _list_github_pushes, token)
     server = read_setting("CI_SERVER_URL", "https://gitlab.com")
     return Host(

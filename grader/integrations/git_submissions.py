@@ -310,10 +310,8 @@ def main(arguments: list[str] | None = None) -> int:
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    unreached, left_out = (
-        sum(bool(item.unreached) for item in repositories),
-        sum(bool(item.left_out) for item in repositories),
-    )
+    unreached = sum(bool(item.unreached) for item in repositories)
+    left_out = sum(bool(item.left_out) for item in repositories)
     done_count = len(repositories) - unreached - left_out
     if options.task == "collect":
         say(f"{done_count} repositories fetched, {left_out} left out, {unreached} could not be fetched")

@@ -426,10 +426,8 @@ def _find_closing_brackets(text: str) -> dict[int, int]:
 
 def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
     """Return whether a bracket contains a formula and not a list, because an operator or function applies to it."""
-    before, after = (
-        text[max(0, opening - BRACKET_CONTEXT) : opening],
-        "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT],
-    )
+    before = text[max(0, opening - BRACKET_CONTEXT) : opening]
+    after = "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT]
     return bool(_BEFORE_GROUPING.search(before) or (not _BEFORE_CALL.search(before) and _AFTER_GROUPING.match(after)))
 
 
@@ -503,11 +501,9 @@ def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
     if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
         return ""
     name = str(tree.args[0].value)
-    return (
-        name
-        if _normalize_label(name) in (*LINEAR, *ANGULAR) and _normalize_label(name) != _normalize_label(labels[0])
-        else ""
-    )
+    if _normalize_label(name) in (*LINEAR, *ANGULAR) and _normalize_label(name) != _normalize_label(labels[0]):
+        return name
+    return ""
 
 
 def _is_name(node: Node) -> bool:

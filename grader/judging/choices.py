@@ -54,11 +54,9 @@ def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> P
     """Return the chosen options as an answer; refuse a blank text, or a text without options with the given reason."""
     if _strip_label(text) in BLANK_TEXTS:
         return ParsedAnswer(text, _BLANK_JUDGEMENT)
-    return (
-        refuse(text, f"{text[:40]!r} {complaint}")
-        if option_indices is None
-        else ParsedAnswer(text, chosen=tuple(option_indices))
-    )
+    if option_indices is None:
+        return refuse(text, f"{text[:40]!r} {complaint}")
+    return ParsedAnswer(text, chosen=tuple(option_indices))
 
 
 _BLANK_JUDGEMENT = missing_judgement("the answer was left blank")

@@ -111,16 +111,13 @@ def _describe_count(
     total = len(zeros) - sum(zeros)
     description = f"{total} {noun} that are not zero" if any(zeros) else f"{total} {noun}"
     spoiled_count = count_spoiled_zeros(is_correct, zeros, blanks)
-    spoiled_words = (
-        f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
-        if spoiled_count
-        else ""
-    )
-    return (
-        f"{correct_count} of {description} are right{spoiled_words}"
-        if total > 1 or spoiled_count
-        else "it is not right"
-    )
+    if spoiled_count:
+        spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
+    else:
+        spoiled_words = ""
+    if total > 1 or spoiled_count:
+        return f"{correct_count} of {description} are right{spoiled_words}"
+    return "it is not right"
 
 
 def _describe_difference(comparison: Comparison, columns: int) -> str:
@@ -361,15 +358,12 @@ def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence
 
 def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int) -> str:
     """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
-    complete_count, partial_count = (
-        sum(found_count == expected_count for found_count, expected_count in match_counts),
-        sum(0 < found_count < expected_count for found_count, expected_count in match_counts),
-    )
-    conditions = (
-        f"{len(match_counts)} conditions {'is' if complete_count == 1 else 'are'}"
-        if len(match_counts) > 1
-        else "1 condition is"
-    )
+    complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
+    partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
+    if len(match_counts) > 1:
+        conditions = f"{len(match_counts)} conditions {'is' if complete_count == 1 else 'are'}"
+    else:
+        conditions = "1 condition is"
     partial_words = f", {partial_count} in part" if partial_count else ""
     does_words = "does" if false_count == 1 else "do"
     false_words = f", {false_count} of the claimed conditions {does_words} not hold" if false_count else ""

@@ -328,11 +328,10 @@ def _use_earlier_value(answers: Answers, name: str) -> None:
     run = answers.run
     earlier_values = [text for text in run.earlier_values.get(name, ()) if not _is_blank(text)]
     if earlier_values:
-        state = (
-            "left blank"
-            if name in run.answers
-            else f"no value that can be read ({run.unreadable_reasons.get(name, '')})"
-        )
+        if name in run.answers:
+            state = "left blank"
+        else:
+            state = f"no value that can be read ({run.unreadable_reasons.get(name, '')})"
         run.answers[name] = earlier_values[-1]
         run.unreadable_reasons.pop(name, None)
         answers.notes.append(f"{name} is {state} at the end of the notebook; its value before that was read")

@@ -99,11 +99,9 @@ def read_cells(name: str, data: bytes) -> Content:
     label = printable_name(name)
     if not data.strip():
         raise Unreadable(f"{label} is empty")
-    return (
-        _read_within_limits(name, label, data)
-        if len(data) <= MAX_BYTES_IN_THIS_PROCESS
-        else _read_in_subprocess(label, data)
-    )
+    if len(data) <= MAX_BYTES_IN_THIS_PROCESS:
+        return _read_within_limits(name, label, data)
+    return _read_in_subprocess(label, data)
 
 
 def _read_in_subprocess(label: str, data: bytes) -> Content:

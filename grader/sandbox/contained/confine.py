@@ -31,15 +31,13 @@ privileges and no new ones; limits on resources; counting what is written, if th
 # The notebook's folder in a private root, which is empty otherwise. It is not /tmp if Python itself is installed there,
 # because mounting there would hide Python.
 NOTEBOOK_FOLDER = "/qdot" if any(place.startswith("/tmp/") for place in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
-MAX_DISK_BYTES, MAX_FILE_BYTES, MAX_FILES, MAX_DEPTH, MAX_PROCESSES, MAX_DESCRIPTORS, MAX_SIGNALS = (
-    64_000_000,
-    10_000_000,
-    4096,
-    32,
-    64,
-    64,
-    256,
-)
+MAX_DISK_BYTES = 64_000_000
+MAX_FILE_BYTES = 10_000_000
+MAX_FILES = 4096
+MAX_DEPTH = 32
+MAX_PROCESSES = 64
+MAX_DESCRIPTORS = 64
+MAX_SIGNALS = 256
 """In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
 have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals."""
 

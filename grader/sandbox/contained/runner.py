@@ -247,13 +247,12 @@ def report_answers(
         try:
             with alarm:
                 parts = list_immutable_parts(namespace[name])
-                message = (
-                    previous.message
-                    if is_unchanged(previous.parts, parts)
-                    else {
+                if is_unchanged(previous.parts, parts):
+                    message = previous.message
+                else:
+                    message = {
                         "text": format_value(evaluate_answer(namespace[name], name, request))[: MAX_ANSWER_LENGTH + 1]
                     }
-                )
         except Overtime as overtime:
             message = {"error": f"working it out {overtime}"}
         except BaseException as raised:
