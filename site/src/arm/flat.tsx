@@ -3,9 +3,10 @@
 
 import type { JSX } from "preact";
 
+import type { Wanted } from "./labels.js";
 import type { Arm, State } from "./model.js";
 import { linkOf, placesOf } from "./shape.js";
-import { dot, scaled, type Vec3 } from "./vector.js";
+import { add, dot, scaled, type Vec3 } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
@@ -102,10 +103,26 @@ export function inPixels(view: View, points: readonly Vec3[]): string {
 }
 
 /** From where in space an arrow runs, and along what. */
-export type Way = readonly [from: Vec3, vector: Vec3];
+type Way = Pick<NamedArrow, "from" | "vector">;
+
+/** An arrow with the name that stands at its head. */
+export interface NamedArrow {
+  readonly name: string;
+  readonly style: string;
+  readonly from: Vec3;
+  readonly vector: Vec3;
+}
+
+/** The label at the head of an arrow. */
+export function headLabel(view: View, { name, style, from, vector }: NamedArrow): Wanted {
+  return { name, style, at: pixel(view, add(from, vector)), toward: drawn(view, vector) };
+}
+
+/** The length of an arrow on the page (pixels). */
+export const lengthOf = (view: View, { vector }: NamedArrow): number => Math.hypot(...drawn(view, vector));
 
 /** A straight arrow: its shaft and its head, with a second head for angular velocities; null if it has no length. */
-function arrowOf(view: View, [from, vector]: Way, twin = false): [shaft: Pixel[], heads: Pixel[][]] | null {
+function arrowOf(view: View, { from, vector }: Way, twin = false): [shaft: Pixel[], heads: Pixel[][]] | null {
   const [x, y] = pixel(view, from);
   const [dx, dy] = drawn(view, vector);
   const length = Math.hypot(dx, dy);
@@ -146,7 +163,7 @@ export function Arrow({
   readonly style: string;
   readonly twin?: boolean;
 }): JSX.Element | null {
-  const arrow = arrowOf(view, [from, vector], twin);
+  const arrow = arrowOf(view, { from, vector }, twin);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
   return (

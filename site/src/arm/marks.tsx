@@ -4,15 +4,15 @@
 import type { JSX } from "preact";
 
 import { inDigits } from "../text/text.js";
-import { Arrow, Arrows, type BodyProps, ofPixels, type Way } from "./flat.js";
+import { Arrow, Arrows, type BodyProps, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placed, type Wanted } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";
 import { lostDirection } from "./lost.js";
-import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
+import { type Arm, arrowsOf, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf, wayToPoint } from "./shape.js";
-import { add, scaled, type Vec3 } from "./vector.js";
+import { add, along, scaled, type Vec3 } from "./vector.js";
 import { drawn, lifted, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
@@ -88,6 +88,7 @@ export interface MarksProps extends BodyProps {
 export function Marks(props: MarksProps): JSX.Element {
   const { arm, state, view, reach, layers, flat, ratio, concealed, lit } = props;
   const columns = drawnColumns(arm, state, reach);
+  const arrows = namedArrows(props, columns);
   const { turning } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
   const ellipse = outline(view, columns);
@@ -104,38 +105,34 @@ export function Marks(props: MarksProps): JSX.Element {
         />
       )}
       {isLostShown(ratio, concealed) && <Lost arm={arm} state={state} view={view} />}
-      {layers.vectors &&
-        pStar(arm, state).map(
-          (p, i) =>
-            i < arm.point.frame && (
-              <Arrow
-                key={i}
-                view={view}
-                from={state.frames[i]!.o}
-                vector={p}
-                style={`arm-pstar ${jointClass(i)}`}
-              />
-            ),
-        )}
-      {layers.frames && <Axes arm={arm} state={state} view={view} flat={flat} />}
-      {layers.columns &&
-        columns.map((column, i) => (
-          <Arrow
-            key={i}
-            view={view}
-            from={tailOf(view, state.point, column)}
-            vector={column}
-            style={`arm-column ${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
-            twin={turning}
-          />
+      {arrows.vectors.map(({ name, style, ...way }) => (
+        <Arrow key={name} view={view} {...way} style={`arm-pstar ${style}`} />
+      ))}
+      <Arrows view={view} ways={arrows.axes.filter(({ style }) => style === GREY)} style={GREY} />
+      {arrows.axes
+        .filter(({ style }) => style !== GREY)
+        .map(({ name, style, ...way }) => (
+          <Arrow key={name} view={view} {...way} style={`arm-z ${style}`} />
         ))}
+      {arrows.columns.map(({ name, style, ...way }, i) => (
+        <Arrow
+          key={name}
+          view={view}
+          {...way}
+          style={`arm-column ${style}${lit === i ? " arm-lit" : ""}`}
+          twin={turning}
+        />
+      ))}
       <g class="arm-letter-layer">
         {placed(
-          wantedLabels(props),
+          wantedLabels(props, arrows),
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
             ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
-            ...arrowLines(props, columns),
+            ...[...arrows.axes, ...arrows.columns].map(({ from, vector }) => [
+              pixel(view, from),
+              pixel(view, add(from, vector)),
+            ]),
           ],
           { width: view.width, height: view.height, covered: props.covered },
         ).map(({ name, style, x, y, from }, k, all) => (
@@ -153,22 +150,35 @@ export function Marks(props: MarksProps): JSX.Element {
   );
 }
 
-/** The axes of all frames that are drawn: those that nothing turns about are alike. */
-function Axes({ arm, state, view, flat }: Pick<MarksProps, "arm" | "state" | "view" | "flat">): JSX.Element {
-  const long = (axis: Vec3): Vec3 => ofPixels(view, axis, axisOf(view, flat));
-  const axes = state.frames.map((frame) => shownAxes(frame, flat));
-  const grey = axes.flatMap((shown, i) =>
-    shown.flatMap(([letter, axis]): Way[] => (letter === "z" ? [] : [[state.frames[i]!.o, long(axis)]])),
-  );
-  return (
-    <g>
-      <Arrows view={view} ways={grey} style="arm-x" />
-      {!flat &&
-        state.frames.map(({ o, z }, i) => (
-          <Arrow key={i} view={view} from={o} vector={long(z)} style={`arm-z ${jointStyle(arm, i)}`} />
-        ))}
-    </g>
-  );
+/** The style of axes that no joint rotates about: they are alike. */
+const GREY = "arm-x";
+
+/** The arrows of the layers that are shown, with their names. */
+type NamedArrows = Readonly<Record<"axes" | "columns" | "vectors", readonly NamedArrow[]>>;
+
+function namedArrows(
+  { arm, state: { frames, point }, state, view, layers, flat }: MarksProps,
+  columns: readonly Vec3[],
+): NamedArrows {
+  const axes = frames.flatMap(({ x, y, z, o: from }, i): NamedArrow[] => {
+    const vectorOf = (axis: Vec3): Vec3 => ofPixels(view, axis, axisOf(view, flat));
+    const grey = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };
+    const joint = i < arm.joints.length ? jointClass(i) : "arm-last";
+    return flat
+      ? [grey, { ...grey, name: `y${i}`, vector: vectorOf(y) }]
+      : [grey, { name: `z${i}`, style: joint, from, vector: vectorOf(z) }];
+  });
+  const ofColumn = (vector: Vec3, i: number): NamedArrow => {
+    return { name: `J${i + 1}`, style: jointClass(i), from: tailOf(view, point, vector), vector };
+  };
+  const ofVector = (vector: Vec3, i: number): NamedArrow => {
+    return { name: `p*${i}`, style: jointClass(i), from: frames[i]!.o, vector };
+  };
+  return {
+    axes: layers.frames ? axes : [],
+    columns: layers.columns ? columns.map(ofColumn) : [],
+    vectors: layers.vectors ? pStar(arm, state).slice(0, arm.point.frame).map(ofVector) : [],
+  };
 }
 
 /** The ground below a base in a flat drawing, as a line that letters leave free. */
@@ -181,22 +191,6 @@ function groundAt([x, y]: Pixel): Pixel[] {
   ];
 }
 
-/** The axes of the frames and the columns of J that are drawn, as lines that letters leave free. */
-function arrowLines({ state, view, layers, flat }: MarksProps, columns: readonly Vec3[]): Pixel[][] {
-  const line = (from: Vec3, vector: Vec3): Pixel[] => [pixel(view, from), pixel(view, add(from, vector))];
-  const axes = state.frames.flatMap((frame) =>
-    shownAxes(frame, flat).map(([, axis]) => line(frame.o, ofPixels(view, axis, axisOf(view, flat)))),
-  );
-  return [
-    ...(layers.frames ? axes : []),
-    ...(layers.columns ? columns.map((column) => line(tailOf(view, state.point, column), column)) : []),
-  ];
-}
-
-function jointStyle(arm: Arm, i: number): string {
-  return i < arm.joints.length ? jointClass(i) : "arm-last";
-}
-
 /** The line along which the point cannot move, near a singularity. */
 function Lost({ arm, state, view }: Pick<BodyProps, "arm" | "state" | "view">): JSX.Element | null {
   const direction = lostDirection(arm, state);
@@ -206,20 +200,10 @@ function Lost({ arm, state, view }: Pick<BodyProps, "arm" | "state" | "view">): 
   return <path class="arm-lost" d={`M${x - dx} ${y - dy}L${x + dx} ${y + dy}`} />;
 }
 
-/** The directions of a frame that lie in the page of a flat drawing, or its x and z in space. */
-function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [letter: string, axis: Vec3])[] {
-  return flat
-    ? [
-        ["x", x],
-        ["y", y],
-      ]
-    : [
-        ["x", x],
-        ["z", z],
-      ];
-}
-
-function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps): Wanted[] {
+function wantedLabels(
+  { arm, state, view, reach, layers, flat, ends }: MarksProps,
+  arrows: NamedArrows,
+): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
   const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
@@ -244,36 +228,11 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
-  if (layers.columns) {
-    drawnColumns(arm, state, reach).forEach((column, i) => {
-      const way = drawn(view, column);
-      if (Math.hypot(...way) > LEAST) {
-        wanted.push({
-          name: `J${i + 1}`,
-          style: jointClass(i),
-          at: pixel(view, add(tailOf(view, point, column), column)),
-          toward: way,
-        });
-      }
-    });
-  }
-  if (names) {
-    frames.forEach((frame, i) => {
-      const [x, y] = pixel(view, frame.o);
-      for (const [letter, axis] of shownAxes(frame, flat)) {
-        const way = drawn(view, ofPixels(view, axis, axisOf(view, flat)));
-        const style = letter === "z" ? jointStyle(arm, i) : "arm-x";
-        if (Math.hypot(...way) > 14 && (flat || letter === "z"))
-          wanted.push({
-            name: `${letter}${i}`,
-            style,
-            at: [x + way[0], y + way[1]],
-            toward: way,
-            beside: true,
-          });
-      }
-    });
-  }
+  for (const column of arrows.columns)
+    if (lengthOf(view, column) > LEAST) wanted.push(headLabel(view, column));
+  for (const axis of names ? arrows.axes : [])
+    if (lengthOf(view, axis) > 14 && (flat || axis.style !== GREY))
+      wanted.push({ ...headLabel(view, axis), beside: true });
   const places = placesOf(arm, state, reach);
   places.forEach((place, i) => {
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
@@ -294,14 +253,10 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       gap: flat ? FACE : thicknessOf(arm) * view.scale,
     });
   });
-  if (layers.vectors) {
-    pStar(arm, state).forEach((p, i) => {
-      const way = drawn(view, p);
-      if (i < arm.point.frame && Math.hypot(...way) > 40) {
-        const middle = pixel(view, add(frames[i]!.o, scaled(p, 0.55)));
-        wanted.push({ name: `p*${i}`, style: jointClass(i), at: middle, toward: [-way[1], way[0]] });
-      }
-    });
+  for (const { from, vector, ...named } of arrows.vectors) {
+    const [x, y] = drawn(view, vector);
+    if (Math.hypot(x, y) > 40)
+      wanted.push({ ...named, at: pixel(view, along(from, vector, 0.55)), toward: [-y, x] });
   }
   return wanted;
 }

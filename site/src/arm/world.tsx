@@ -2,11 +2,11 @@
 
 import type { JSX } from "preact";
 
-import { Arrow, ofPixels } from "./flat.js";
+import { Arrow, headLabel, lengthOf, type NamedArrow, ofPixels } from "./flat.js";
 import type { Wanted } from "./labels.js";
 import type { Arm } from "./model.js";
 import { norm, subtract, type Vec3, ZERO } from "./vector.js";
-import { drawn, pixel, type Pixel, type View } from "./view.js";
+import { pixel, type View } from "./view.js";
 
 const AXES: readonly Vec3[] = [
   [1, 0, 0],
@@ -27,6 +27,16 @@ export function wayToBase({ base: { o } }: Arm): readonly Vec3[] {
   return [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
 }
 
+/** The axes of the world frame that are seen. */
+function worldAxes(view: View, flat: boolean): NamedArrow[] {
+  return AXES.map((axis, k) => ({
+    name: `${"xyz"[k]}_w`,
+    style: "arm-w",
+    from: ZERO,
+    vector: ofPixels(view, axis, LENGTH),
+  })).filter((arrow) => !flat || lengthOf(view, arrow) >= 1);
+}
+
 interface WorldProps {
   readonly arm: Arm;
   readonly view: View;
@@ -39,11 +49,9 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
   return (
     <g class="arm-world">
       <path class="arm-dashed" d={`M${corners.map((corner) => pixel(view, corner).join(" ")).join("L")}`} />
-      {AXES.map((axis, k) =>
-        flat && Math.hypot(...drawn(view, axis)) < 1e-6 ? null : (
-          <Arrow key={k} view={view} from={ZERO} vector={ofPixels(view, axis, LENGTH)} style="arm-w" />
-        ),
-      )}
+      {worldAxes(view, flat).map(({ name, ...arrow }) => (
+        <Arrow key={name} view={view} {...arrow} />
+      ))}
     </g>
   );
 }
@@ -51,12 +59,8 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
 /** The letters of the world frame: its axes, and its origin where the base stands elsewhere. */
 export function worldLabels(arm: Arm, view: View, flat: boolean): Wanted[] {
   if (!isApart(arm)) return [];
-  const [x, y] = pixel(view, ZERO);
-  const wanted = AXES.flatMap((axis, k): Wanted[] => {
-    const way = drawn(view, ofPixels(view, axis, LENGTH));
-    const at: Pixel = [x + way[0], y + way[1]];
-    return flat && Math.hypot(...way) < 1 ? [] : [{ name: `${"xyz"[k]}_w`, style: "arm-w", at, toward: way }];
-  });
-  if (norm(arm.base.o) > 1e-9) wanted.push({ name: "O_w", style: "arm-w", at: [x, y], toward: [-0.7, 0.7] });
+  const wanted = worldAxes(view, flat).map((axis) => headLabel(view, axis));
+  if (norm(arm.base.o) > 1e-9)
+    wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), toward: [-0.7, 0.7] });
   return wanted;
 }
