@@ -8,13 +8,14 @@ import { say } from "../text/text.js";
 import { Body, inPixels } from "./flat.js";
 import type { Covered } from "./labels.js";
 import { jointClass, plainLetters } from "./letters.js";
-import { lostDirection } from "./lost.js";
-import { drawnColumns, isLostShown, type Layers, Marks } from "./marks.js";
-import { type Arm, type Measures, measuresOf, type Pose, type State, stateAt } from "./model.js";
+import { shownLost } from "./lost.js";
+import { drawnColumns, Marks } from "./marks.js";
+import { measuresOf, stateAt } from "./model.js";
 import { edgesOf, framed, framingOf, isSame, isSeen, readableFrom } from "./framing.js";
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
+import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, along, dot, subtract, type Vec3 } from "./vector.js";
 import {
@@ -31,22 +32,22 @@ import {
 import { useSize } from "./size.js";
 import { nearness } from "./words.js";
 
-export interface DrawingProps {
-  readonly arm: Arm;
-  readonly state: State;
-  /** Where it stands before it is moved, and whether it has gone there from where it is drawn first. */
-  readonly home: Pose;
-  readonly isSent: boolean;
-  readonly measures: Measures;
-  readonly reach: number;
-  readonly layers: Layers;
-  readonly concealed: boolean;
-  readonly chosen: number;
-  readonly onChoose: (joint: number) => void;
-  /** The joint that is pointed at, here or in the numbers. */
-  readonly lit: number | null;
-  readonly onLit: (joint: number | null) => void;
-  readonly onPose: (pose: Pose) => void;
+interface DrawingProps extends Pick<
+  Stage,
+  | "arm"
+  | "state"
+  | "home"
+  | "isSent"
+  | "measures"
+  | "reach"
+  | "layers"
+  | "concealed"
+  | "chosen"
+  | "choose"
+  | "lit"
+  | "point"
+  | "move"
+> {
   readonly label: string;
   readonly describedBy: string;
   /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
@@ -74,7 +75,7 @@ const TURN = Math.PI / 180;
 const CAUGHT_UP = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
-  const { arm, state, reach, layers, chosen, onChoose, lit, onLit, onPose, target } = props;
+  const { arm, state, reach, layers, chosen, choose, lit, point, move, target } = props;
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, props.room ?? [560, 420]);
   const [orbit, setOrbit, begun] = useOrbit(props);
@@ -91,7 +92,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
   const [focused, setFocused] = useState(false); // then it says what keys do
-  const isLost = isLostShown(props.measures.ratio, props.concealed) && lostDirection(arm, state) !== null;
+  const isLost = shownLost(arm, state, props.measures, props.concealed) !== null;
   const how = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
   const told = [known, focused, chosen, Boolean(props.readout), isLost && how];
   const covered = useCovered(box, [width, height, flat, ...told]);
@@ -127,12 +128,12 @@ export function Drawing(props: DrawingProps): JSX.Element {
       const [px, py] = pixel(view, place);
       return [x - px, y - py];
     };
-    if (held === "point") onPose(pointMoved(arm, state.pose, lifted(view, from(state.point)), view));
+    if (held === "point") move(pointMoved(arm, state.pose, lifted(view, from(state.point)), view));
     else if (held === "target") {
       if (target) target.move(add(target.at, lifted(view, from(target.at))));
     } else if ("link" in held) {
       const place = atShare(links[held.link]!, held.share);
-      onPose(linkDragged(arm, state, view, held.link, place, from(place)));
+      move(linkDragged(arm, state, view, held.link, place, from(place)));
     } else setOrbit(turned(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
   };
   useEffect(() => keptFromScrolling(box.current!), []);
@@ -149,16 +150,16 @@ export function Drawing(props: DrawingProps): JSX.Element {
     const size = event.shiftKey ? 10 : 2;
     const step = ARROWS[event.key];
     const number = Number(event.key);
-    if (event.key.toLowerCase() === "p") onChoose(-1);
-    else if (number >= 1 && number <= arm.joints.length) onChoose(number - 1);
+    if (event.key.toLowerCase() === "p") choose(-1);
+    else if (number >= 1 && number <= arm.joints.length) choose(number - 1);
     else if (event.key === "0" || (!flat && TURNS[event.key])) looked(event.key);
     else if (step && chosen < 0) {
       const metres = size * 0.005 * view.scale;
-      onPose(pointMoved(arm, state.pose, lifted(view, [step[0] * metres, step[1] * metres])));
-    } else if (step && step[0] === 0) onChoose((chosen + step[1] + arm.joints.length) % arm.joints.length);
+      move(pointMoved(arm, state.pose, lifted(view, [step[0] * metres, step[1] * metres])));
+    } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
       const by = step[0] * size * (arm.joints[chosen]!.kind === "R" ? TURN : 0.005);
-      onPose(state.pose.map((value, i) => (i === chosen ? within(arm, i, value + by) : value)));
+      move(state.pose.map((value, i) => (i === chosen ? within(arm, i, value + by) : value)));
     } else return;
     event.preventDefault();
   };
@@ -193,7 +194,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             reach={reach}
             layers={layers}
             flat={flat}
-            ratio={props.measures.ratio}
+            measures={props.measures}
             concealed={props.concealed}
             lit={lit}
             covered={covered}
@@ -204,10 +205,10 @@ export function Drawing(props: DrawingProps): JSX.Element {
               key={i}
               class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === lit ? " arm-lit" : ""} ${jointClass(i)}`}
               points={inPixels(view, line)}
-              onPointerEnter={() => held === null && onLit(i)}
-              onPointerLeave={() => onLit(null)}
+              onPointerEnter={() => held === null && point(i)}
+              onPointerLeave={() => point(null)}
               onPointerDown={(event) => {
-                onChoose(i);
+                choose(i);
                 const corners = line.map((corner) => pixel(view, corner));
                 hold(event, (at) => ({ link: i, share: nearestShare(corners, at) }));
               }}
@@ -217,7 +218,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
             at={pixel(view, state.point)}
             chosen={chosen < 0}
             onDown={(event) => {
-              onChoose(-1);
+              choose(-1);
               hold(event, () => "point");
             }}
           />
@@ -285,7 +286,7 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
     const around = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
     const heads = around.map((arrow) => add(first.point, arrow));
-    const isLost = isLostShown(measuresOf(first).ratio, concealed) && lostDirection(arm, first) !== null;
+    const isLost = shownLost(arm, first, measuresOf(first), concealed) !== null;
     return framingOf(arm, first, [...heads, ...aims, ...besides], page, { flat, lines: isLost ? 2 : 1 });
   }, [
     near,

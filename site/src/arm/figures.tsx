@@ -5,21 +5,12 @@ import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
 import { inDigits, say } from "../text/text.js";
-import type { Sizes } from "./factors.js";
 import { Determinant } from "./jacobian.js";
-import type { Arm, Measures, State } from "./model.js";
 import { decimals } from "./speech.js";
+import type { Stage } from "./stage.js";
 import { kindHere, nearness } from "./words.js";
 
-export interface FiguresProps {
-  readonly arm: Arm;
-  readonly state: State;
-  readonly measures: Measures;
-  /** The pose once it rests, of which the kind of singularity is told. */
-  readonly rested: State;
-  readonly sizes: () => Sizes;
-  /** Whether all of it but the point would tell what is asked. */
-  readonly concealed: boolean;
+interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "rested" | "sizes" | "concealed"> {
   /** Whether the pane beside says so already. */
   readonly isToldAside?: boolean;
 }
@@ -44,7 +35,7 @@ export const Figures = paced(
       );
     return (
       <div class={`arm-figures arm-${near}-pose`}>
-        <Determinant arm={arm} state={state} measures={measures} sizes={sizes()} />
+        <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
           {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
           <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}

@@ -5,10 +5,10 @@ import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
 import { inDigits, say } from "../text/text.js";
-import type { Sizes } from "./factors.js";
 import { jointClass, Letters } from "./letters.js";
-import { type Arm, type Measures, ROWS, type State } from "./model.js";
+import { type Arm, ROWS, type State } from "./model.js";
 import { decimals, digits } from "./speech.js";
+import type { Stage } from "./stage.js";
 import { nearness, sizeName } from "./words.js";
 
 interface TableProps {
@@ -69,25 +69,18 @@ export function JacobianTable(props: TableProps): JSX.Element {
   );
 }
 
-interface JacobianProps {
-  readonly arm: Arm;
-  readonly state: State;
-  readonly lit: number | null;
-  readonly onLit: (joint: number | null) => void;
-}
-
 export const Jacobian = paced(
-  ({ arm, state, lit, onLit }: JacobianProps): JSX.Element => (
+  ({ arm, state, lit, point }: Pick<Stage, "arm" | "state" | "lit" | "point">): JSX.Element => (
     <JacobianTable
       arm={arm}
       state={state}
       written={fixed}
       style="arm-jacobian"
       columnStyle={(i) => `${jointClass(i)}${lit === i ? " arm-lit" : ""}`}
-      onColumn={onLit}
+      onColumn={point}
     />
   ),
-  { arm: "at once", state: "in turn", lit: "at once", onLit: "at once" },
+  { arm: "at once", state: "in turn", lit: "at once", point: "at once" },
 );
 
 /** v_x as a name that `Letters` sets. */
@@ -103,25 +96,24 @@ const fixed = (value: number): string =>
 /** Below this share of the most that it gets, a factor is seen to go to zero. */
 const LOW = 0.06;
 
-interface DeterminantProps {
-  readonly arm: Arm;
-  readonly state: State;
-  readonly measures: Measures;
-  readonly sizes: Sizes;
-}
-
 /** det J, or what stands for it, and its factors where they are told. */
-export function Determinant({ arm, state, measures, sizes }: DeterminantProps): JSX.Element {
+export function Determinant({
+  arm,
+  state,
+  measures,
+  sizes,
+}: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const near = nearness(arm, measures);
+  const { most, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
         <dt>{say(sizeName(arm))}</dt>
         <dd>{inDigits(digits(size))}</dd>
-        <Bar share={Math.abs(size) / sizes.most} low={near !== "regular"} />
+        <Bar share={Math.abs(size) / most} low={near !== "regular"} />
       </div>
-      {sizes.factors.map(({ html, at, most }) => {
+      {factors.map(({ html, at, most }) => {
         const value = at(state.pose);
         const share = Math.min(1, Math.abs(value) / most);
         return (

@@ -7,27 +7,21 @@ import { useCallback, useContext, useRef } from "preact/hooks";
 
 import { say } from "../text/text.js";
 import { jointClass, Letters, plainLetters } from "./letters.js";
-import type { Arm, Pose } from "./model.js";
+import type { Arm } from "./model.js";
+import type { Stage } from "./stage.js";
 import { rangeOf, within } from "./ranges.js";
 import { angleIn, decimals, InRadians } from "./speech.js";
 
-export interface JointsProps {
-  readonly arm: Arm;
-  readonly pose: Pose;
-  readonly chosen: number;
-  readonly onChoose: (joint: number) => void;
-  readonly onPose: (pose: Pose) => void;
-}
+type JointsProps = Pick<Stage, "arm" | "pose" | "chosen" | "choose" | "move">;
 
 export const Joints = paced(
   (props: JointsProps): JSX.Element => {
-    const { arm, pose, chosen } = props;
+    const { arm, pose, chosen, choose } = props;
     const now = useRef(props);
     now.current = props;
-    const choose = useCallback((joint: number) => now.current.onChoose(joint), []);
     const set = useCallback((joint: number, value: number): void => {
-      const { arm, pose, onPose } = now.current;
-      onPose(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
+      const { arm, pose, move } = now.current;
+      move(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
     }, []);
     return (
       <fieldset class="arm-joints" data-joints={arm.joints.length}>
@@ -46,7 +40,7 @@ export const Joints = paced(
       </fieldset>
     );
   },
-  { arm: "at once", pose: "in turn", chosen: "at once", onChoose: "at once", onPose: "at once" },
+  { arm: "at once", pose: "in turn", chosen: "at once", choose: "at once", move: "at once" },
 );
 
 interface RowProps {

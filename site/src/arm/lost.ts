@@ -1,8 +1,15 @@
 // The direction that an arm loses at a singularity, or is slowest along near one.
 
-import type { Arm, State } from "./model.js";
+import type { Arm, Measures, State } from "./model.js";
 import { right } from "./svd.js";
 import { norm, transposed, unit, type Vec3 } from "./vector.js";
+
+const LOST = 0.03;
+
+/** The direction along which the line is drawn that P can hardly leave; null where none is drawn. */
+export function shownLost(arm: Arm, state: State, { ratio }: Measures, concealed: boolean): Vec3 | null {
+  return ratio < LOST && !concealed ? lostDirection(arm, state) : null;
+}
 
 /** The direction in space along which the arm is slowest; null where what is slowest is a turn. */
 export function lostDirection(arm: Arm, state: State): Vec3 | null {

@@ -7,7 +7,8 @@ import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "p
 
 import { inDigits, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
-import type { Arm, Measures, Pose } from "./model.js";
+import type { Arm } from "./model.js";
+import type { Stage } from "./stage.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
@@ -19,17 +20,15 @@ import { useMap } from "./worked.js";
 import type { Spot, Stretch } from "./zeros.js";
 import { ARROWS } from "./view.js";
 
-export interface MapProps {
-  readonly arm: Arm;
-  readonly pose: Pose;
-  readonly measures: Measures;
-  readonly onPose: (pose: Pose) => void;
-}
-
 const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 const NONE: readonly Stretch[] = [];
 
-export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
+export function SingularMap({
+  arm,
+  pose,
+  measures,
+  move,
+}: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
   const radians = useContext(InRadians);
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");
@@ -58,7 +57,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   ];
   const here: Spot = [pose[pair[0]]!, pose[pair[1]]!];
   const go = ([u, v]: Spot): void =>
-    onPose(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
+    move(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
   const pointed = (event: PointerEvent): void => {
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];

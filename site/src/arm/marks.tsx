@@ -8,11 +8,11 @@ import { Arrow, Arrows, type BodyProps, headLabel, lengthOf, type NamedArrow, of
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placed, type Wanted } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";
-import { lostDirection } from "./lost.js";
-import { type Arm, arrowsOf, pStar, type State } from "./model.js";
+import { shownLost } from "./lost.js";
+import { type Arm, arrowsOf, type Measures, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf, wayToPoint } from "./shape.js";
-import { add, along, scaled, type Vec3 } from "./vector.js";
+import { add, along, scaled, type Vec3, ZERO } from "./vector.js";
 import { drawn, lifted, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
@@ -32,10 +32,6 @@ const BY_SPEED = 0.4;
 function axisOf({ width, height }: View, flat: boolean): number {
   return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
 }
-
-const LOST = 0.03;
-/** Whether the line is drawn that P can hardly leave. */
-export const isLostShown = (ratio: number, concealed: boolean): boolean => ratio < LOST && !concealed;
 
 /** Half of a joint's sign in a flat drawing (pixels), which letters are to leave free. */
 const FACE = 8;
@@ -74,7 +70,7 @@ export function tailOf(view: View, point: Vec3, column: Vec3): Vec3 {
 export interface MarksProps extends BodyProps {
   readonly layers: Layers;
   readonly flat: boolean;
-  readonly ratio: number;
+  readonly measures: Measures;
   /** Whether the line that P can't leave would tell what is asked. */
   readonly concealed: boolean;
   /** The joint that is pointed at, whose column stands out. */
@@ -86,12 +82,14 @@ export interface MarksProps extends BodyProps {
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, flat, ratio, concealed, lit } = props;
+  const { arm, state, view, reach, layers, flat, measures, concealed, lit } = props;
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
   const { turning } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
   const ellipse = outline(view, columns);
+  const lost = shownLost(arm, state, measures, concealed);
+  const [dx, dy] = drawn(view, ofPixels(view, lost ?? ZERO, 90));
   return (
     <g class="arm-marks">
       <World arm={arm} view={view} flat={flat} />
@@ -104,7 +102,7 @@ export function Marks(props: MarksProps): JSX.Element {
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
         />
       )}
-      {isLostShown(ratio, concealed) && <Lost arm={arm} state={state} view={view} />}
+      {lost && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
       {arrows.vectors.map(({ name, style, ...way }) => (
         <Arrow key={name} view={view} {...way} style={`arm-pstar ${style}`} />
       ))}
@@ -189,15 +187,6 @@ function groundAt([x, y]: Pixel): Pixel[] {
     [x - 30, y + 26],
     [x + 30, y + 26],
   ];
-}
-
-/** The line along which the point cannot move, near a singularity. */
-function Lost({ arm, state, view }: Pick<BodyProps, "arm" | "state" | "view">): JSX.Element | null {
-  const direction = lostDirection(arm, state);
-  if (!direction) return null;
-  const [x, y] = pixel(view, state.point);
-  const [dx, dy] = drawn(view, scaled(direction, 90 / view.scale));
-  return <path class="arm-lost" d={`M${x - dx} ${y - dy}L${x + dx} ${y + dy}`} />;
 }
 
 function wantedLabels(

@@ -95,7 +95,7 @@ function Panel(props: ArmProps): JSX.Element {
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
   const sliders = (
     <>
-      <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+      <Joints {...stage} />
       <Figures {...stage} isToldAside={wide && open === "map"} />
       <Lengths robot={robot} symbols={symbols} />
     </>
@@ -127,9 +127,6 @@ function Panel(props: ArmProps): JSX.Element {
             <Drawing
               {...stage}
               room={room}
-              onChoose={stage.choose}
-              onPose={stage.move}
-              onLit={stage.point}
               near
               readout={wide || concealed ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
@@ -154,7 +151,7 @@ function Panel(props: ArmProps): JSX.Element {
           <div class="arm-strip">
             {wide ? (
               <div class="arm-side">
-                {concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
+                {concealed ? null : <Jacobian {...stage} />}
                 {sliders}
               </div>
             ) : null}
@@ -247,7 +244,7 @@ function Readout({ arm, measures }: Stage): JSX.Element {
 function Numbers({ stage }: { stage: Stage }): JSX.Element {
   return (
     <div class="arm-numbers">
-      {stage.concealed ? null : <Jacobian {...stage} onLit={stage.point} />}
+      {stage.concealed ? null : <Jacobian {...stage} />}
       <Figures {...stage} />
     </div>
   );
@@ -256,23 +253,15 @@ function Numbers({ stage }: { stage: Stage }): JSX.Element {
 function Map({ stage }: { stage: Stage }): JSX.Element {
   if (stage.concealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
-  return <SingularMap {...stage} onPose={stage.move} />;
+  return <SingularMap {...stage} />;
 }
 
-function Path({ stage: { arm, pose, reach, welding } }: { stage: Stage }): JSX.Element {
+function Path({ stage }: { stage: Stage }): JSX.Element {
+  const { arm, welding } = stage;
   const blocked = obstacle(arm);
   return (
     <>
-      {welding ? (
-        <Welding
-          {...welding}
-          arm={arm}
-          pose={pose}
-          reach={reach}
-          onWeld={welding.change}
-          onPlace={welding.goTo}
-        />
-      ) : null}
+      {welding ? <Welding {...stage} {...welding} /> : null}
       {blocked ? <p>{say(`arm.weld.not-${blocked}`)}</p> : null}
     </>
   );

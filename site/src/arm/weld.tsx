@@ -7,10 +7,11 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
-import { type Arm, type Pose, stateAt } from "./model.js";
-import { crossings, follow, type Journey, obstacle, pathTo, stationOn, suggested } from "./path.js";
+import { type Arm, type Pose } from "./model.js";
+import { crossings, follow, type Journey, pathTo, stationOn, suggested } from "./path.js";
 import { useStillness } from "./size.js";
 import { decimals, digits } from "./speech.js";
+import type { Stage } from "./stage.js";
 import type { Vec3 } from "./vector.js";
 
 /** A weld from the pose at A to B, at a speed (m/s), with limits for revolute (rad/s) and prismatic joints (m/s). */
@@ -23,24 +24,14 @@ export interface Weld {
 }
 
 export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
-  const target = obstacle(arm) ? stateAt(arm, pose).point : suggested(arm, pose, reach, false);
-  return { from: pose, target, speed: 0.1, turns: 0.6, slides: 0.3 };
+  return { from: pose, target: suggested(arm, pose, reach, false), speed: 0.1, turns: 0.6, slides: 0.3 };
 }
 
 export function limitsOf(arm: Arm, { turns, slides }: Weld): number[] {
   return arm.joints.map(({ kind }) => (kind === "R" ? turns : slides));
 }
 
-export interface WeldProps {
-  readonly arm: Arm;
-  readonly pose: Pose;
-  readonly reach: number;
-  readonly weld: Weld;
-  readonly journey: Journey;
-  readonly place: number;
-  readonly onWeld: (weld: Weld) => void;
-  readonly onPlace: (s: number) => void;
-}
+type WeldProps = Pick<Stage, "arm" | "pose" | "reach"> & NonNullable<Stage["welding"]>;
 
 const STEPS = 20;
 /** What is beside the path's slider, one at a time, so that it is in view with the arm. */
@@ -77,22 +68,21 @@ const FIELDS = [
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
-  const { arm, weld, journey, place, onWeld, onPlace } = props;
+  const { arm, weld, journey, place, change, goTo } = props;
   const still = useStillness();
   const end = journey.stations.at(-1)!.s;
-  const [playing, setPlaying] = useClock(place, end, weld.speed, onPlace);
+  const [playing, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
   const station = useMemo(() => stationOn(journey, place), [journey, place]);
   const rates = station.slopes.map((slope) => slope * weld.speed);
   const [part, setPart] = useState<(typeof PARTS)[number]>("chart");
   const set = (part: Partial<Weld>): void => {
     setPlaying(false);
-    onWeld({ ...weld, ...part });
+    change({ ...weld, ...part });
   };
-  const step = (): void =>
-    onPlace(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
+  const step = (): void => goTo(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
   const play = (): void => {
-    if (place >= end - 1e-9) onPlace(0);
+    if (place >= end - 1e-9) goTo(0);
     setPlaying(!playing);
   };
   return (
@@ -114,7 +104,7 @@ export function Welding(props: WeldProps): JSX.Element {
           })}
           onInput={(event) => {
             setPlaying(false);
-            onPlace(Number(event.currentTarget.value));
+            goTo(Number(event.currentTarget.value));
           }}
         />
         <output>

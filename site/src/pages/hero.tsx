@@ -38,9 +38,6 @@ export function Hero(wish: StageWish): JSX.Element {
         layers={LAYERS}
         near
         besides={stretched}
-        onChoose={stage.choose}
-        onPose={stage.move}
-        onLit={stage.point}
         label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}
       />
