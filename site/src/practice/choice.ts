@@ -2,7 +2,7 @@
 //
 // Questions that went wrong come again: after two others, then after a day, three days, a week (Leitner's boxes).
 
-import type { Index } from "../bank.js";
+import type { Index, Listed } from "../bank.js";
 import { randomNumbers } from "../random.js";
 import { message, type Message } from "../text/text.js";
 
@@ -78,6 +78,20 @@ export function items(index: Index, wish: Wish): Item[] {
     );
 }
 
+/** What the bank says of the problem of an item. */
+export function problemsIn(index: Index): (item: Item) => Listed {
+  const listed = new Map(
+    index.families.flatMap(({ name, problems }) =>
+      problems.map((problem): [string, Listed] => [`${name}/${problem.key}`, problem]),
+    ),
+  );
+  return ({ family, key }) => listed.get(`${family}/${key}`)!;
+}
+
+/** How many steps the arm of a problem is from the chapter's. */
+export const stepOf = ({ variation }: Listed): number =>
+  Math.max(0, (STEPS as readonly string[]).indexOf(variation));
+
 /** The item to ask next: one that went wrong and is due, else a new one by the luck of `random`; null without any. */
 export function next(
   index: Index,
@@ -104,16 +118,8 @@ const PLAIN = ["joint-effect", "position", "speed", "velocity-component", "jacob
 
 /** Of some items in the bank's order those about the first of the families with the easiest arms, plain ones if there are. */
 function easiest(index: Index, some: readonly Item[]): Item[] {
-  const steps: readonly string[] = STEPS;
-  const hardness = new Map(
-    index.families.flatMap(({ name, problems }) =>
-      problems.map(({ key, difficulty, variation }): [string, number] => [
-        `${name}/${key}`,
-        5 * Math.max(0, steps.indexOf(variation)) + Math.max(1, difficulty),
-      ]),
-    ),
-  );
-  const of = ({ family, key }: Item): number => hardness.get(`${family}/${key}`) ?? Infinity;
+  const problemOf = problemsIn(index);
+  const of = (item: Item): number => 5 * stepOf(problemOf(item)) + Math.max(1, problemOf(item).difficulty);
   const least = Math.min(...some.map(of));
   const easy = some.filter((item) => of(item) === least);
   const first = easy.filter(({ family }) => family === easy[0]!.family);

@@ -1,8 +1,8 @@
 // Classes of arms, each of which a lesson is practised and mastered for by itself: the chapter's plain arms, then arms in
 // space, then any. What is right for a plain arm says little of one that is turned and offset.
 
-import type { Index, Listed } from "../bank.js";
-import { type Item, STEPS } from "./choice.js";
+import type { Index } from "../bank.js";
+import { type Item, problemsIn, STEPS } from "./choice.js";
 import { isDue, itemsOf, NEW_ROW, type Row, type Skill } from "./skills.js";
 import type { Topic } from "./topics.js";
 
@@ -28,13 +28,9 @@ export function classesOf(index: Index, { questions, families }: Topic): readonl
   const more = index.families.some(({ name }) => further.includes(name))
     ? itemsOf(index, questions, further).filter(({ family }) => further.includes(family))
     : [];
-  const listed = new Map(
-    index.families.flatMap(({ name, problems }) =>
-      problems.map((problem): [string, Listed] => [`${name}/${problem.key}`, problem]),
-    ),
-  );
-  const classOf = ({ family, key }: Item): ArmClass => {
-    const { variation, flat } = listed.get(`${family}/${key}`)!;
+  const problemOf = problemsIn(index);
+  const classOf = (item: Item): ArmClass => {
+    const { variation, flat } = problemOf(item);
     return !PLAIN_STEPS.includes(variation) ? "any" : flat ? "plain" : "space";
   };
   return CLASSES.map((name) => ({

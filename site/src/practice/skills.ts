@@ -3,7 +3,7 @@
 
 import type { Index } from "../bank.js";
 import { keepText, keptJson } from "../storage.js";
-import { type Item, nameOf, STEPS } from "./choice.js";
+import { ANYTHING, type Item, items, nameOf, problemsIn, stepOf } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
 export const NEEDED = 3;
@@ -87,23 +87,16 @@ export function isDue(skill: Row | undefined, now: number): boolean {
  * before such as are turned and offset, and what is asked in the order in which the lesson has it.
  */
 export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
-  const steps: readonly string[] = STEPS;
-  const all = index.families.flatMap(({ name, problems }) =>
-    problems.flatMap((problem) =>
-      problem.questions
-        .filter((question) => questions.includes(question))
-        .map((question) => ({
-          item: { family: name, key: problem.key, question },
-          family: families.includes(name) ? families.indexOf(name) : families.length,
-          step: Math.max(0, steps.indexOf(problem.variation)),
-          question: questions.indexOf(question),
-        })),
-    ),
-  );
-  const own = all.filter(({ family }) => family < families.length);
-  return (own.length > 0 ? own : all)
-    .map(({ item, family, step, question }) => ({ item, family, hardness: 2 * step + family + question }))
-    .sort((a, b) => a.hardness - b.hardness || a.family - b.family)
+  const problemOf = problemsIn(index);
+  const asked = items(index, ANYTHING).filter(({ question }) => questions.includes(question));
+  const own = asked.filter(({ family }) => families.includes(family));
+  return (own.length > 0 ? own : asked)
+    .map((item) => {
+      const place = own.length > 0 ? families.indexOf(item.family) : 0;
+      const hardness = 2 * stepOf(problemOf(item)) + place + questions.indexOf(item.question);
+      return { item, place, hardness };
+    })
+    .sort((a, b) => a.hardness - b.hardness || a.place - b.place)
     .map(({ item }) => item);
 }
 
@@ -172,15 +165,10 @@ function mergedSkill(own: Skill, other: Skill): Skill {
 }
 
 /** Of two rows the one that is mastered, else learned, else longer, the first where both are alike. */
-function further({ row, learned, mastered }: Row, other: Row): Row {
-  const own: Row = {
-    row,
-    ...(learned === undefined ? {} : { learned }),
-    ...(mastered === undefined ? {} : { mastered }),
-  };
-  const lengthOf = (one: Row): number =>
-    (one.mastered !== undefined ? 2000 : one.learned !== undefined ? 1000 : 0) + one.row.length;
-  return lengthOf(other) > lengthOf(own) ? further(other, NEW_ROW) : own;
+function further(own: Row, other: Row): Row {
+  const lengthOf = ({ row, learned, mastered }: Row): number =>
+    (mastered !== undefined ? 2000 : learned !== undefined ? 1000 : 0) + row.length;
+  return lengthOf(other) > lengthOf(own) ? other : own;
 }
 
 function isSkill(skill: unknown): skill is Skill {
