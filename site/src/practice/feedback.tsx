@@ -22,7 +22,8 @@ interface FeedbackProps {
 }
 
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
-  const behind: readonly Slip[] = verdict.slips ?? [];
+  const behind: Slip[] = [...(verdict.slips ?? [])];
+  if (verdict.mistake !== undefined) behind.unshift({ mistake: verdict.mistake });
   const pose = poseOf(problem, verdict);
   const isTried = isRead(verdict);
   const reasons = isTried ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
@@ -33,11 +34,6 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
       {reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
-      {verdict.mistake === undefined ? null : (
-        <p class="mistake">
-          <strong>{say("practice.mistake")}</strong> <Mistake problem={problem} index={verdict.mistake} />
-        </p>
-      )}
       {behind.length === 1 ? (
         <p class="mistake">
           <strong>{say("practice.mistake")}</strong> <Behind problem={problem} slip={behind[0] as Slip} />
@@ -75,17 +71,6 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** What the problem says of a mistake, in the language of the problem. */
-function Mistake({ problem, index }: { problem: Problem; index: number }) {
-  const [name, title, sentence, missing] = problem.said[index] ?? [];
-  return (
-    <span lang={problem.lang ?? "en"}>
-      <strong>{title}</strong> {sentence}
-      {missing ? ` ${said(missingIn(missing, name === "factor-lost"))}` : null}
-    </span>
-  );
-}
-
 /** What is said of symbols in what is missing; where a factor of det J vanishes that joints change, the arm is singular. */
 export function missingIn(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
@@ -93,12 +78,17 @@ export function missingIn(symbols: string, ofDeterminant: boolean): Message {
   return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 
+/** What went wrong; of a mistake what the problem says, in the language of the problem. */
 function Behind({ problem, slip }: { problem: Problem; slip: Slip }) {
   if (!("mistake" in slip)) return <>{said(slip)}</>;
+  const [name, title, sentence, missing] = problem.said[slip.mistake] ?? [];
   return (
     <>
       {slip.where ? `${said(slip.where)}: ` : null}
-      <Mistake problem={problem} index={slip.mistake} />
+      <span lang={problem.lang ?? "en"}>
+        <strong>{title}</strong> {sentence}
+        {missing ? ` ${said(missingIn(missing, name === "factor-lost"))}` : null}
+      </span>
     </>
   );
 }
