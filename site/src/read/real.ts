@@ -47,38 +47,19 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
 
 /** The value of an entry of an arm's table. Throws ReadError for what is no real expression. */
 export function realValue(tree: Node, values: Readonly<Record<string, number>>): number {
-  const at = (index: number): number => realValue(tree.args[index] as Node, values);
-  switch (tree.kind) {
-    case "number":
-    case "decimal":
-      return tree.value;
-    case "name":
-      return tree.text === "pi" ? Math.PI : tree.text === "E" ? Math.E : (values[tree.text] ?? NaN);
-    case "neg":
-      return -at(0);
-    case "+":
-      return at(0) + at(1);
-    case "-":
-      return at(0) - at(1);
-    case "*":
-      return at(0) * at(1);
-    case "/":
-      return at(0) / at(1);
-    case "^":
-      return at(0) ** at(1);
-    case "call":
-      return called(
-        tree.text,
-        tree.args.map((_, i) => at(i)),
-      );
-    default:
-      throw new ReadError("read.no-expression", { what: message("read.a-condition") });
-  }
-}
-
-function called(name: string, [x = NaN, y = NaN]: readonly number[]): number {
-  if (name === "atan2") return Math.atan2(x, y);
-  const known = REAL[name];
-  if (!known) throw new ReadError("read.function", { name });
+  const { kind, text } = tree;
+  const [x = NaN, y = NaN] = tree.args.map((arg) => realValue(arg, values));
+  if (kind === "number" || kind === "decimal") return tree.value;
+  if (kind === "name") return text === "pi" ? Math.PI : text === "E" ? Math.E : (values[text] ?? NaN);
+  if (kind === "neg") return -x;
+  if (kind === "+") return x + y;
+  if (kind === "-") return x - y;
+  if (kind === "*") return x * y;
+  if (kind === "/") return x / y;
+  if (kind === "^") return x ** y;
+  if (kind !== "call") throw new ReadError("read.no-expression", { what: message("read.a-condition") });
+  if (text === "atan2") return Math.atan2(x, y);
+  const known = REAL[text];
+  if (!known) throw new ReadError("read.function", { name: text });
   return known.value(x);
 }

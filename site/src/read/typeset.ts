@@ -32,21 +32,16 @@ interface Piece {
 
 /** The LaTeX of an answer. */
 export function typesetTree(tree: Node, symbols: Symbols): string {
-  if (
-    tree.kind === "list" &&
-    tree.args.some((arg) => arg.kind !== "eq" && arg.kind !== "in" && arg.kind !== "and")
-  ) {
+  const isCondition = ({ kind }: Node): boolean => ["eq", "in", "and"].includes(kind);
+  if (tree.kind === "list" && !tree.args.every(isCondition)) {
     try {
-      return matrix(asMatrix(tree).map((row) => row.map((entry) => piece(entry, symbols).latex)));
+      const rows = asMatrix(tree).map((row) => row.map((entry) => piece(entry, symbols).latex).join(" & "));
+      return `\\begin{bmatrix} ${rows.join(" \\\\ ")} \\end{bmatrix}`;
     } catch (error) {
       if (!(error instanceof ReadError)) throw error;
     }
   }
   return piece(tree, symbols).latex;
-}
-
-function matrix(rows: readonly (readonly string[])[]): string {
-  return `\\begin{bmatrix} ${rows.map((row) => row.join(" & ")).join(" \\\\ ")} \\end{bmatrix}`;
 }
 
 function piece(tree: Node, symbols: Symbols): Piece {
@@ -74,6 +69,7 @@ function piece(tree: Node, symbols: Symbols): Piece {
     case "call":
       return called(tree, symbols);
     case "set":
+    case "dict":
       return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
     case "list":
       return { latex: listed(",\\; "), level: ATOM };
@@ -83,11 +79,8 @@ function piece(tree: Node, symbols: Symbols): Piece {
     case "in":
       return { latex: listed(" \\in "), level: SUM };
     case "and":
-      return { latex: listed(" \\text{ and } "), level: SUM };
     case "or":
-      return { latex: listed(" \\text{ or } "), level: SUM };
-    case "dict":
-      return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
+      return { latex: listed(` \\text{ ${tree.kind} } `), level: SUM };
   }
 }
 
