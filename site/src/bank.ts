@@ -20,7 +20,7 @@ export interface Family {
   readonly problems: readonly Listed[];
 }
 
-/** A problem of a family: the name of its file, its difficulty from 0 to 4, how far its arm varies, and what is asked. */
+/** A problem of a family: its file's name, its difficulty (0 to 4), how far its arm varies, and what is asked. */
 export interface Listed {
   readonly key: string;
   readonly title: string;
@@ -175,7 +175,7 @@ export interface LettersKey {
   readonly options: number;
   readonly items: number;
   readonly right: readonly number[];
-  /** What is behind each option that is wrong, or stands at a wrong item: indices into what the problem says of mistakes. */
+  /** The mistakes behind each wrong option, or behind each letter at a wrong item: indices into `said`. */
   readonly told: readonly (readonly number[])[];
 }
 

@@ -66,7 +66,7 @@ export function withAngle(wave: Node, old: Node, angle: Node): Node {
   return angleText(wave.args[0] as Node) === angleText(old) ? { ...wave, args: [angle] } : wave;
 }
 
-/** The sums of successive joints with the constant of an angle and without, and the angle with one joint more, one less, or one the other way. */
+/** The angles that may be due: sums of successive joints, and this angle with a joint added, removed or reversed. */
 export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
   const joints = angles.filter(({ kind }) => kind === "name");
   const sum = sumIn(angle);
@@ -94,7 +94,7 @@ function withConstant(constant: number, angles: readonly Node[]): Node[] {
 /** A twelfth of half a turn: constants of angles are so many of these. */
 const STEP = Math.PI / 12;
 
-/** The angle of a sine or cosine, worth `here`, with another constant, for it to have a value there; quarter turns are none. */
+/** The angle of a sine or cosine, worth `here`, with the constant that gives it a value; never a quarter turn. */
 export function otherConstants(wave: Node, here: number, value: number): Node[] {
   if (!(Math.abs(value) <= 1)) return [];
   const first = wave.text === "sin" ? Math.asin(value) : Math.acos(value);
@@ -105,7 +105,7 @@ export function otherConstants(wave: Node, here: number, value: number): Node[] 
   });
 }
 
-/** The sine or cosine of an angle that is counted from a joint on, which stands before all of its own; null without one. */
+/** The sine or cosine of the sum from joint `first` up to the last joint of this angle; null if there is none. */
 export function countedFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
   const [angle] = wave.args as [Node];
   const mine = sumIn(angle);

@@ -1,7 +1,7 @@
 // Changes of an entry by which it becomes worth what is due at the first configuration of a key: slips undone.
 //
-// For each piece of an entry it is worked out what it would have to be worth for the entry to be right; what it is worth
-// says which change that might be. Whether an entry is right with it at all configurations, slips.ts asks.
+// For each piece of an entry, we find the value that would make the entry right, and then the changes that give the
+// piece that value. slips.ts checks each changed entry at all configurations.
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
@@ -124,7 +124,7 @@ export function* changes(entry: Node, due: number, means: Means): Generator<Chan
 const kindOfAngle = (typed: Node, due: Node): Kind =>
   isRelative(typed, due) ? "slip.relative" : "slip.angle";
 
-/** An entry with two terms that were left out of it, or of what is divided in it, and are none of its terms with the other sign. */
+/** An entry, or a numerator in it, with two missing terms; neither cancels one of its own terms. */
 export function* withTwoTerms(entry: Node, due: number, means: Means): Generator<Change> {
   const isSum = ({ tree, parent, divided }: Piece) => parent === null || (divided && tree.kind !== "/");
   for (const { tree, put } of piecesOf(entry).filter(isSum)) {

@@ -1,4 +1,4 @@
-// What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
+// Partial credit, by the rules of ../../../exercises/credit.py (docs/partial-credit.md).
 
 /** What wrong signs cost, however many there are, a common factor that is wrong, and rounded values of joints. */
 const AMISS = 1 / 5;
@@ -23,7 +23,7 @@ export function shareOfEntries(
   return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
 }
 
-/** Of a set: how many pieces of each condition are found, of how many, how many conditions don't hold, whether values are rounded. */
+/** Of a set: of each condition, how many pieces of how many are found; how many conditions are false; rounding. */
 export function shareOfSet(
   found: readonly (readonly [some: number, due: number])[],
   unsound: number,

@@ -64,8 +64,8 @@ function isStatement(tree: Node): boolean {
 }
 
 /**
- * The entries of a vector or matrix, which may be named by `labels`, or a matrix's columns by `vectors`; a set of several
- * has no order. Throws ReadError.
+ * The entries of a vector or matrix. `labels` may name its entries, `vectors` its columns. A set of several has no
+ * order: throws ReadError.
  */
 export function matrixOf(
   typed: Node,
@@ -220,8 +220,8 @@ const isLabelled = (tree: Node): boolean =>
   isNamed(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
 
 /**
- * The entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …] or of [(qd1, …), (qd2, …)] in the order of the labels. They may
- * have "and" between them; rows of a matrix may be called row1, and entries J12.
+ * The entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of the labels, also with
+ * "and" between them. Rows of a matrix may be called row1, and entries J12.
  */
 function unlabelled(tree: Node, labels: readonly string[], { rows, columns }: Shape): Node {
   const inner = tree.args[0];

@@ -14,8 +14,8 @@ import type { Verdict } from "./verdict.js";
 export { ownColumns } from "./own.js";
 
 /**
- * Judge an answer; `isSingular` tells of poses of this problem's arm. A formula that can't be read is read once more with
- * its commas between digits as decimal ones, as pages of many languages print them; several numbers stay what they are.
+ * Judge an answer; `isSingular` tells of poses of this problem's arm. A formula that can't be read is read once more
+ * with its commas between digits as decimal commas. Several numbers stay what they are.
  */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const first = judged(problem, part, answer, isSingular);

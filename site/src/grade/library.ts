@@ -31,7 +31,7 @@ export interface Known {
   readonly value: number;
 }
 
-/** What an answer may be made of: symbols of the problem, and the decimals of the answer, which are its lengths in numbers. */
+/** What an answer may be made of: symbols of the problem, and the decimals of the answer, taken for lengths. */
 export function libraryOf(symbols: readonly string[], entries: readonly Node[]): Library {
   const used = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   const decimals = new Map<number, Node>();

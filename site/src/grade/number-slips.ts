@@ -1,4 +1,4 @@
-// What went wrong in numbers: a mistake of the problem that gives them, the way in which they were written down, or both.
+// What went wrong in numbers: a known mistake of the problem, the way in which they are written, or both.
 
 import type { NumbersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
@@ -12,7 +12,7 @@ export const EXACT = 1e-5;
 const KEPT = 1e-5;
 /** Numbers are taken to have so many digits, if they seem to have fewer. */
 const FEWEST_DIGITS = 3;
-/** Share of wrong answers that may be met by chance by one of the pairs that are tried, as in ../../../grader/pairs.py. */
+/** Share of wrong answers that one of the pairs may give by chance, as in ../../../grader/pairs.py. */
 const BY_CHANCE = 0.01;
 /** Share by which numbers are close to what is due, also of the tenth part of the largest. */
 const CLOSE = 0.03;
@@ -77,7 +77,7 @@ function areNear(
   );
 }
 
-/** The likeliest mistake that gives the numbers to all their digits, or the one nearest to several within what is tolerated. */
+/** The likeliest mistake that gives all digits of the numbers; else, of several numbers, the nearest in tolerance. */
 function mistakeBehind({ mine, key, relative }: Typed): number | undefined {
   const known = relative <= PRECISE ? [...key.mistakes, ...(key.precise ?? [])] : key.mistakes;
   const within = (room: number) => known.filter(([, ...theirs]) => areNear(mine, theirs, key, room));
@@ -181,7 +181,7 @@ function whereOf(places: readonly number[], count: number): Message {
 
 // --- rounding ---
 
-/** Whether all numbers are the right ones to one or two digits, and one of them to two, as in ../../../grader/rounded.py. */
+/** Whether all numbers are right to one or two digits, and one to two, as in ../../../grader/rounded.py. */
 function isToFewDigits({ mine, right, key }: Typed): boolean {
   const toTwo = mine.map((value, i) => right[i]! || isTo(2, value, key.right[i]!));
   return mine.every((value, i) => toTwo[i]! || isTo(1, value, key.right[i]!)) && toTwo.some(Boolean);

@@ -116,7 +116,12 @@ function along(entries: readonly Node[], key: ValuesKey): Verdict {
     const due = key.right.map((each) => each[k] ?? NaN);
     const room = SAME * Math.max(...values.map(({ size }) => size));
     if (!Number.isFinite(room)) return true;
-    return !(["re", "im"] as const).every((part) => aside(values.map((each) => each[part]), due) <= room); // prettier-ignore
+    const isAlong = (part: "re" | "im") =>
+      aside(
+        values.map((each) => each[part]),
+        due,
+      ) <= room;
+    return !isAlong("re") || !isAlong("im");
   });
   if (off < 0) return agreed(entries, message("verdict.direction"), found);
   const unknown = unknownSymbols(names, key);

@@ -6,13 +6,13 @@ import { read } from "../read/reader.js";
 import { hasBlank, ReadError } from "../read/tree.js";
 import { matrixOf, shaped } from "./forms.js";
 
-/** The columns of a typed Jacobian at a pose, three linear components each (m/s for 1 rad/s or 1 m/s); null if they are no numbers. */
+/** The linear part of each column of a typed Jacobian at a pose (m/s for 1 rad/s or 1 m/s); null if undefined. */
 export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
 
 const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
 const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
 
-/** An answer to a question for J as a function of the pose; null for other questions, and for what can't be read or has blanks. */
+/** An answer to a question for J as a function of the pose; null for other questions, and if it can't be read. */
 export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
   const { robot, symbols } = problem;
   const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];

@@ -17,10 +17,7 @@ const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
 /** A value k*pi/6, or coarser, has all its values modulo whole turns for these k, from -6 to 6. */
 const WHOLE = Array.from({ length: 13 }, (_, k) => (k < 6 ? node("neg", integer(6 - k)) : integer(k - 6)));
 const MOST_PIECES = 500;
-/**
- * Nodes of the cases of all whole numbers together, and what a case counts beside its own. The grader has a limit of the
- * steps of a search, too, which a browser has no need of: it searches from a dozen poses, and for one student.
- */
+/** Most nodes in the cases of all whole numbers together, and what each case counts beside its own nodes. */
 const MOST_CASES = 100_000;
 const CASE = 10;
 

@@ -171,7 +171,7 @@ function isFixed(piece: readonly At[], joint: string, angles: ReadonlySet<string
 
 // --- conditions that tie several joints ---
 
-/** What is wrong in a formula that should vanish: the slip that, undone, has it vanish on a piece that no claim covers. */
+/** The slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
 function inTie({ open, symbols, joints }: Claims, claim: Piece): Message | null {
   const [atom, ...more] = claim;
   if (!atom || atom.joint !== null || more.length > 0) return null;

@@ -1,7 +1,7 @@
 // Sets of configurations: is every pose of the reference covered, and is every pose that is claimed singular?
 //
-// Poses on what is claimed are searched for from random starts by Gauss-Newton steps; what is singular is told by the arm.
-// As in ../../../grader/formulas.py, only what is claimed rightly earns anything: what always holds covers everything.
+// Gauss-Newton steps from random starts find poses on what is claimed; the arm tells whether they are singular. As in
+// ../../../grader/formulas.py, only true claims earn anything: a claim that always holds covers everything.
 
 import { damped } from "../arm/svd.js";
 import type { ConfigurationsKey } from "../bank.js";
@@ -47,7 +47,7 @@ const DAMPING = 1e-7;
 const TURN = 2 * Math.PI;
 /** What is smaller, of the size of its terms, is rounding. */
 const ROUNDING = 4e-16;
-/** So many poses are looked at where none was found, and so near to zero, of the size of its terms, nothing may come. */
+/** Where no pose is found, so many are looked at; none may come so near to zero, relative to its terms. */
 const LOOKED_AT = 2000;
 const NEAR_MISS = 1e-3;
 
@@ -65,7 +65,7 @@ interface Table extends Space {
   readonly offsets: ReadonlyMap<string, number>;
 }
 
-/** Judge conditions; `angles` are the joints of which a whole turn is no difference, `offsets` what the table adds to them. */
+/** Judge conditions; for joints in `angles` whole turns don't count, and the table adds `offsets` to them. */
 export function judgeSet(
   typed: string,
   key: ConfigurationsKey,
@@ -87,7 +87,7 @@ export function judgeSet(
   });
 }
 
-/** The poses on each piece of each condition that has any; a name in the answer that the problem has not is any number. */
+/** The poses on each piece of each condition that has any; a name that the problem does not have is any number. */
 function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[][] {
   const unknown = [...namesIn(tree)].filter((each) => !key.symbols.includes(each));
   const poseOf = (values: readonly number[], k: number): At => ({
@@ -104,8 +104,8 @@ function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[]
 }
 
 /**
- * Conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1. With dots behind
- * them, as in k = 0, 1, 2, …, it is any whole number.
+ * Conditions with the listed values of a whole number put in, as in theta2 = k*pi, k = 0, 1. With dots behind them, as
+ * in k = 0, 1, 2, …, it is any whole number.
  */
 function counted(tree: Node): Node {
   const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
@@ -338,7 +338,7 @@ function missOf(zeros: readonly Node[], at: At): number {
   return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
 }
 
-/** A claim on values alone with those put for them that are right, if they are but for rounding: pi for 3.14, also for 355/113. */
+/** A claim on values alone, with the right values put for those that are rounded: pi for 3.14, also for 355/113. */
 function exactly(claim: Piece, poses: readonly (readonly At[])[], space: Space): Piece {
   if (claim.some(({ joint }) => joint === null)) return claim;
   const atoms = claim.map((atom) => {
@@ -348,7 +348,7 @@ function exactly(claim: Piece, poses: readonly (readonly At[])[], space: Space):
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
-/** The value that is the same in all poses of a piece and near to one that was typed, which is another; null without one. */
+/** The value of a joint on some piece of which a typed value is a rounded one; null if there is none. */
 function roundedFrom({ joint, zero }: Atom, poses: readonly (readonly At[])[], space: Space): number | null {
   if (joint === null || namesIn(zero).size > 0) return null;
   const value = evaluate(zero, {}).re;
@@ -359,7 +359,8 @@ function roundedFrom({ joint, zero }: Atom, poses: readonly (readonly At[])[], s
     .filter(({ off }) => off < ROUNDED)
     .sort((a, b) => a.off - b.off)[0];
   if (!found) return null;
-  const isFound = found.due !== 0 && Math.round(found.due * 1e9) / 1e9 === found.due; // by a search, and told with nine decimals
+  // what a search found is told with nine decimals
+  const isFound = found.due !== 0 && Math.round(found.due * 1e9) / 1e9 === found.due;
   return found.off >= (isFound ? STATED : TYPED * Math.max(1, Math.abs(found.due))) ? found.due : null;
 }
 
@@ -372,7 +373,7 @@ function randomPose(given: At, { joints, angles }: Space, random: () => number):
 const zerosOf = (piece: Piece): Node[] =>
   piece.map(({ joint, zero }) => (joint === null ? zero : node("-", name(joint), zero)));
 
-/** The pose with the values of a piece, moved to where its conditions hold by Gauss-Newton steps of least norm, if it gets there. */
+/** The pose with the values of a piece, moved towards where its conditions hold by Gauss-Newton steps of least norm. */
 function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], start: At): At | null {
   let at = start;
   for (const { joint, zero } of piece) if (joint !== null) at = { ...at, [joint]: evaluate(zero, at).re };
@@ -396,8 +397,8 @@ function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], s
 }
 
 /**
- * The shortest x with A x = b. Rows are made to be of length 1: at a double zero, as of sin² or of cos = 1, slopes become
- * as small as what is left to go.
+ * The shortest x with A x = b. Rows are scaled to length 1: at a double zero, as of sin² or of cos = 1, slopes become
+ * as small as the remaining distance.
  */
 function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
   const open = a.flatMap((row, i) => {

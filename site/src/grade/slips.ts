@@ -60,8 +60,8 @@ export function slipsIn(answer: Answer, key: ValuesKey): Explained {
 }
 
 /**
- * As few of some findings as explain most places, each place by one; of those that explain most the first, which if it is
- * `whole` explains all of its places or none. What is left open is what none of them explains.
+ * A few findings that explain most places: each time the first of those that explain most of what is still open. One
+ * that is `whole` explains all of its places or none.
  */
 export function fewest<F extends { readonly places: readonly number[]; readonly whole?: boolean }>(
   findings: readonly F[],

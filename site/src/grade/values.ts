@@ -35,7 +35,7 @@ import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "
 const SAME = 1e-9;
 /** Share by which the print of a mistake, which is kept with six digits, may differ. */
 const PRINT = 2e-5;
-/** At so many configurations at most mistakes have prints; by so many times the room a part of an answer has to differ there. */
+/** Mistakes have prints at so many configurations at most; a part must differ by so many times the room. */
 const PRINTED = 3;
 const TELLING = 100;
 /** So many times an entry its terms may be: rounding is still far below it then. */
@@ -188,7 +188,7 @@ export function agreed(
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
 
-/** A number, or a power of numbers, that values of nine digits can't tell from none or from infinity; null without one. */
+/** A number or power that nine digits can't tell from zero or infinity; null if there is none. */
 function outOfSight(tree: Node): string | null {
   let found: string | null = null;
   anyNode(tree, (each) => {
@@ -219,7 +219,7 @@ interface Amiss {
   readonly says: TextKey;
 }
 
-/** Whether all that is wrong is right but for signs, or for a number times lengths or over them, or for both; else 0. */
+/** What is amiss if all wrong entries are right but for signs, a constant factor, or both; else 0. */
 function amissIn(
   mine: (k: number) => readonly (Value | null)[],
   key: ValuesKey,
@@ -300,10 +300,7 @@ function difference(
     : message("verdict.entry", { ...place, ...values });
 }
 
-/**
- * The index of what is said of the one of some mistakes that gives the very same answer, or the same but for entries other than
- * `some`, which the mistake leaves as they are due.
- */
+/** The index of the mistake that gives this answer, or, with all other entries as they are due, `some` of it. */
 function mistakeBehind(
   mine: (k: number) => readonly (Value | null)[],
   mistakes: ValuesKey["mistakes"],
@@ -350,10 +347,7 @@ export function anyNumber(name: string, k: number): number {
   return 0.3 + ((turned * GOLDEN) % 1.4);
 }
 
-/**
- * All by which the difference can be followed, at point k: joints, lengths, what the entry has, what the question speaks
- * of, and all rates if the entry has any.
- */
+/** What a student needs to check an entry at point k: joints, lengths, rates, symbols of entry and question. */
 function shownAt(key: ValuesKey, k: number, entry: Node): At {
   const used = namesIn(entry);
   const isMoving = [...used].some(isRate);

@@ -1,5 +1,4 @@
-// All that is kept of a student: which problems were answered, how far one is in the lessons, today's arm; as a file that
-// is taken along.
+// All that is kept of a student, also as a file to take along: answered problems, progress in lessons, today's arm.
 
 import type { Progress } from "./choice.js";
 import { checkedProgress, keep, mergedProgress } from "./progress.js";

@@ -161,7 +161,7 @@ function Entries({
 interface GridProps {
   readonly rows: number;
   readonly columns: number;
-  /** LaTeX of what rows and columns belong to, which stands beside them; those who don't see it are told by the prompt. */
+  /** LaTeX of what rows and columns belong to; the prompt tells it to those who don't see it. */
   readonly of: Part["grid"];
   readonly onPaste: (event: ClipboardEvent) => void;
   readonly children: readonly JSX.Element[];
@@ -218,7 +218,7 @@ interface FormulaFieldProps {
   readonly value: string;
   readonly wide?: boolean;
   readonly math: boolean;
-  /** Of a text in lines: whether Enter behind it begins another line, and does not check; Shift and Enter always does. */
+  /** Of a text in lines: whether Enter begins another line instead of checking; Shift and Enter always does. */
   readonly goesOn?: ((text: string) => boolean) | undefined;
   readonly onValue: (text: string) => void;
   readonly onEnter: () => void;
@@ -338,7 +338,7 @@ const FUNCTIONS = [
 /** So long a formula can still be looked at; one that some program wrote is only judged. */
 const SHOWN = 5000;
 
-/** The answer as it is read, typeset as one types. It stands below Check, which would jump away else while it is pressed. */
+/** The answer as it is read, typeset as one types; below Check, which would else jump away while it is pressed. */
 export function Preview({
   answer,
   problem,

@@ -116,7 +116,7 @@ const BEGINNING = 3;
 /** What can be seen on the arm, or worked out of a picture with two lengths and two angles. */
 const PLAIN = ["joint-effect", "position", "speed", "velocity-component", "jacobian-size"];
 
-/** Of some items in the bank's order those about the first of the families with the easiest arms, plain ones if there are. */
+/** Of some items those about the easiest arms of the first family that has them, plain questions if there are any. */
 function easiest(index: Index, some: readonly Item[]): Item[] {
   const problemOf = problemsIn(index);
   const of = (item: Item): number => 5 * stepOf(problemOf(item)) + Math.max(1, problemOf(item).difficulty);
@@ -204,7 +204,7 @@ export function fromLink(search: string): Wish {
   };
 }
 
-/** What is wrong with a wish that allows no problem, or with a link that names what is not here; null where nothing is. */
+/** What is wrong with a wish that allows no problem, or with a link that names what is not here; else null. */
 export function faultOf(index: Index, wish: Wish, search: string): Message | null {
   const arm = index.families.find(({ name }) => name === wish.family);
   const question = index.questions.find(({ name }) => name === wish.question);

@@ -1,5 +1,5 @@
-// Classes of arms, each of which a lesson is practised and mastered for by itself: the chapter's plain arms, then arms in
-// space, then any. What is right for a plain arm says little of one that is turned and offset.
+// Classes of arms: the chapter's plain arms, then arms in space, then any. Each is practised and mastered by itself:
+// what is right for a plain arm says little of one that is turned and offset.
 
 import type { Index } from "../bank.js";
 import { type Item, problemsIn, STEPS } from "./choice.js";

@@ -1,5 +1,5 @@
-// What an answer counts for outside of lessons: for every lesson that asks its question, in the class of its arm, as it would
-// in the lesson; and which classes of lessons are to be looked at again.
+// Outside of lessons, an answer counts for every lesson that asks its question, in the class of its arm, as it would in
+// the lesson. Also: which classes of lessons are due for review.
 
 import type { Index } from "../bank.js";
 import { type Message, said, say } from "../text/text.js";

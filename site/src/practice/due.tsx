@@ -1,5 +1,4 @@
-// What is due again, on top of the practice page: how much there is, what went wrong and what was learned, and the way to
-// answer it.
+// What is due for review, on top of the practice page, and the way to it.
 
 import type { JSX } from "preact";
 

@@ -71,7 +71,7 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** What is said of symbols in what is missing; where a factor of det J vanishes that joints change, the arm is singular. */
+/** What is said of the symbols in a missing factor; if joints change that factor of det J, singularities are lost. */
 export function missingIn(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
   const isMoving = ofDeterminant && /theta|d\d/.test(symbols);

@@ -6,8 +6,8 @@ const SETTLING = 700;
 const ELSEWHERE = ["wheel", "touchstart", "pointerdown", "keydown"] as const;
 
 /**
- * Scroll until an element is in view; one that is taller than the window, until its beginning is. It is done once more when
- * all has settled, unless the reader has gone on.
+ * Scroll until an element is in view, or its beginning if it is taller than the window; once more when all has settled,
+ * unless the reader has gone on.
  */
 export function bringIntoView(element: Element): void {
   scrolledTo(element);

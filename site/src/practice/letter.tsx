@@ -1,4 +1,4 @@
-// A symbol as it is set, its LaTeX being simple: an italic letter, a dot for a rate, an index. Nothing is typeset for it.
+// A symbol with simple LaTeX, shown without typesetting: an italic letter, a dot for a rate, an index.
 
 import type { JSX } from "preact";
 
@@ -27,8 +27,8 @@ export function partsOf(latex: string): Parts | null {
 }
 
 /**
- * What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. The dot of a rate is
- * drawn, and no letter that is seen; how it is typed tells it from its joint variable.
+ * What a symbol's button is called: as it is seen, for voice control, and as it is typed, which tells a rate from its
+ * joint variable.
  */
 export function called(name: string, latex: string): string {
   const seen = latex

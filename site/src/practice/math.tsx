@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 
 import { typeset, typesetInto } from "../tex.js";
 
-/** HTML of the bank, English where no other language is told; it comes from this site's own files, and holds no one else's text. */
+/** HTML of the bank, in English by default. It comes from this site's own files, and holds no one else's text. */
 export function Html({
   html,
   class: name = "",

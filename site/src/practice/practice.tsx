@@ -81,7 +81,7 @@ function Session({ index }: { index: Index }) {
   };
   const choose = (wanted: Wish, from: number | null): void =>
     show(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
-  /** What is due next: what went wrong, then a class to be looked at again; when there is none left, as it was wished. */
+  /** What is due next: what went wrong, then a class to review; when there is none left, what was wished. */
   const fromQueue = (isFirst: boolean): void => {
     const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
     if (first) return show({ place, item: first });

@@ -1,4 +1,4 @@
-// A sheet to print: the first problems of a set with figure, table and room for answers, and a key on a page of its own.
+// A sheet to print: the first problems of a set with figure, table and room for answers, and a key on its own page.
 
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";

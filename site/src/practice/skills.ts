@@ -1,5 +1,5 @@
-// How far one is in the lessons: right answers in a row without help, each to another arm; learned at three of them, and
-// mastered with one more after a day; for each class of arms by itself (classes.ts). Kept in this browser.
+// Progress in the lessons, for each class of arms (classes.ts), kept in this browser: learned after three right answers
+// in a row without help, each about another arm, and mastered with one more a day later.
 
 import type { Index } from "../bank.js";
 import { keepText, keptJson } from "../storage.js";
@@ -17,10 +17,7 @@ export interface Row {
   readonly mastered?: number;
 }
 
-/**
- * What is known of a lesson: which of its goals were reached, its row for the first class of arms, and those for the classes
- * beyond. What was kept before there were classes has the first alone.
- */
+/** What is known of a lesson: goals reached, the row for the first class of arms, and those for the classes beyond. */
 export interface Skill extends Row {
   readonly goals: readonly number[];
   readonly beyond?: Readonly<Record<string, Row>>;
@@ -56,10 +53,7 @@ export function answered<R extends Row>(
   return row.length >= Math.min(NEEDED, most) ? { ...skill, row, learned: now } : { ...skill, row };
 }
 
-/**
- * What comes of an answer to a question of a lesson, in words; null where the lesson is learned, and no day has gone by. `most`
- * is how many arms there are.
- */
+/** What comes of an answer, in words, of `most` arms; null if the lesson is learned, and no day has gone by. */
 export function outcomeOf(
   before: Row,
   after: Row,
@@ -83,8 +77,8 @@ export function isDue(skill: Row | undefined, now: number): boolean {
 }
 
 /**
- * The items of a lesson, its questions about its arms, the easiest first: plain arms before long ones, those of the chapter
- * before such as are turned and offset, and what is asked in the order in which the lesson has it.
+ * The questions of a lesson about its arms, the easiest first: families and questions in the lesson's order, arms of
+ * the chapter before those that are turned and offset.
  */
 export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
   const problemOf = problemsIn(index);
@@ -100,7 +94,7 @@ export function itemsOf(index: Index, questions: readonly string[], families: re
     .map(({ item }) => item);
 }
 
-/** Of the items in their order, from where to where one is drawn when so many of the row are right: of the first, few. */
+/** The shares of the ordered items between which the next is drawn, by how many of the row are right. */
 const CLIMB = [
   [0, 0],
   [0, 0.25],
@@ -109,8 +103,8 @@ const CLIMB = [
 const FEW = 3;
 
 /**
- * The next item: an easy one first, harder ones as the row grows, about an arm that is not in it if there is one; and none of
- * those that were `asked` in this sitting while there are others.
+ * The next item, harder as the row grows; if possible about an arm that is not in the row, and none of those that were
+ * `asked` in this sitting.
  */
 export function nextIn(
   all: readonly Item[],

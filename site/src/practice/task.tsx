@@ -71,7 +71,7 @@ export interface TaskProps {
   readonly factored?: boolean;
   /** What is said below a verdict of what comes of it. */
   readonly notes?: readonly string[];
-  /** Told whether an answer that could be read is right, whether hints or the solution were seen before, and how it was judged. */
+  /** Told whether a readable answer is right, whether hints or the solution were seen, and how it was judged. */
   readonly onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
   /** Told that the solution is seen before the answer is right. */
   readonly onSolution?: () => void;
@@ -113,7 +113,7 @@ export function Task(props: TaskProps): JSX.Element {
     );
   }, [isShown]);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
-  /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
+  /** Load grading before there is an answer, and try it once: the first run takes ten times as long. */
   const prepare = () => {
     if (prepared.current) return;
     prepared.current = true;
@@ -138,7 +138,8 @@ export function Task(props: TaskProps): JSX.Element {
       onVerdict(found.outcome === "correct", hinted.current || helped, { part, answer, verdict: found });
     afterPaint(() => {
       setPose(poseOf(problem, shown)); // what is said of the answer is there before the arm goes
-      afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current)); // what changes meanwhile ends a scroll
+      // what changes meanwhile ends a scroll
+      afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current));
     });
   };
   useEffect(() => {

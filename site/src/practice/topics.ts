@@ -1,5 +1,4 @@
-// What each lesson of the way through the chapter practises: questions and families of the bank. What they are introduced by,
-// with the arm, is in learn/lessons.ts, which practising does without.
+// The questions and families of the bank that each lesson practises. learn/lessons.ts has what introduces them.
 
 import type { TextKey } from "../text/en.js";
 

@@ -1,8 +1,7 @@
 // The value of a tree at a configuration, with the size of its terms: complex arithmetic by complex.js.
 //
 // The size says what rounding may have done to a value: a difference that is small beside the size of what was added
-// up may be no difference. It follows ../../../exercises/formula/program.py. Where all is real, the numbers are the processor's
-// own.
+// up may be no difference. It follows ../../../exercises/formula/program.py.
 
 import Complex from "complex.js";
 
@@ -43,7 +42,7 @@ const over = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x / y : complex(x).div(y);
 const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
-/** The value of a tree where names have these values; what is undefined is nan. Throws ReadError for what is no scalar. */
+/** The value of a tree where names have these values, nan if undefined. Throws ReadError for what is no scalar. */
 export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
   const value = valued(tree, values);
   return typeof value === "number" ? { re: value, im: 0, size } : { re: value.re, im: value.im, size };

@@ -61,10 +61,7 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   return several.length > 0 ? several : [named(name)];
 }
 
-/**
- * The names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs. Without a problem,
- * whose symbols are not known, they end with a digit.
- */
+/** The names in a product with dots, as in a1.a2.sin; none if one of them means nothing, as in a1.subs. */
 export function factorsOf(raw: string, known: ReadonlySet<string>): readonly string[] {
   if (!plainName(raw).includes(".")) return [];
   const names = raw.split(".");

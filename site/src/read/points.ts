@@ -8,7 +8,7 @@ const GROUPS_AFTER = /(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|a
 const CALLED = /[\p{L}\p{Nd}_]\s*$/u;
 const GROUPS_BEFORE = /^\s*[-+*/^·−]/u;
 
-/** A text with the commas of numbers as in 0,5 written as points; those between entries and arguments are left alone. */
+/** A text with the commas of numbers as in 0,5 written as points, but not those between entries and arguments. */
 export function withPoints(text: string): string {
   if (!text.includes(",")) return text;
   const signs = [...text];

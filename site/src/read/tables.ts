@@ -1,5 +1,5 @@
 // Vectors and matrices without commas: entries in lines, in columns with tabs or gaps, Matlab's [a b; c d], 0,5; 1,25.
-// The rules of ../../../exercises/formula/tables.py: a text is looked at so only where it is of another shape than is due.
+// The rules of ../../../exercises/formula/tables.py, for texts that are not of the expected shape otherwise.
 
 import { withoutUnits } from "./notation.js";
 import { compiled, pattern, stripped, VOCABULARY, whole } from "./vocabulary.js";

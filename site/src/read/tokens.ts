@@ -12,7 +12,7 @@ export interface Token {
   readonly at: number;
 }
 
-/** The tokens of a text, the last of kind "end". Throws ReadError for signs that mean nothing, and brackets too deep. */
+/** The tokens of a text, the last of kind "end". Throws ReadError for unknown signs, and brackets too deep. */
 export function tokensOf(text: string): Token[] {
   const found: Token[] = [];
   let depth = 0;

@@ -52,7 +52,7 @@ export function stripped(text: string): string {
   return withoutSpacesAtEnd(text.slice(start));
 }
 
-/** How many signs a text has, if they may be more than `most`: those outside the first plane count once, as in Python. */
+/** How many signs a text has, exactly if more than `most`: those outside the first plane count once, as in Python. */
 export function lengthOf(text: string, most: number): number {
   return text.length > most ? [...text].length : text.length;
 }
