@@ -282,7 +282,7 @@ class Question:
     def __post_init__(self) -> None:
         if self.stage:
             object.__setattr__(self, "formula", make_stage_formula(self.stage, self.row_order))
-            object.__setattr__(self, "substitutes", make_stage_substitution(self.stage, self.row_order))
+            object.__setattr__(self, "substitution", make_stage_substitution(self.stage, self.row_order))
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer, and the details that the wording needs. Raises RuntimeError if there is nothing to ask."""

@@ -22,7 +22,7 @@ class Command:
 def list_commands(program: Any, name: str) -> Iterator[Command]:
     """Yield a program's commands (Click's objects), including those of groups, in the order of its help."""
     if hasattr(program, "commands"):
-        for command_name, command in program.command_reference.items():
+        for command_name, command in program.commands.items():
             yield from list_commands(command, f"{name} {command_name}")
         return
     if program.hidden:

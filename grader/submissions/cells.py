@@ -115,7 +115,7 @@ def _read_in_subprocess(label: str, data: bytes) -> Content:
     if "why" in report:
         raise (OverLimit if report["is_over_limit"] else Unreadable)(report["why"])
     cells = tuple(Cell(**cell) for cell in report.pop("cells"))
-    return Content(cells, **{**report, "foreign": tuple(report["foreign"])})
+    return Content(cells, **{**report, "unknown_metadata": tuple(report["unknown_metadata"])})
 
 
 def print_content(label: str, memory: str, seconds: str) -> None:

@@ -101,7 +101,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
 
 def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
     code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
-    code += "; from qdot.grader.cli.main import program; program()"
+    code += "; from qdot.grader.cli.main import make_program; make_program()"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -115,7 +115,7 @@ def command_named(name: str) -> Any:
     """Return a command by its whole name, as "site build"."""
     command = WHOLE_PROGRAM
     for word in name.split():
-        command = command.command_reference[word]
+        command = command.commands[word]
     return command
 
 

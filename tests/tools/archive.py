@@ -136,7 +136,7 @@ def interface() -> dict[str, Any]:
 def _options(command: Any, name: str) -> list[tuple[str, list[str]]]:
     """Return each command by its whole name with its arguments and options."""
     if hasattr(command, "commands"):
-        return [pair for each, inner in command.command_reference.items() for pair in _options(inner, f"{name} {each}")]
+        return [pair for each, inner in command.commands.items() for pair in _options(inner, f"{name} {each}")]
     return [(name, sorted(written for one in command.params for written in one.opts))]
 
 

@@ -139,7 +139,7 @@ def mistakes_page() -> str:
         {
             "title": title,
             "mistakes": [
-                {"name": m.name, "title": m.title, "said": re.sub(r"{\w+}", "\\*", m.says), "source": m.source}
+                {"name": m.name, "title": m.title, "said": re.sub(r"{\w+}", "\\*", m.message), "source": m.source}
                 for m in module.MISTAKES
             ],
         }

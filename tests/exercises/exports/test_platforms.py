@@ -83,7 +83,7 @@ def files_of(
     """Return what an outlet writes for these items: the contents of its files by their names."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (made, moodle):
-            patch.setattr(module, "items", lambda _: iter(asked))
+            patch.setattr(module, "make_items", lambda _: iter(asked))
         files = list(outlet(order))
     assert all(file.private for file in files)  # what is right is in them
     return {file.path: file.content for file in files}

@@ -452,7 +452,7 @@ def test_the_list_of_commands_is_that_of_the_program_and_loads_none_of_them() ->
 
 @pytest.mark.parametrize("command", several(["check"], ["show", "solve", "check"]))
 def test_a_command_about_one_thing_loads_nothing_of_classes(command: str) -> None:
-    loading = f"import sys; from qdot.grader.cli.main import program; program({command!r})"
+    loading = f"import sys; from qdot.grader.cli.main import make_program; make_program({command!r})"
     names = ("qdot.exercises.assignment.assignment", "qdot.grader.grading.batch")
     told = f"{loading}; print([name for name in {names} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -65,17 +65,17 @@ def is_victims(about: object) -> bool:
 
 
 STEPS: dict[str, tuple[object, str]] = {
-    "looked into": (submission, "_files_in"),
+    "looked into": (submission, "_list_files"),
     "ranked": (submission, "sort_candidates"),
     "read": (attempt, "read_submission"),
-    "taken from what is kept": (batch._GradingWorker, "take"),
+    "taken from what is kept": (batch._GradingWorker, "load_marks"),
     "regenerated": (attempt, "load_stored_problems"),
     "compared with the assignment": (attempt, "explain_wrong_assignment"),
     "run": (Sandbox, "run"),
     "found among what was run": (attempt, "find_answers"),
     "marked": (attempt, "mark"),
     "judged": (marking, "judge_given"),
-    "kept": (batch._GradingWorker, "put"),
+    "kept": (batch._GradingWorker, "store_marks"),
     "settled": (batch, "settle"),
     "made a line": (write, "results_jsonl"),
     "made a row": (write, "grades_csv"),
