@@ -15,7 +15,7 @@ from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.reciprocal import elimination_applies
-from qdot.exercises.arm.robot_file import Robot, read_robot
+from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
 from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.common.stream import Stream
@@ -33,7 +33,7 @@ from qdot.exercises.solve.special_lengths import (
     length_requirements,
 )
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
-from qdot.exercises.writing.markup import escape_latex, to_latex, to_text
+from qdot.exercises.writing.markup import escape_latex, to_latex
 from qdot.exercises.writing.problem_texts import next_solution, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import SingularComponent
@@ -72,9 +72,8 @@ class Solution:
     """The results for a chain.
 
     `determinant` is None if J is not square. `singular` is None if J never has full rank. Both are None if they would
-    be too long; `note` then says so. `robot` is the robot described in the file, if there is one. `redundant` describes
-    how the singular set of an arm with more than six joints was found. `special_cases` holds what differs for special
-    lengths.
+    be too long; `note` then says so. `redundant` describes how the singular set of an arm with more than six
+    joints was found. `special` holds what differs for special lengths.
     """
 
     chain: Chain
@@ -84,7 +83,6 @@ class Solution:
     determinant: sp.Expr | None
     singular: tuple[SingularComponent, ...] | None
     note: str | None
-    robot: Robot | None = None
     redundant: RedundantSingularities | None = None
     special: tuple[SpecialLength, ...] = ()
 
@@ -135,7 +133,7 @@ def solve(chain: Chain) -> Solution:
     d = derive(chain)
     *_, last = singular_stages(chain)
     assert isinstance(last, Singularities)
-    results = last.determinant, last.singular, last.note, None, last.redundant, last.special_cases
+    results = last.determinant, last.singular, last.note, last.redundant, last.special_cases
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
 
 
@@ -325,34 +323,9 @@ def _describe_special_conditions(chain: Chain) -> str:
     return f"{SPECIAL_LENGTHS_INTRODUCTION} {cases}." if cases else ""
 
 
-def solution_json(solution: Solution) -> str:
-    """Return the results as JSON, in the form of docs/schemas/solve.json."""
-    return data_json(solution_data(solution))
-
-
 def data_json(content: dict[str, Any]) -> str:
     """Return plain data as JSON."""
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def solution_data(solution: Solution) -> dict[str, Any]:
-    """Return the results as plain data."""
-    content: dict[str, Any] = {
-        "name": solution.chain.title,
-        **({"rounded": True} if solution.robot is not None and solution.robot.is_table_rounded else {}),
-        "position": matrix_json(solution.position),
-        "jacobian": _text_rows(solution.jacobian),
-        "geometric_jacobian": _text_rows(solution.geometric),
-        **{key: value for part in _screw_parts(solution.chain) for key, value in part().items()},
-        "task": list(solution.chain.task),
-        **_singular_json(
-            solution.chain,
-            Singularities(
-                solution.determinant, solution.singular, solution.note or "", solution.redundant, solution.special
-            ),
-        ),
-    }
-    return content
 
 
 def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]:
@@ -434,31 +407,15 @@ def _conditions_json(chain: Chain) -> dict[str, Any]:
 # --- step by step ---
 
 
-def solution_text(solution: Solution) -> str:
-    """Return the derivation step by step for a terminal."""
-    blocks = (to_text(block) for block in _ready_blocks(solution.chain, solution.robot))
-    return f"{text_heading(solution.chain)}\n" + "\n".join(blocks)
-
-
 def text_heading(chain: Chain) -> str:
     """Return the heading of a derivation on a terminal."""
     title = f"Velocity kinematics of {chain.title}"
     return f"{title}\n{'=' * len(title)}\n"
 
 
-def solution_latex(solution: Solution) -> str:
-    """Return the derivation step by step as a LaTeX article."""
-    return render_article(solution.chain, _ready_blocks(solution.chain, solution.robot))
-
-
 def render_article(chain: Chain, blocks: Iterable[str]) -> str:
     """Return blocks of a derivation (Markdown) as a LaTeX article."""
     return render("solve/arm.tex.j2", title=escape_latex(chain.title), body="\n".join(map(to_latex, blocks)))
-
-
-def _ready_blocks(chain: Chain, robot: Robot | None) -> list[str]:
-    """Return the derivation in Markdown."""
-    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, ReadyResult) and stage.content]
 
 
 @dataclass(frozen=True)
@@ -477,15 +434,16 @@ Stages = Iterator[str | PartialResult | ReadyResult]
 """Yields, in any order, descriptions of the next step, results that are ready, and partial results."""
 
 
-def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
+def text_stages(robot: Robot) -> Stages:
     """Yield the derivation in Markdown, block by block: the arm, each section under its name, and remarks."""
     yield "its transformations"
+    chain = robot.chain
     w, steps = Wording(chain), solution_steps(chain)
     description = _describe_arm(robot)
     shows_same = description is not None and not description.base and description.rows == w.rows
     if shows_same or not w.convention.shows_table:
         description = None  # the standard text below shows the same
-    rounded = ROUNDED_NOTE if robot is not None and robot.is_table_rounded else ""
+    rounded = ROUNDED_NOTE if robot.is_table_rounded else ""
     yield ReadyResult(
         "arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
     )
@@ -497,7 +455,7 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     yield from _singular_text(chain, robot, parts, explained)
 
 
-def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explained: set[str]) -> Stages:
+def _singular_text(chain: Chain, robot: Robot, parts: list[Part], explained: set[str]) -> Stages:
     """Yield the section on the singular set, with its remarks, the result of its check, and special lengths."""
     names, number, earlier_remarks = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3, ""
     for stage in singular_stages(chain):
@@ -525,7 +483,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
 
 
 def _singular_section(
-    chain: Chain, robot: Robot | None, singularities: Singularities, parts: list[Part], explained: set[str]
+    chain: Chain, robot: Robot, singularities: Singularities, parts: list[Part], explained: set[str]
 ) -> str:
     """Return the section on the singular set, with the joint values that limits exclude; empty if it has no section."""
     if singularities.redundant is not None:
@@ -534,9 +492,7 @@ def _singular_section(
         text = _render_section(chain, SECTIONS[-1], parts, explained)
     beyond = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
     remarks = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
-    remarks += (
-        [CONDITIONS_ROUNDED_NOTE] if singularities.singular and robot is not None and robot.is_table_rounded else []
-    )
+    remarks += [CONDITIONS_ROUNDED_NOTE] if singularities.singular and robot.is_table_rounded else []
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
 
 
@@ -600,10 +556,9 @@ class _ArmDescription:
     base: str
 
 
-def _describe_arm(robot: Robot | None) -> _ArmDescription | None:
+def _describe_arm(robot: Robot) -> _ArmDescription | None:
     """Return the arm as described in its file; None if the file has the standard table."""
-    written_arm = robot.written_arm if robot else None
-    if written_arm is None:
+    if (written_arm := robot.written_arm) is None:
         return None
     base = ""
     if written_arm.base is not None:
@@ -624,11 +579,9 @@ def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
     return convention.order_entries(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 
-def _describe_values_beyond_limits(
-    chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]
-) -> list[str]:
+def _describe_values_beyond_limits(chain: Chain, robot: Robot, singular: Iterable[SingularComponent]) -> list[str]:
     """Return texts for the joint values of singular configurations that lie outside the joint limits."""
-    limits = dict(zip(chain.q, robot.limits, strict=False)) if robot else {}
+    limits = dict(zip(chain.q, robot.limits, strict=False))
     excluded = []
     for component in singular:
         for joint, values in component.solutions or ():
@@ -644,6 +597,3 @@ def _describe_values_beyond_limits(
             ]
             excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in outside]
     return list(dict.fromkeys(excluded))
-
-
-__all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

@@ -50,10 +50,6 @@ def length_requirements(chain: Chain, generic_components: tuple[SingularComponen
     return [need for need in candidates if need is not None]
 
 
-def _prismatic_variables(chain: Chain) -> set[sp.Symbol]:
-    return {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
-
-
 def _threshold_relation(need: ExistenceCondition) -> tuple[sp.Symbol, sp.Expr] | None:
     """Return a length and its value at which a condition begins to have solutions; None if none can be isolated."""
     for term in sp.Add.make_args(need.smaller):
@@ -165,7 +161,7 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
 
 def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
     """Return the kind of a component for each of its joint values if these are distinguished, else for all of it."""
-    revolute = {q.name for q in chain.q} - {prismatic.name for prismatic in _prismatic_variables(chain)}
+    revolute = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
     if not component.cases:
         return {(): component.kind}
     return {

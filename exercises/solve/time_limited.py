@@ -58,7 +58,7 @@ def write_solution(
     KeyboardInterrupt.
     """
     chain, progress = robot.chain, _Progress()
-    stages = data_stages(chain) if output_format == "json" else text_stages(chain, robot)
+    stages = data_stages(chain) if output_format == "json" else text_stages(robot)
     stop: KeyboardInterrupt | None = None
     try:
         if output_format == "text":

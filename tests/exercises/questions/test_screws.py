@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import Chain, Joint, Point
-from qdot.exercises.arm.robot_file import read_robot
+from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -216,7 +216,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     joints = ("[0, 0, 1] at [0.1, 0.2, 0.5]", "[0, 1, 1]", "[1, 1, 0] at [0.1, 0.4, 0.1]")
     chain = read_robot(robot_of(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
     texts = {}
-    for stage in text_stages(chain):
+    for stage in text_stages(Robot(chain)):
         if isinstance(stage, ReadyResult):
             texts[stage.name] = to_text(stage.content)
             if stage.name == "body-jacobian":  # what follows holds no points

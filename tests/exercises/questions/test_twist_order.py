@@ -24,13 +24,13 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests, robot_json
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.solve.solver import solution_data, solve
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import errors
+from tests.support.solving import written_data
 from tests.support.suites import several
 from tests.tools.diagnoses import answers_with, verdict_on
 
@@ -208,7 +208,7 @@ def test_a_file_says_the_order_and_is_written_with_it(tmp_path: Path) -> None:
     again.write_text(robot_text(robot, "screws"))
     assert 'twist_order = "v-omega"' in again.read_text() and read_robot(again) == robot.chain
     assert "twist_order" not in robot_text(robot, "dh")
-    data = solution_data(solve(robot.chain))
+    data = written_data(robot.chain)
     assert errors("solve", json.loads(json.dumps(data))) == []
     assert data["twist_rows"] == ["vx", "vy", "vz", "wx", "wy", "wz"]
     assert data["space_jacobian"][1] == ["0", "-a1*cos(theta1)"] and data["space_jacobian"][5] == ["1", "1"]

@@ -18,24 +18,14 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import Classification, domain_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import to_sympy
-from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.arm.robot_file import read_robot, read_robot_file
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.solve.solver import (
-    ReadyResult,
-    Solution,
-    read_robot,
-    solution_data,
-    solution_json,
-    solution_latex,
-    solution_text,
-    solve,
-    text_stages,
-)
+from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_stages
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
@@ -44,6 +34,7 @@ from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSte
 from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
+from tests.support.solving import written, written_data
 from tests.support.suites import few_of
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
@@ -148,7 +139,7 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
 def _conditions(solution: Solution) -> list[str]:
     """Return the conditions as the JSON has them, by values of joints where it gives any."""
     found = []
-    for part in solution_data(solution)["singular"]:
+    for part in written_data(solution.chain)["singular"]:
         if part["solutions"] is None:
             found.append(" and ".join(f"{text} = 0" for text in part["conditions"]))
         else:
@@ -161,24 +152,24 @@ def _conditions(solution: Solution) -> list[str]:
     [("planar_2R", "boundary"), ("planar_RP", "internal"), ("planar_PR", "boundary"), ("ZYZ_wrist", "internal")],
 )
 def test_kinds_are_the_textbooks(name: str, kind: str, folder: Path) -> None:
-    (only,) = solution_data(_solved(name, folder))["singular"]
+    (only,) = written_data(_chain(name, folder))["singular"]
     assert (only["type"], only["uniform"]) == (kind, True)
 
 
 @pytest.mark.whole
 def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> None:
     solution = _solved("elbow_RRR_shoulder_offset_(Scorbot_point_P)", folder)
-    elbow, shoulder = solution_data(solution)["singular"]
+    elbow, shoulder = written_data(solution.chain)["singular"]
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
-    assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(solution_text(solution).split())
+    assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(written(solution.chain, "text").split())
 
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_every_form_is_written(name: str, folder: Path) -> None:
     solution = _solved(name, folder)
-    text, latex, data = solution_text(solution), solution_latex(solution), json.loads(solution_json(solution))
+    text, latex, data = written(solution.chain, "text"), written(solution.chain, "latex"), written_data(solution.chain)
     assert "$" not in text and "\\" not in text
     assert latex.count(r"\begin{") == latex.count(r"\end{")
     assert latex.replace(r"\\[6pt]", "").count(r"\[") == latex.count(r"\]")
@@ -353,7 +344,7 @@ def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> Non
     solution = solve(_read(tmp_path, TWO_R.replace('name = "two"', 'name = "too long"')))
     assert solution.determinant is None and solution.singular is None
     assert "more than 1 terms" in (solution.note or "")
-    assert "not worked out" in solution_text(solution) and "not worked out" in solution_json(solution)
+    assert "not worked out" in written(solution.chain, "text") and "not worked out" in written(solution.chain, "json")
     assert QUESTIONS["singular-angles"].find_obstacle(solution.chain) == QUESTIONS["determinant"].find_obstacle(
         solution.chain
     )
@@ -372,9 +363,11 @@ def test_an_arm_of_too_many_joints_is_refused_and_parallel_ones_count_for_their_
 def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
     text = TWO_R.replace('name = "two"', 'name = "two"\ntask = ["vx", "vz"]')
     solution = solve(_read(tmp_path, text))
-    data = json.loads(solution_json(solution))
+    data = written_data(solution.chain)
     assert data["singular"] is None and "every configuration" in data["note"]
-    assert "every configuration" in solution_text(solution) and "every configuration" in solution_latex(solution)
+    assert "every configuration" in written(solution.chain, "text") and "every configuration" in written(
+        solution.chain, "latex"
+    )
 
 
 MODIFIED = (
@@ -420,7 +413,7 @@ def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
     lengths: tuple[str, str, str], said: str, is_singular: bool, tmp_path: Path
 ) -> None:
     solution = solve(_read(tmp_path, SKEW % lengths))
-    assert said in " ".join(solution_text(solution).split())
+    assert said in " ".join(written(solution.chain, "text").split())
     assert bool(solution.singular) == is_singular
 
 
@@ -452,16 +445,16 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     second: str, relation: str, tmp_path: Path
 ) -> None:
     solution = solve(_read(tmp_path, EQUAL_LINKS % second))
-    data = solution_data(solution)
+    data = written_data(solution.chain)
     assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
     (special,) = data["special_lengths"]
     assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
-    said = " ".join(solution_text(solution).split())
+    said = " ".join(written(solution.chain, "text").split())
     shown = "P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
     assert f"At θ₂ = 180°: {shown}" in said
     assert "Looked at were these relations of lengths: a₁ =" in said
     given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
-    assert "special_lengths" not in solution_data(solve(given))
+    assert "special_lengths" not in written_data(given)
 
 
 def test_lengths_are_no_joints_whatever_they_are_called() -> None:
@@ -516,7 +509,7 @@ BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
 
 def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
     """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
-    data = json.loads(solution_json(solve(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))))
+    data = written_data(_read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]"))
     assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
     values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
     q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
@@ -544,10 +537,10 @@ def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: P
         ours = [[_number(entry, values) for entry in row] for row in data[key]]
         np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
     inner = _read(tmp_path, BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
-    data = json.loads(solution_json(solve(inner)))
+    data = written_data(inner)
     assert errors("solve", data) == []
     assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
-    assert "space_jacobian" not in solution_data(solve(_read(tmp_path, TWO_R)))
+    assert "space_jacobian" not in written_data(_read(tmp_path, TWO_R))
 
 
 TWO_BY_AXES = 'name = "two"\nconvention = "screws"\ntask = ["vx", "vz"]\npoint = [0.4, 0, 0.2]\n'
@@ -566,7 +559,7 @@ def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: P
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
-    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, ReadyResult))
+    stages = (stage for stage in text_stages(robot) if isinstance(stage, ReadyResult))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
     rounded = rpy == ROUNDED
     assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded

@@ -14,12 +14,13 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.solve.certified_singularities import certified_statement
-from qdot.exercises.solve.solver import Singularities, singular_stages, solution_data, solution_text, solve
+from qdot.exercises.solve.solver import Singularities, singular_stages, solve
 from qdot.exercises.solve.special_lengths import length_relations
 from qdot.exercises.verify.appearance import samples_on_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
+from tests.support.solving import written, written_data
 from tests.support.suites import of_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")
@@ -137,7 +138,7 @@ def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
     joints: tuple[Joint, ...], task: tuple[str, ...], words: str
 ) -> None:
     """P may move along other axes all the same, so that it does not move along one line."""
-    parts = solution_data(solve(Chain("part", joints, task)))["singular"]
+    parts = written_data(Chain("part", joints, task))["singular"]
     assert any(words in part["meaning"] for part in parts)
 
 
@@ -152,12 +153,12 @@ def test_a_false_look_or_kind_is_not_told(false: Classification, monkeypatch: py
     monkeypatch.setattr(steps_module, "classify", lambda *_: false)
     solution_steps.cache_clear()
     solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
-    (found,) = solution_data(solution)["singular"]
+    (found,) = written_data(solution.chain)["singular"]
     solution_steps.cache_clear()
     if false.kind == "internal":
         assert (found["meaning"], found["uniform"]) == (false.meaning, False)
     else:
-        assert found["type"] == "boundary" and "folded back" not in found["meaning"] + solution_text(solution)
+        assert found["type"] == "boundary" and "folded back" not in found["meaning"] + written(solution.chain, "text")
 
 
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:

@@ -14,7 +14,6 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.solve.solver import solution_text, solve
 from qdot.exercises.writing.angles import arm_angles, name_angles, needs_no_name
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
@@ -22,6 +21,7 @@ from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, rem
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.turns import constant_angles, use_constant_angles
 from tests.support.problems import LONG_ARMS, parts_in_turn
+from tests.support.solving import written
 from tests.support.suites import few_families
 
 T1, T2, T3, A1, A2, A3, D1, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d1 d2")
@@ -154,7 +154,7 @@ def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str
 
 
 def test_no_root_is_left_of_it_in_a_whole_derivation() -> None:
-    text = solution_text(solve(arm(75)))
+    text = written(arm(75), "text")
     assert "cos(75°)" in text
     assert "15°" not in text
     assert "√" not in text
