@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.vectors import cross
+from qdot.exercises.arm.vectors import cross, norms
 
 Measure = Callable[["NumericChain", np.ndarray], np.ndarray]
 """A measure of an arm at many configurations (… x n): how far each is from satisfying a relation, zero or more (…).
@@ -79,7 +79,7 @@ def axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance of the point from a joint's axis, in metres."""
     frames = arm.frames(q)
     to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
-    return _norms(cross(frames[..., joint, :3, 2], to_point))
+    return norms(cross(frames[..., joint, :3, 2], to_point))
 
 
 def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
@@ -89,7 +89,7 @@ def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, mover
     to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
     to_point = to_point - np.sum(to_point * axis, axis=-1)[..., None] * axis
     columns = arm.jacobian_of(frames)[..., :3, list(movers)]
-    return _norms(np.einsum("...j,...jm->...m", to_point, columns))
+    return norms(np.einsum("...j,...jm->...m", to_point, columns))
 
 
 def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
@@ -97,14 +97,14 @@ def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.n
     frames = arm.frames(q)
     first, second, *third = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first, second)
-    return np.asarray(np.abs(np.sum(normal * third[0], axis=-1))) if third else _norms(normal)
+    return np.asarray(np.abs(np.sum(normal * third[0], axis=-1))) if third else norms(normal)
 
 
 def collinearity_error(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
     """Return how far two axes are from collinear: the sine of their angle plus the distance of O_j from axis i."""
     frames = arm.frames(q)
     axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
-    return _norms(cross(axis, frames[..., j, :3, 2])) + _norms(cross(axis, between))
+    return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, between))
 
 
 def coplanarity_error(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
@@ -132,8 +132,8 @@ def _spanned_area(axis: np.ndarray, points: Sequence[np.ndarray]) -> np.ndarray:
 def common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move the point."""
     first, second = (arm.jacobian(q)[..., :3, joint] for joint in joints)
-    sizes = _norms(first) * _norms(second)
-    return np.asarray(_norms(cross(first, second)) / np.maximum(sizes, 1e-12))
+    sizes = norms(first) * norms(second)
+    return np.asarray(norms(cross(first, second)) / np.maximum(sizes, 1e-12))
 
 
 def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
@@ -151,8 +151,8 @@ def prismatic_slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int
     line, slide_direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., slide, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
-    line_length = _norms(line)
-    deviation = np.abs(np.sum(slide_direction * line, axis=-1)) if across else _norms(cross(slide_direction, line))
+    line_length = norms(line)
+    deviation = np.abs(np.sum(slide_direction * line, axis=-1)) if across else norms(cross(slide_direction, line))
     return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
 
 
@@ -160,8 +160,4 @@ def link_products(arm: NumericChain, q: np.ndarray, k: int) -> tuple[np.ndarray,
     """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
     origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
     first, second = origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]
-    return _norms(cross(first, second)), np.asarray(np.sum(first * second, axis=-1))
-
-
-def _norms(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))
+    return norms(cross(first, second)), np.asarray(np.sum(first * second, axis=-1))

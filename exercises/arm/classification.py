@@ -74,21 +74,11 @@ def domain_of(
     return Domain({**roles, **(values or {})})
 
 
+@lru_cache(maxsize=64)  # a component is examined as a whole first, and then again for each value of a joint
 def sample_condition(
     chain: Chain, condition: str, seed: str, arm_count: int = 5, samples_per_arm: int = 3
-) -> list[Sample]:
-    """Return configurations at which `condition` (text) holds, for several choices of the symbolic lengths."""
-    return list(_cached_samples(chain, condition, seed, arm_count, samples_per_arm))
-
-
-@lru_cache(maxsize=64)
-def _cached_samples(
-    chain: Chain, condition: str, seed: str, arm_count: int, samples_per_arm: int
 ) -> tuple[Sample, ...]:
-    """Do the work of `sample_condition`, with a cache.
-
-    A component is examined as a whole first, and then again for each value of a joint.
-    """
+    """Return configurations at which `condition` (text) holds, for several choices of the symbolic lengths."""
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arm_count)]
     has_prismatic_joints = any(joint.kind == "P" for joint in chain.joints)
     # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
@@ -183,10 +173,7 @@ def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
 def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Expr]) -> Component:
     """Return a component with numbers substituted for lengths."""
     conditions = tuple(substitute(condition, lengths) for condition in component.conditions)
-    if component.solutions is None:
-        return Component(conditions, None)
-    solutions = ((q, tuple(substitute(value, lengths) for value in values)) for q, values in component.solutions)
-    return Component(conditions, tuple(solutions))
+    return replace(component, conditions=conditions).map_values(lambda _, value: substitute(value, lengths))
 
 
 @lru_cache(maxsize=4096)

@@ -31,6 +31,7 @@ from qdot.exercises.arm.trigonometry import (
     remove_brackets,
     substitute,
     textbook_form,
+    textbook_matrix,
 )
 from qdot.exercises.common.errors import QdotError
 
@@ -136,8 +137,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
         return task_matrix(_geometric_jacobian(chain), chain.task)
     k = chain.n // 2
-    matrix = jacobian_seen_from(chain, k, k).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
-    return task_matrix(matrix, chain.task)
+    return task_matrix(textbook_matrix(jacobian_seen_from(chain, k, k)), chain.task)
 
 
 def moves_with_last_link(chain: Chain) -> bool:

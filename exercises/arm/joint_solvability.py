@@ -6,7 +6,7 @@ basis decides whether they have a common zero, complex zeros included. If not, t
 lengths. This is wrong only if a residue happens to be special or the prime divides a coefficient: one in millions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import prod
 
@@ -63,13 +63,22 @@ def is_implied(
 def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> tuple[sp.Expr, ...]:
-    """Return conditions without those that follow from the others; the longest is dropped first."""
-    remaining = list(conditions)
+    """Return conditions without those that provably follow from at least two others; the longest is dropped first."""
+    return drop_following(
+        conditions, lambda condition, others: len(others) > 1 and is_implied(condition, others, joints, max_zeros)
+    )
+
+
+def drop_following(
+    conditions: Sequence[sp.Expr], follows: Callable[[sp.Expr, tuple[sp.Expr, ...]], bool]
+) -> tuple[sp.Expr, ...]:
+    """Return conditions without those that follow from the others by a test; the longest is dropped first."""
+    remaining = tuple(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
-        others = [candidate for candidate in remaining if candidate != condition]
-        if len(others) > 1 and is_implied(condition, others, joints, max_zeros):
+        others = tuple(candidate for candidate in remaining if candidate != condition)
+        if others and follows(condition, others):
             remaining = others
-    return tuple(remaining)
+    return remaining
 
 
 def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:

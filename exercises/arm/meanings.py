@@ -30,7 +30,6 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
-from qdot.exercises.arm.singularity_kinds import classify_samples
 
 ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-6, 0.02
 """Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
@@ -101,12 +100,6 @@ def _is_correct(
     if not is_reason(chain, samples, meaning.measure, lambda sample: holds(chain, meaning, sample) is True):
         return False
     return all(holds(chain, meaning, sample) is not False for sample in further_samples)
-
-
-def common_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    """Return "boundary" or "internal" if all configurations are of that kind, else None."""
-    kinds = set(classify_samples(chain, samples))
-    return kinds.pop() if len(kinds) == 1 else None
 
 
 def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:

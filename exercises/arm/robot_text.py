@@ -55,7 +55,10 @@ def _table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlEntrie
         top.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
         top.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
-    return top, [_row_entries(row.kind, row.theta, row.d, row.a, row.alpha) for row in convention.rows]
+    return top, [
+        [("kind", toml_text(row.kind)), *((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:])]
+        for row in convention.rows
+    ]
 
 
 def _screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
@@ -71,11 +74,6 @@ def _screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
         point_entry = [("point", _format_list(axis.point))] if axis.kind == "R" else []
         joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
-
-
-def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> TomlEntries:
-    values = {"theta": theta, "d": d, "a": a, "alpha": alpha}
-    return [("kind", toml_text(kind)), *((key, _format_entry(value)) for key, value in values.items())]
 
 
 def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:

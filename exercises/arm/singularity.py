@@ -5,15 +5,15 @@ maximal minors: factors that all minors share, and combinations of conditions fo
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from itertools import combinations, product
 
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
-from qdot.exercises.arm.joint_solvability import drop_implied, is_implied, may_hold_simultaneously
+from qdot.exercises.arm.joint_solvability import drop_following, drop_implied, is_implied, may_hold_simultaneously
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
 
 MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
@@ -60,6 +60,13 @@ class Component:
             return []
         pairs = ([(joint, value) for value in values] for joint, values in self.solutions)
         return list(product(*pairs))
+
+    def map_values(self, change: Callable[[sp.Symbol, sp.Expr], sp.Expr]) -> "Component":
+        """Return this component with each value of a joint changed."""
+        solutions = self.solutions and tuple(
+            (joint, tuple(change(joint, value) for value in values)) for joint, values in self.solutions
+        )
+        return replace(self, solutions=solutions)
 
     def at(self, values: Values) -> "Component":
         """Return the part of this component at which the joints have these values."""
@@ -404,7 +411,8 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     if len(merged_conjunctions) > MAX_BRANCHES:
         raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to read")
     stated_conjunctions = [replace_marks(conjunction) for conjunction in merged_conjunctions]
-    return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in stated_conjunctions], search)
+    follows = partial(_follows, search=search)
+    return _drop_subsumed([drop_following(conjunction, follows) for conjunction in stated_conjunctions], search)
 
 
 def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
@@ -500,16 +508,6 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
     while (cases := mergeable_cases()) is not None:
         sets = (sets - cases[0]) | {cases[1]}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
-
-
-def _drop_implied(conjunction: Conjunction, search: Search) -> Conjunction:
-    """Drop the conditions that follow from the others; the longest condition is tried first."""
-    remaining_conditions = conjunction
-    for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
-        premises = tuple(remaining for remaining in remaining_conditions if remaining != condition)
-        if premises and _follows(condition, premises, search):
-            remaining_conditions = premises
-    return remaining_conditions
 
 
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:

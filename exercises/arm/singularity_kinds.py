@@ -57,11 +57,6 @@ def _has_coordinates(chain: Chain) -> bool:
     )
 
 
-def classify_sample(chain: Chain, sample: Sample) -> str:
-    """Return "regular", "boundary" or "internal" for one configuration."""
-    return classify_samples(chain, [sample])[0]
-
-
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     """Return whether each configuration loses exactly one direction, on one side of which nothing can be reached.
 

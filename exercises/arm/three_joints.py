@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.vectors import cross
+from qdot.exercises.arm.vectors import cross, norms
 
 YES, NO, UNSURE = 1, 0, -1
 
@@ -60,7 +60,7 @@ class _NormalizedArms:
     @property
     def moves_point(self) -> np.ndarray:
         """Whether the third joint moves the point."""
-        return np.asarray(_norms(self.along) > _ZERO_TOLERANCE)
+        return np.asarray(norms(self.along) > _ZERO_TOLERANCE)
 
     def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the point (k x m x 3) with the third joint at x and y (m, or k x m)."""
@@ -77,8 +77,8 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     first = axes[:, 0]
     # the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
-    arm_size = _norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    arm_size = np.maximum(arm_size + _norms(targets - foot), 1e-12)[
+    arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
+    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[
         :, None
     ]  # a prismatic joint may be the arm's only length
     origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
@@ -335,13 +335,9 @@ def _perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two unit vectors (k x 3 each) perpendicular to each axis and to each other."""
     helper = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
     first = cross(axes, helper)
-    first /= _norms(first)[:, None]
+    first /= norms(first)[:, None]
     return first, cross(axes, first)
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(a * b, axis=-1))
-
-
-def _norms(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(np.linalg.norm(vectors, axis=-1))

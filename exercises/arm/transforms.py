@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import Z, frame_after, link_frames
-from qdot.exercises.arm.trigonometry import count_terms, textbook_form
+from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook_matrix
 
 
 @lru_cache(maxsize=4096)
@@ -33,15 +33,11 @@ def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
     last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame at the end of link i
-    z, distance_along_z = _simplify_matrix(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
-    p_star = _simplify_matrix(
+    z, distance_along_z = textbook_matrix(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
+    p_star = textbook_matrix(
         last_frame.rotation.T * last_frame.origin - distance_along_z * z + sp.Matrix(convention.point.offset)
     )
-    return z, p_star, _simplify_matrix(z.cross(p_star))
-
-
-def _simplify_matrix(matrix: sp.Matrix) -> sp.Matrix:
-    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
+    return z, p_star, textbook_matrix(z.cross(p_star))
 
 
 @lru_cache(maxsize=4096)

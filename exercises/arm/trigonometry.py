@@ -410,6 +410,11 @@ def textbook_form(expression: sp.Expr) -> sp.Expr:
     return factor_trig(expression, max_terms=60).expression()
 
 
+def textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix whose entries are multiplied out, then in textbook form."""
+    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
+
+
 def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
     """Return the number of terms of all entries, multiplied out; `trivial` entries don't count."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)

@@ -16,6 +16,11 @@ def rot_x(angle: sp.Expr) -> sp.Matrix:
     return sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
 
 
+def norms(vectors: np.ndarray) -> np.ndarray:
+    """Return the lengths of vectors along the last array axis."""
+    return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b for vectors along the last array axis; for few vectors, this is five times as fast as NumPy."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape))

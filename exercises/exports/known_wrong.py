@@ -4,7 +4,7 @@ qdot's own comparison finds each of them wrong. No two of them are equal.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from itertools import chain as chained
@@ -20,6 +20,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import RESULT, Change, numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.singularity import Component
+from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
@@ -251,22 +252,5 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
 
 def _list_conditions(answer: ConditionSet) -> frozenset[str]:
     """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
-    wrapped = [
-        component
-        if component.solutions is None
-        else replace(
-            component,
-            solutions=tuple((joint, tuple(map(wrap_rational_angle, values))) for joint, values in component.solutions),
-        )
-        for component in answer.components
-    ]
+    wrapped = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
     return frozenset(chained.from_iterable(component.pieces() for component in wrapped))
-
-
-def wrap_rational_angle(angle: sp.Expr) -> sp.Expr:
-    """Return an angle wrapped to (-pi, pi] if it is a rational multiple of pi; other angles are unchanged."""
-    turns = angle / (2 * sp.pi)
-    if not turns.is_Rational:
-        return angle
-    fraction_of_turn = turns % 1
-    return 2 * sp.pi * (fraction_of_turn if fraction_of_turn <= sp.Rational(1, 2) else fraction_of_turn - 1)

@@ -13,9 +13,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
-from qdot.exercises.arm.meanings import BranchMeanings, Meaning, common_kind, find_branch_meanings
+from qdot.exercises.arm.meanings import BranchMeanings, Meaning, find_branch_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_sample
+from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
@@ -325,9 +325,10 @@ def describe_branch_in_words(generic: Chain, component: Component) -> BranchMean
 @lru_cache(maxsize=1024)
 def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
-    if can_establish_kind(generic):
-        return common_kind(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT))
-    return None
+    if not can_establish_kind(generic):
+        return None
+    kinds = set(classify_samples(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT)))
+    return kinds.pop() if len(kinds) == 1 else None
 
 
 def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
@@ -391,9 +392,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
     kind = find_common_kind(structure(chain).chain, branch.generic)
-    return (
-        kind if kind is not None and kind == classify_sample(chain, convert_to_sample(chain, configuration)) else None
-    )
+    return kind if kind and classify_samples(chain, [convert_to_sample(chain, configuration)]) == [kind] else None
 
 
 def _describe_meaning(option: tuple[Meaning, str | None]) -> str:

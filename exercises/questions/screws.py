@@ -25,7 +25,7 @@ from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.arm.standard_table import axes_of
-from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_form
+from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
@@ -149,14 +149,10 @@ def _derive_moved_screws(generic: Chain) -> tuple[Screw, ...]:
     """Return the screws of a structure's joints, moved by the joints before them."""
     frames, columns = frames_and_point(generic)[0], []
     for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
-        z, origin = _simplify_entries(frame.rotation[:, 2]), _simplify_entries(frame.origin)
-        column = z.col_join(_simplify_entries(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
+        z, origin = textbook_matrix(frame.rotation[:, 2]), textbook_matrix(frame.origin)
+        column = z.col_join(textbook_matrix(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
         columns.append(Screw(number, joint.kind, z, origin, column))
     return tuple(columns)
-
-
-def _simplify_entries(matrix: sp.Matrix) -> sp.Matrix:
-    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
 
 
 def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
@@ -201,18 +197,18 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
     """Return R_sb, the body Jacobian and [P] R_sb of a structure with the joint values `home` at home."""
     frames, point = frames_and_point(generic)
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
-    rotation = _simplify_entries(last_rotation * home_rotation.T)
+    rotation = textbook_matrix(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(generic.joints, frames, strict=False):
         # Simplify in the coordinates of the last frame, then change to those of {b}.
-        z = home_rotation * _simplify_entries(last_rotation.T * frame.rotation[:, 2])
-        arm = home_rotation * _simplify_entries(last_rotation.T * (point - frame.origin))
+        z = home_rotation * textbook_matrix(last_rotation.T * frame.rotation[:, 2])
+        arm = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
     return (
         rotation,
-        _simplify_entries(sp.Matrix.hstack(*columns)),
-        _simplify_entries(make_cross_product_matrix(point) * rotation),
+        textbook_matrix(sp.Matrix.hstack(*columns)),
+        textbook_matrix(make_cross_product_matrix(point) * rotation),
     )
 
 

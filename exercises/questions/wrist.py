@@ -18,7 +18,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook_form
+from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
@@ -31,7 +31,7 @@ def _write_wrist_axes(generic: Chain) -> sp.Matrix:
     axes = [frame_after(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
         axes = [rot_z(-joint.theta) * axis for axis in axes]
-    return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
+    return textbook_matrix(sp.Matrix.hstack(*axes))
 
 
 @lru_cache(maxsize=1024)
@@ -50,7 +50,7 @@ def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
         z.cross(arm) if joint.kind == "R" else z
         for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
     ]
-    return (rotation * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook_form(sp.expand(entry)))
+    return textbook_matrix(rotation * sp.Matrix.hstack(*columns))
 
 
 @lru_cache(maxsize=1024)

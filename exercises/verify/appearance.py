@@ -89,7 +89,7 @@ def samples_on_component(chain: Chain, component: Component) -> list[Sample]:
     ]
 
 
-def _samples_on_piece(chain: Chain, piece: str) -> list[Sample]:
+def _samples_on_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
     """Return configurations on a piece of the singular set.
 
     More arms are tried if the piece exists for few lengths only, such as theta3 = acos(-a2/a3).
@@ -98,7 +98,7 @@ def _samples_on_piece(chain: Chain, piece: str) -> list[Sample]:
     attempts = (
         sample_condition(chain, piece, "verify/said", arms, SAMPLES_PER_PIECE // arm_counts[0]) for arms in arm_counts
     )
-    return next((samples for samples in attempts if samples), [])
+    return next(filter(None, attempts), ())
 
 
 def all_have_kind(chain: Chain, kind: Classification, samples: Sequence[Sample]) -> bool:

@@ -16,7 +16,7 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import classify, classify_conditions, domain_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_sample, classify_samples
+from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support import DATA
@@ -45,8 +45,8 @@ def test_planar_kinds_are_those_of_the_annulus() -> None:
             q = np.array([0.3, *folds])
             reach = float(np.linalg.norm(arm.point(q)))
             on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
-            assert classify_sample(chain, Sample(arm, q)) == ("boundary" if on_edge else "internal"), (lengths, q)
-        assert classify_sample(chain, Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])) == "regular"
+            assert classify_samples(chain, [Sample(arm, q)])[0] == ("boundary" if on_edge else "internal"), (lengths, q)
+        assert classify_samples(chain, [Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])]) == ["regular"]
 
 
 def test_kinds_are_told_only_where_the_rows_are_rates_of_coordinates_with_a_reach() -> None:

@@ -18,7 +18,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, substitute_arm_lengths, with_symbolic_lengths
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, Values, singular_set
-from qdot.exercises.arm.singularity_kinds import classify_sample, classify_samples
+from qdot.exercises.arm.singularity_kinds import classify_samples
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.appearance import samples_on_component, statement_holds
@@ -74,7 +74,7 @@ def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
         for piece in pieces
         for sample in sample_condition(chain, piece, "at once", arm_count=2, samples_per_arm=2)
     ]
-    assert classify_samples(chain, samples) == [classify_sample(chain, sample) for sample in samples]
+    assert classify_samples(chain, samples) == [classify_samples(chain, [sample])[0] for sample in samples]
     assert len(samples) > 3
     assert classify_samples(chain, []) == []
 

@@ -26,7 +26,7 @@ def arm(family: str, seed: int = 1) -> Chain:
     return structure(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
 
 
-def samples_of(chain: Chain, condition: str) -> list[Sample]:
+def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
     """Return configurations at which a condition holds, on arms of other lengths than those that were looked at."""
     return sample_condition(chain, condition, "another draw", arm_count=4)
 
