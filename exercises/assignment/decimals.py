@@ -6,6 +6,7 @@ from math import isfinite, radians
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.problem.credit import settings_by_question
 
 DECIMALS_FORM = (
     'it is "exact", a number of significant digits from 2 to 12, as in decimals = 3, a tolerance with its unit, as in '
@@ -28,14 +29,7 @@ def read_decimals(
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
     """
-    if isinstance(policy, Mapping):
-        unknown = next((name for name in policy if name not in questions), None)
-        if unknown is not None:
-            raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
-        by_question = dict(policy)
-    else:
-        by_question = dict.fromkeys(questions, "exact" if policy is None else policy)
-    roundings = ((name, _parse_rounding(by_question.get(name, "exact"))) for name in questions)
+    roundings = ((name, _parse_rounding(setting)) for name, setting in settings_by_question(policy, questions))
     return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
 
 

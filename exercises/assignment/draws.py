@@ -89,12 +89,8 @@ def raise_failures(problem: Problem, failures: Sequence[str]) -> None:
         raise Uncertified(failures[0])
 
 
-def certify_with(find_failures: FindFailures) -> Certify[None]:
-    """Return a function that certifies a problem if `find_failures` finds nothing wrong with it."""
-    return partial(_certify, find_failures)
-
-
-def _certify(find_failures: FindFailures, problem: Problem) -> None:
+def certify_with(find_failures: FindFailures, problem: Problem) -> None:
+    """Certify a problem if `find_failures` finds nothing wrong with it. Raises Uncertified or QdotError."""
     raise_failures(problem, find_failures(problem))
 
 
@@ -212,7 +208,7 @@ def _certify_student(
     state: tuple[Assignment, FindFailures], student: str
 ) -> tuple[str, dict[str, Redraw], tuple[FailedSlot, ...]]:
     assignment, failures = state
-    draws = generate_student_problems(assignment, student, certify_with(failures))
+    draws = generate_student_problems(assignment, student, partial(certify_with, failures))
     return student, draws.new_redraws(assignment), draws.failed_slots
 
 

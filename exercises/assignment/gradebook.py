@@ -62,7 +62,7 @@ class Export:
     table: list[tuple[int, dict[str, str]]]
 
 
-NumberedRows = Sequence[tuple[int, list[str]]]
+NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
 
 
 def read_export(path: Path) -> Export | None:
@@ -87,11 +87,17 @@ def normalize_identifier(text: str) -> str:
 
 
 def _parse_rows(text: str) -> NumberedRows:
-    """Return the lines that are not empty."""
+    """Return the lines that are not empty, each with as many cells as the first."""
     try:
-        return list(csv_rows(text))
+        rows = list(csv_rows(text))
     except csv.Error:
         return []  # read_table reports the error
+    width = len(rows[0][1]) if rows else 0
+    return [(number, tuple((row + [""] * width)[:width])) for number, row in rows]
+
+
+def _due_cell(header: list[str], cells: tuple[str, ...]) -> dict[str, str]:
+    return {"due": cells[header.index("due")]} if "due" in header else {}
 
 
 def _find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
@@ -112,8 +118,7 @@ def _read_canvas(path: Path, header: list[str], rows: NumberedRows) -> Export:
     identity = header[: column_index["Section"] + 1]
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     points: tuple[str, ...] = ()
-    for number, row in rows[1:]:
-        cells = tuple((row + [""] * len(header))[: len(header)])
+    for number, cells in rows[1:]:
         identity_cells = {name: cells[column_index[name]].strip() for name in identity}
         identifier, login = identity_cells["ID"], identity_cells.get("SIS Login ID", "")
         names = (identity_cells.get("LastName", ""), identity_cells.get("FirstName", ""))
@@ -128,7 +133,7 @@ def _read_canvas(path: Path, header: list[str], rows: NumberedRows) -> Export:
             line |= {
                 column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAME_COLUMNS
             }
-            table.append((number, line | ({"due": cells[column_index["due"]]} if "due" in column_index else {})))
+            table.append((number, line | _due_cell(header, cells)))
     return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
 
 
@@ -157,7 +162,7 @@ def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Map
     filled_keys = [
         key
         for key in MOODLE_KEYS
-        if (index := columns[key]) is not None and any(index < len(row) and row[index].strip() for _, row in rows[1:])
+        if (index := columns[key]) is not None and any(row[index].strip() for _, row in rows[1:])
     ]
     if not filled_keys:
         raise QdotError(
@@ -165,8 +170,7 @@ def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Map
             "username or the email address"
         )
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
-    for number, row in rows[1:]:
-        cells = tuple((row + [""] * len(header))[: len(header)])
+    for number, cells in rows[1:]:
         key_cells = {key: cells[index].strip() for key, index in columns.items() if index is not None}
         if not key_cells[filled_keys[0]]:
             column = header[columns[filled_keys[0]] or 0]
@@ -178,7 +182,6 @@ def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Map
         lines[identifier] = cells
         name = f"{key_cells['first']} {key_cells['last']}".strip()
         other_keys: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}
-        table.append((number, {"student": identifier, "name": name, "email": key_cells.get("email", ""), **other_keys}))
-        if "due" in header:
-            table[-1][1]["due"] = cells[header.index("due")]
+        line = {"student": identifier, "name": name, "email": key_cells.get("email", ""), **other_keys}
+        table.append((number, line | _due_cell(header, cells)))
     return Export(Gradebook(MOODLE, tuple(header), (), lines), table)

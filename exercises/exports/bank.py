@@ -125,7 +125,7 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     """
     order, slot = state.order, state.slot
     generate = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = try_draw(generate, certify_with(order.find_failures))
+    attempt_result = try_draw(generate, partial(certify_with, order.find_failures))
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]

@@ -5,6 +5,7 @@ import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from qdot.exercises.assignment.draws import FailedSlot, certify_with, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
@@ -175,7 +176,7 @@ def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
 def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
         return _SheetResult(_make_sheet_of_problems(order, request, request.problems))
-    draws = generate_student_problems(order.assignment, request.student, certify_with(order.find_failures))
+    draws = generate_student_problems(order.assignment, request.student, partial(certify_with, order.find_failures))
     if draws.failed_slots:
         return _SheetResult(None, given_up=draws.failed_slots)
     problems = [certified.problem for certified in draws.certified.values()]

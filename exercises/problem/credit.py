@@ -8,9 +8,11 @@ examples.
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
 from qdot.exercises.common.errors import QdotError
 
+Setting = TypeVar("Setting", bound=str | float)
 CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
 
 CREDIT_FORM = (
@@ -165,12 +167,21 @@ def read_credit(
     >>> read_credit({"jacobian": "columns"}, ["position", "jacobian"])
     (('jacobian', Credit(rule='columns', factor=Fraction(1, 1))),)
     """
-    if isinstance(policy, Mapping):
-        unknown = next((name for name in policy if name not in questions), None)
-        if unknown is not None:
-            raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
-        return tuple((name, _parse_credit(policy[name])) for name in questions if name in policy)
-    return () if policy is None else tuple((name, _parse_credit(policy)) for name in questions)
+    return tuple((name, _parse_credit(setting)) for name, setting in settings_by_question(policy, questions))
+
+
+def settings_by_question(
+    policy: Setting | Mapping[str, Setting] | None, questions: Sequence[str]
+) -> list[tuple[str, Setting]]:
+    """Return (question, setting) for the questions that have one: a policy has one for all, or a table by question."""
+    if policy is None:
+        return []
+    if not isinstance(policy, Mapping):
+        return [(name, policy) for name in questions]
+    unknown = next((name for name in policy if name not in questions), None)
+    if unknown is not None:
+        raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
+    return [(name, policy[name]) for name in questions if name in policy]
 
 
 def _parse_credit(setting: str | float) -> Credit:

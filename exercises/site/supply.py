@@ -78,7 +78,7 @@ class BankProblem:
             return require_certified(self.problem, find_failures)
         first_reason = ""
         for draw in range(1, MAX_DRAWS + 1):
-            result = try_draw(partial(self.make, draw), certify_with(find_failures))
+            result = try_draw(partial(self.make, draw), partial(certify_with, find_failures))
             if not isinstance(result, str):
                 return result[0]
             first_reason = first_reason or result

@@ -4,6 +4,7 @@ It uses products of 4 x 4 matrices and finite differences.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -54,10 +55,11 @@ class NumericReference:
     - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
     - `exponential_jacobian`: the same matrix from the product of exponentials
     - `frame_velocities`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
+    - `convention_velocities`: the same for the frames that students see
     - `point_velocities`: the velocities of the point for each joint's unit rate, (…, n, 3)
     - `home_frames`, `point_at_home`: frames and point at zero joint variables
 
-    `frame_velocities` and `point_velocities` are computed by central differences of the frames.
+    All velocities are computed by central differences.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -74,24 +76,20 @@ class NumericReference:
         self.point = self._for_each_arm(NumericChain.point)
         self.jacobian = self._for_each_arm(NumericChain.jacobian)
         self.exponential_jacobian = self._for_each_arm(exponential_jacobian)
-        self.convention_frames = self._frames_in_convention()
+        self._frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [
+            partial(modified_frames, self.chain, lengths) if convention_of(self.chain).is_proximal else arm.frames
+            for arm, lengths in zip(self.arms, self.lengths, strict=True)
+        ]
+        pairs = list(zip(self._frame_functions, self._configurations, strict=True))
+        self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
+        self.convention_velocities = np.concatenate([_velocities_by_differences(frames, q) for frames, q in pairs])
         self.home_frames = self._for_each_arm(lambda arm, q: arm.frames(0 * q))
         self.point_at_home = self._for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.frame_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm, q)[0])
-        self.point_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm, q)[1])
+        self.frame_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm.frames, q))
+        self.point_velocities = self._for_each_arm(lambda arm, q: _differences(arm.point, q))
 
     def _for_each_arm(self, function: Callable[[NumericChain, np.ndarray], np.ndarray]) -> np.ndarray:
         return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._configurations, strict=True)])
-
-    def _frames_in_convention(self) -> np.ndarray:
-        """Return the frames of the table in its own convention, (…, n + 1, 4, 4).
-
-        They are multiplied out from the elementary transformations.
-        """
-        if not convention_of(self.chain).is_proximal:
-            return self.frames
-        pairs = zip(self.lengths, self._configurations, strict=True)
-        return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
     def _sample_values(self, configurations: list[np.ndarray]) -> dict[str, np.ndarray]:
         values = {
@@ -116,21 +114,6 @@ class NumericReference:
         """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
         angular = self.frame_velocities[:, :, self.chain.n, 3:]
         return np.concatenate([self.point_velocities, angular], axis=2).transpose(0, 2, 1)
-
-    @property
-    def convention_velocities(self) -> np.ndarray:
-        """`frame_velocities` for the frames that students see."""
-        if not convention_of(self.chain).is_proximal:
-            return self.frame_velocities
-        velocities = []
-        for lengths, q in zip(self.lengths, self._configurations, strict=True):
-            shifted = [q + side * _STEP * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
-            ahead, behind = (
-                np.stack([modified_frames(self.chain, lengths, shifted_q) for shifted_q in configurations], axis=1)
-                for configurations in shifted
-            )
-            velocities.append(_frame_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
-        return np.concatenate(velocities)
 
     @property
     def rates(self) -> np.ndarray:
@@ -218,17 +201,17 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
     substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
     def number(expression: sp.Expr) -> np.ndarray:
-        return np.full(len(q), float(expression.xreplace(substitutions)))
+        return np.full(q.shape[:-1], float(expression.xreplace(substitutions)))
 
     base = convention_of(chain).base
     frames = [_rotations(2, number(base.yaw))]
     frames[0][..., :3, 3] = np.stack([number(entry) for entry in base.position], axis=-1)
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
         theta, d = (number(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
-        theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
+        theta, d = (theta + q[..., i], d) if row.kind == "R" else (theta, d + q[..., i])
         link_transform = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
         frames.append(frames[-1] @ link_transform @ _rotations(2, theta) @ _translations(2, d))
-    return np.stack(frames, axis=1)
+    return np.stack(frames, axis=-3)
 
 
 def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
@@ -254,44 +237,29 @@ def random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
     return np.array([[rng.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
-def _velocities_by_differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit joint rates.
-
-    They are computed by central differences.
-    """
+def _differences(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+    """Return the derivatives of a function of configurations by each joint variable, (…, n, …): central differences."""
     nudge = _STEP * np.eye(q.shape[1])
-    ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
-    point_velocities = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _STEP)
-    return _frame_velocities(ahead, behind, arm.frames(q)), point_velocities
+    return (function(q[:, None, :] + nudge) - function(q[:, None, :] - nudge)) / (2 * _STEP)
 
 
-def _frame_velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6).
-
-    `ahead` and `behind` are the frames after small steps of each joint; `frames` are (…, n + 1, 4, 4).
-    """
-    derivative = (ahead - behind) / (2 * _STEP)
-    angular_matrix = derivative[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
+def _velocities_by_differences(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+    """Return the velocity of each frame's origin and link for unit joint rates, (…, n, n + 1, 6)."""
+    derivative = _differences(frames, q)
+    angular_matrix = derivative[..., :3, :3] @ frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
     angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
     return np.concatenate([derivative[..., :3, 3], angular], axis=-1)
 
 
 def samples_on_condition(
     numeric: NumericReference, condition: sp.Expr, *, arm_count: int, per_arm: int
-) -> list[Sample]:
+) -> tuple[Sample, ...]:
     """Return configurations at which a condition holds; try more arms if it has real roots for few lengths only."""
-    samples: list[Sample] = []
-    for tried_arms in (arm_count, 4 * arm_count, 16 * arm_count):
-        samples = sample_condition(
-            numeric.chain,
-            f"{condition} = 0",
-            f"verify/{numeric.problem.id}",
-            arm_count=tried_arms,
-            samples_per_arm=per_arm,
-        )
-        if samples:
-            break
-    return samples
+    attempts = (
+        sample_condition(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms, per_arm)
+        for arms in (arm_count, 4 * arm_count, 16 * arm_count)
+    )
+    return next(filter(None, attempts), ())
 
 
 # --- at the configuration of a question ---
@@ -345,6 +313,12 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
         for i, (angular, linear) in enumerate(screws)
     ]
     return np.stack(columns, axis=-1)
+
+
+def conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
+    """Return sigma_min/sigma_max of Jacobians; for a Jacobian that is nearly zero, the result is nearly zero, too."""
+    sigma = np.linalg.svd(jacobians, compute_uv=False)
+    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
 def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from qdot.exercises.verify.numbers import (
     check_three_digits,
     reference_numbers,
 )
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, conditioning_ratios
 
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
@@ -83,8 +83,7 @@ class LineFollower:
 
     def min_conditioning(self, joints: np.ndarray) -> float:
         """Return the minimum sigma_min/sigma_max of J over configurations (k x n)."""
-        sigma = np.linalg.svd(self.arm.jacobian(joints)[:, self.task], compute_uv=False)
-        return float((sigma[:, -1] / sigma[:, 0]).min())
+        return float(conditioning_ratios(self.arm.jacobian(joints)[:, self.task]).min())
 
 
 def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:

@@ -11,6 +11,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.directions import line_directions
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import Meaning
@@ -18,7 +19,7 @@ from qdot.exercises.arm.singularity_kinds import classify_samples
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.questions.rank import LostDirectionAt, LostDirectionDetails, LostMotionDetails, MeaningDetails
-from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_direction
+from qdot.exercises.verify.appearance import side_of_lost_direction, statement_holds
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
@@ -132,7 +133,7 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 
 def samples_at_values(
     numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, per_arm: int = 2
-) -> list[Sample]:
+) -> Sequence[Sample]:
     """Return configurations that have the given joint values or, if there is a condition, satisfy the condition.
 
     There are `per_arm` configurations for each of several choices of the symbolic lengths.
@@ -229,13 +230,14 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
-    statement_holds = [
-        bool(samples) and all(_statement_holds(meaning, sample) for sample in samples) for meaning, _ in choice.offered
+    is_true_everywhere = [
+        bool(samples) and all(_meaning_holds(numeric.chain, meaning, sample) for sample in samples)
+        for meaning, _ in choice.offered
     ]
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
     holds = [
         is_true and (kind is None or kinds == {kind})
-        for is_true, (_, kind) in zip(statement_holds, choice.offered, strict=True)
+        for is_true, (_, kind) in zip(is_true_everywhere, choice.offered, strict=True)
     ]
     expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
@@ -252,46 +254,22 @@ _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
 """The kinds of statements about directions of axes, the only ones that explain a lost rotation."""
 
 
-def _statement_holds(statement: Meaning, sample: Sample) -> bool:
-    """Return whether a geometric statement is true at a configuration, by moving joints and comparing lines."""
-    first, last = statement.joints[0] - 1, statement.joints[-1] - 1
-    frames = sample.arm.frames(sample.q)
-    if statement.kind == "on axis":
-        turned = sample.q + 0.7 * np.eye(len(sample.q))[first]
-        return bool(np.linalg.norm(sample.arm.point(turned) - sample.arm.point(sample.q)) < 1e-6)
-    if statement.kind == "in line":
-        lines = [
-            np.concatenate([z, np.cross(o, z)])
-            for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
-        ]
-        return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
-    if statement.kind in ("parallel", "one plane", "square"):
-        axes = frames[[joint - 1 for joint in statement.joints], :3, 2]
-        sigma = np.linalg.svd(axes, compute_uv=False)
-        return bool(sigma[0] - sigma[-1] < 1e-6 if statement.kind == "square" else sigma[-1] < 1e-6)
-    if statement.kind == "level":
-        points = np.vstack([frames[: statement.joints[-1], :3, 3], sample.arm.point(sample.q)])
+def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
+    """Return whether a geometric statement is true at a configuration."""
+    frames = sample.frames
+    if meaning.kind == "square":
+        sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
+        return bool(sigma[0] - sigma[-1] < 1e-6)
+    if meaning.kind == "level":
+        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
-    if statement.kind == "one way":
-        turned = 1e-4 * np.eye(len(sample.q))[[first, last]]
-        velocities = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
-        return bool(np.linalg.norm(np.cross(*(velocities / np.linalg.norm(velocities, axis=1, keepdims=True)))) < 1e-6)
-    if statement.kind in ("straight", "doubled"):
-        a, b, c = (frames[statement.joints[0] + k, :3, 3] for k in (-1, 0, 1))
+    if meaning.kind in ("straight", "doubled"):
+        a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
-        expected = sum(legs) if statement.kind == "straight" else abs(legs[0] - legs[1])
+        expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(distance - expected) < 1e-7)
-    if statement.kind in ("along", "across"):
-        prismatic_frame, start, end = (frames[joint - 1] for joint in statement.joints)
-        projected = np.linalg.inv(start[:3, :3]) @ np.column_stack([prismatic_frame[:3, 2], end[:3, 3] - start[:3, 3]])
-        angle = np.diff(np.arctan2(projected[1], projected[0]))[0]
-        return bool(
-            abs(np.sin(angle) if statement.kind == "along" else np.cos(angle)) < 1e-6 and abs(projected[2, 0]) < 1e-6
-        )
-    moved_configurations = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, moved_configurations])), first)
-    best = distances.max() if statement.kind == "far" else distances.min()
-    return bool(abs(distances[0] - best) < 1e-9)
+    # Words such as "the arm is stretched out" come before the statement itself.
+    return statement_holds(chain, meaning.words.rpartition(": ")[2].replace("$P$", "the point"), sample)
 
 
 CHECKS: dict[str, PartCheck] = {

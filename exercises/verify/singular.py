@@ -35,6 +35,7 @@ from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
     NumericReference,
+    conditioning_ratios,
     random_configurations,
     random_lengths,
     samples_on_condition,
@@ -91,8 +92,7 @@ def _ratios_on_piece(
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
     q = np.stack([values[joint] for joint in joints], axis=1)
     return [
-        float(ratio)
-        for ratio in _conditioning_ratios(NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task])
+        float(ratio) for ratio in conditioning_ratios(NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task])
     ]
 
 
@@ -106,12 +106,6 @@ def _ratios_for_other_lengths(numeric: NumericReference, piece: Any, joints: lis
         if ratios:
             return ratios
     return []
-
-
-def _conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max of Jacobians; for a Jacobian that is nearly zero, the result is nearly zero, too."""
-    sigma = np.linalg.svd(jacobians, compute_uv=False)
-    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
 def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
@@ -133,7 +127,7 @@ def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: l
             return np.asarray(q[~space.contains(claimed, values, len(q), SET_TOLERANCE)])
 
         q = at_zero - np.array(arm.offsets)
-        if len(q) and _conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
+        if len(q) and conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
         for uncovered in find_uncovered(q):
@@ -188,7 +182,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
             break
-    return np.asarray(q[_conditioning_ratios(arm.jacobian(q)[:, task]) < MAX_SINGULAR_RATIO])
+    return np.asarray(q[conditioning_ratios(arm.jacobian(q)[:, task]) < MAX_SINGULAR_RATIO])
 
 
 def _check_kind(numeric: NumericReference, part: Part) -> Checks:
@@ -223,7 +217,7 @@ def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOne
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
-def _configuration_samples(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> list[Sample]:
+def _configuration_samples(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
     if configuration.condition is not None:
         return samples_on_condition(numeric, configuration.condition, arm_count=ARM_COUNT, per_arm=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)

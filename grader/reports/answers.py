@@ -50,7 +50,7 @@ class ShownAnswer:
 
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the formula or options that were parsed."""
-    plain = make_visible(text if len(text) <= MAX_SHOWN_CHARACTERS else f"{text[:MAX_SHOWN_CHARACTERS]} …")
+    plain = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
     if text == FUNCTION_TEXT:
         return ShownAnswer(plain, is_verbatim=False)
     if part.answer.offered_options:
@@ -63,6 +63,11 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
         return ShownAnswer(plain) if tree is None else ShownAnswer(plain, _formula_html(problem, part, tree))
     except TooDeep:
         return ShownAnswer(plain)
+
+
+def shorten(text: str, max_length: int) -> str:
+    """Return the first characters of a text; " …" shows that some are left out."""
+    return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
 def make_visible(text: str) -> str:

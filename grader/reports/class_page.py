@@ -22,7 +22,7 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
-from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
+from qdot.grader.reports.answers import ShownAnswer, make_visible, shorten, show_answer
 from qdot.grader.reports.class_view import (
     AnswerGroup,
     describe_student,
@@ -251,4 +251,4 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
 
 
 def _shorten(text: str) -> str:
-    return make_visible(text if len(text) <= MAX_ANSWER_LENGTH else f"{text[:MAX_ANSWER_LENGTH]} …")
+    return make_visible(shorten(text, MAX_ANSWER_LENGTH))

@@ -14,7 +14,7 @@ from qdot.exercises.writing.render import render
 from qdot.grader.grading.check import CheckedNotebook
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.answers import make_visible, shorten
 from qdot.grader.reports.rows import list_notes, make_rows
 from qdot.grader.reports.tables import UNMARKED_STATES, list_staff_notes, work_status
 
@@ -65,7 +65,7 @@ def _render_page(assignment: Assignment, students: Sequence[Result], shown: Sequ
 
 def _escape_markdown(text: str) -> str:
     """Return a text for a table cell, escaped so that it contains no links, formulas or HTML."""
-    return _MARKUP.sub(r"\\\1", _shorten(" ".join(make_visible(text).split())))
+    return _MARKUP.sub(r"\\\1", shorten(" ".join(make_visible(text).split()), MAX_TEXT_LENGTH))
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,11 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     """
     if len(results) == 1:
         notes = [
-            Annotation("warning" if row.points else "error", f"{row.part}: {row.points_text}", _shorten(row.message))
+            Annotation(
+                "warning" if row.points else "error",
+                f"{row.part}: {row.points_text}",
+                shorten(row.message, MAX_TEXT_LENGTH),
+            )
             for row in make_rows(results[0], assignment.feedback)
             if not row.passed
         ]
@@ -130,10 +134,6 @@ def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
     unreadable = [row for row in checked.rows if not row.is_readable]
     notes = [Annotation("warning", row.part, row.message, path.as_posix()) for row in unreadable]
     return _commands("warning", notes, "qdot")
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]} …"
 
 
 def _escape_message(text: str) -> str:

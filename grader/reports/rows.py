@@ -8,6 +8,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.reports.answers import shorten
 from qdot.grader.reports.feedback_levels import limit_feedback
 from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 
@@ -59,7 +60,7 @@ def _message(part: PartResult) -> str:
         override_text = f"{prefix}{': ' if override.comment else ''}{override.comment}"
     sentences = [text.rstrip(".") for text in (part.reason, part.advice, override_text) if text]
     paragraph = " ".join(". ".join(sentences).split())
-    return paragraph if len(paragraph) <= MAX_MESSAGE_LENGTH else f"{paragraph[:MAX_MESSAGE_LENGTH]} …"
+    return shorten(paragraph, MAX_MESSAGE_LENGTH)
 
 
 def only_result(results: Sequence[Result], report_format: str) -> Result:

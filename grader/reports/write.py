@@ -8,7 +8,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, flush_disks_after, write_atomically
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
@@ -40,7 +40,7 @@ def write_reports(
     unwritten = []
     report_lost = _report_lost_page if jobs > 1 else None
     paths = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
-    page_results = ordered_map(_write_or_mark_ungraded, outdated, jobs, _keep_assignment, (assignment,), report_lost)
+    page_results = ordered_map(_write_or_mark_ungraded, outdated, jobs, keep_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), flush_disks_after():
             for (student, _), result in zip(outdated, page_results, strict=True):
@@ -60,10 +60,6 @@ def write_reports(
             "memory; the grades are complete, and the same command tries again"
         )
     return list(final.values())
-
-
-def _keep_assignment(assignment: Assignment) -> Assignment:
-    return assignment
 
 
 def _check_writable(assignment: Assignment, result: Result) -> Result:
