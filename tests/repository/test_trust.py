@@ -89,7 +89,9 @@ def test_the_page_of_licences_has_every_library_of_the_site() -> None:
     wanted = json.loads((ROOT / "site" / "package.json").read_text(encoding="utf-8"))["dependencies"]
     listed = re.findall(r"(?m)^## (\S+) - \S+ \(([\w.-]+)\)$", page)
     assert set(wanted) <= {name for name, _ in listed}
-    assert {licence for _, licence in listed} <= {"MIT", "BSD-3-Clause", "ISC"}, "may it be bundled, and does it want a notice?"
+    assert {licence for _, licence in listed} <= {"MIT", "BSD-3-Clause", "ISC"}, (
+        "may it be bundled, and does it want a notice?"
+    )
     assert page.count("Permission is hereby granted") >= len(listed)
 
 

@@ -13,7 +13,7 @@ from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.support.problems import drawn
 
-FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "one_of", "some_of", "matching")
+FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "choice", "selection", "matching")
 
 
 class Named(AnswerVisitor[str]):

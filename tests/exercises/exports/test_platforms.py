@@ -85,7 +85,7 @@ def files_of(
         for module in (made, moodle):
             patch.setattr(module, "make_items", lambda _: iter(asked))
         files = list(outlet(order))
-    assert all(file.private for file in files)  # what is right is in them
+    assert all(file.is_private for file in files)  # what is right is in them
     return {file.path: file.content for file in files}
 
 
@@ -273,7 +273,7 @@ def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Qui
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
     wrong = WrongValue(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
-    notations = first_changed(asked[0], wrong=(wrong,))
+    notations = first_changed(asked[0], wrong_values=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
     assert 'ends } here # or ∼ there / \\ "q" &lt;b&gt; &amp; {2:NUMERICAL:=5}' in read

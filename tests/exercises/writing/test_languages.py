@@ -126,7 +126,7 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
     for message, context in (
         ("the world frame", None),  # Python
         ("All columns are zero.", None),  # a template
-        ("There,", "has rank"), ("There,", None), (scara, "family"), ("row {n}", "phrase"),
+        ("There,", "has rank"), (scara, "family"), ("row {n}", "phrase"),
         (english["verdict.branches"], "site verdict.branches"),
         *((mistake.message, mistake_context(mistake.name)) for mistake in CATALOGUE.values()),
     ):  # fmt: skip
