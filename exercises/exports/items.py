@@ -21,6 +21,7 @@ from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import list_blames
@@ -305,7 +306,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
     for index, text in enumerate(texts):
         is_right = index in answer.correct_indices
         blames = list_blames(part, index) if explains_mistakes and not is_right else ()
-        feedback = " ".join(dict.fromkeys(blame.sentence for blame in blames))
+        feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         options.append(QuizOption(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
     fixed = part.has_drawn_options or answer.offered_options == TRUE_FALSE
     return ChoiceForm(tuple(options), isinstance(answer, Selection), fixed)

@@ -25,7 +25,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.mistakes.base import Mistake
+from qdot.exercises.mistakes.base import Mistake, name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
@@ -185,7 +185,8 @@ def _fill_with_arm_numbers(
         if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
             equal = compare_entry_by_entry(problem, answer, reference)
             if not all(equal):
-                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, mistake.feedback, answer, equal)
+                feedback = name_chapter(mistake.feedback)
+                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, feedback, answer, equal)
 
 
 def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:
@@ -221,7 +222,8 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
                 for value, correct, tolerance in zip(wrong_values, expected, tolerances, strict=True)
             ]
             rounded = sp.Matrix([sp.Rational(f"{value:.6g}") for value in wrong_values])
-            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, wrong.sentence, rounded, tuple(is_correct))
+            feedback = name_chapter(wrong.sentence)
+            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded, tuple(is_correct))
 
 
 def _differs_clearly(candidate: list[float], earlier_values: list[float], tolerances: list[float]) -> bool:
@@ -246,7 +248,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
             if conditions and conditions not in accepted:
                 accepted.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = mistake.sentence(mistaken.words)
+                feedback = name_chapter(mistake.sentence(mistaken.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)
 
 

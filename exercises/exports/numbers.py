@@ -20,6 +20,7 @@ from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_t
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import (
     MISTAKES_FOR_ONE_NUMBER,
     PredictedAnswer,
@@ -108,7 +109,11 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
     answer = part.answer_as(Number)
     reference = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
-        (mistake.title, mistake.sentence(mistaken.words), np.array(mistaken.answer.reference.tolist(), dtype=float))
+        (
+            mistake.title,
+            name_chapter(mistake.sentence(mistaken.words)),
+            np.array(mistaken.answer.reference.tolist(), dtype=float),
+        )
         for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]
@@ -125,7 +130,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
 
 
 def _describe_wrong(wrong_answer: PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
-    return wrong_answer.mistake.title, wrong_answer.sentence, values
+    return wrong_answer.mistake.title, name_chapter(wrong_answer.sentence), values
 
 
 def _check_agreement(

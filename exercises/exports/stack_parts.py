@@ -37,6 +37,7 @@ from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node as Tree
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
     DEFAULT_CREDIT,
     MISTAKE_FACTOR,
@@ -540,7 +541,7 @@ def _convert_choice(part: Part) -> StackPart:
     for i in range(len(answer.options)):
         if i != answer.correct:
             blames = list_blames(part, i)
-            says = " ".join(dict.fromkeys(blame.sentence for blame in blames))
+            says = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
             note = f"prt1-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
             nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", says))
             cases.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))

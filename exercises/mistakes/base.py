@@ -1,5 +1,6 @@
 """Define a mistake: a change to a derivation, or to an answer, and the message to the student."""
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
@@ -82,6 +83,17 @@ class Mistake:
     def chapter_reference(self) -> str:
         """The reference to the chapter that follows "See"; equation numbers are in brackets."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
+
+
+def name_chapter(sentence: str) -> str:
+    """Return a mistake's sentence in which a reference such as "See (6.4)" says that (6.4) is in Chapter 6.
+
+    Readers need this wherever the sentence stands without the notebook or the site, which say so.
+
+    >>> name_chapter("Check the sign. See (6.4).")
+    'Check the sign. See (6.4) in Chapter 6.'
+    """
+    return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|below 6\.\d+)", r"See \1 in Chapter 6", sentence)
 
 
 # --- restriction of mistakes to some arms ---

@@ -28,6 +28,7 @@ from qdot.exercises.exports.items import list_entry_labels, write_question_alone
 from qdot.exercises.exports.markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
 from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -109,7 +110,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
             "said": _describe_outcome(problem, verdict)
             if shows_mistakes
             else _OUTCOME_SENTENCES[verdict.judgement.outcome],
-            "advice": verdict.diagnosis.says if shows_mistakes and verdict.diagnosis is not None else "",
+            "advice": name_chapter(verdict.diagnosis.says) if shows_mistakes and verdict.diagnosis is not None else "",
         }
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)

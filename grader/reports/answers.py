@@ -28,6 +28,10 @@ MAX_WIDTH = 40.0
 MIN_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
+MAX_ROUNDED_LENGTH = 12
+"""A decimal is shown rounded if the result has at most this number of characters."""
+
+_LONG_DECIMAL = re.compile(r"(?<![\w.])\d{1,6}\.\d{15,19}(?![\w.])")
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
 FORMULA_TYPES = ("expression", "matrix", "singular", "number", "direction")
 """The types of answers that are formulas; others are shown as text."""
@@ -50,6 +54,7 @@ class ShownAnswer:
 
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the formula or options that were parsed."""
+    text = text if len(text) > MAX_CHARACTERS else _hide_rounding_errors(text)
     plain = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
     if text == FUNCTION_TEXT:
         return ShownAnswer(plain, is_verbatim=False)
@@ -68,6 +73,21 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
 def shorten(text: str, max_length: int) -> str:
     """Return the first characters of a text; " …" shows that some are left out."""
     return text if len(text) <= max_length else f"{text[:max_length]} …"
+
+
+def _hide_rounding_errors(text: str) -> str:
+    """Return an answer without the rounding errors of its decimals, which Python added when it ran the notebook.
+
+    >>> _hide_rounding_errors("a1 + 0.12249999999999998 + 3.14159265358979")
+    'a1 + 0.1225 + 3.14159265358979'
+    """
+    return _LONG_DECIMAL.sub(lambda number: _shortest_decimal(number[0]), text)
+
+
+def _shortest_decimal(number: str) -> str:
+    """Return a decimal rounded to 14 digits, if that leaves at most 10 digits; otherwise return it unchanged."""
+    rounded = f"{float(number):.14g}"
+    return rounded if len(rounded) <= MAX_ROUNDED_LENGTH and "e" not in rounded else number
 
 
 def make_visible(text: str) -> str:

@@ -137,7 +137,7 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
             starts = [start + width for start, width in zip(starts, widths, strict=True)]
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
-        axes.set_xlabel("% of those who handed in")
+        axes.set_xlabel("% of the students who submitted")
         axes.legend(
             loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, columnspacing=0.9, handlelength=1.3,
             handletextpad=0.5,
@@ -160,7 +160,7 @@ def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -
         _by_row(axes, parts)
         axes.grid(axis="x")
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
-        axes.set_xlabel("correlation with the rest of the points")
+        axes.set_xlabel("correlation with the other points")
 
     return _chart("discrimination", 0.75 + 0.27 * len(parts), draw)
 

@@ -236,7 +236,7 @@ def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
         reason = ""
         if late is not None:
             reason = f"{describe_duration(late.seconds)} late"
-            reason += f", {100 * late.penalty:.4g} % taken off" if late.penalty else ", nothing taken off"
+            reason += f", {100 * late.penalty:.4g} % deducted" if late.penalty else ", nothing deducted"
         elif state in ("unusable", *UNMARKED_STATES):
             reason = result.obstacle or (
                 "qdot failed on a part" if state == "ungraded" else "judging a part took too long"

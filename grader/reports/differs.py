@@ -63,17 +63,21 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
 
 def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
     headings = {
-        "Singular, and not in your answer": example.missing, "In your answer, and not singular": example.surplus
+        "Singular, but not in your answer": example.missing, "In your answer, but not singular": example.surplus
     }  # fmt: skip
     columns = tuple(heading for heading, configuration in headings.items() if configuration is not None)
-    return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
+    return (
+        Table("Configurations where your answer is wrong", ("Quantity", *columns), symbols)
+        if columns and symbols
+        else None
+    )
 
 
 def _caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
     entry = _entry_in_words(part, example)
-    return (
-        f"Where {entry or 'it'} differs" if has_configuration else entry.capitalize() or "Your answer and what is right"
-    )
+    if has_configuration:
+        return f"Where {entry or 'your answer'} is wrong"
+    return entry.capitalize() or ("Your answer" if example.expected is None else "Your answer and the correct one")
 
 
 def _entry_in_words(part: Part, example: EntryDifference) -> str:
@@ -91,9 +95,9 @@ def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]
     if example.expected is None:
         return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
     yours, correct = _format_distinctly(example.yours, example.expected, unit)
-    headings = "Your answer", "Right"
+    headings = "Your answer", "Correct"
     if part.answer.counts_up_to_a_factor:
-        headings = headings[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
+        headings = headings[0], "Correct" if example.pivot is None else f"Correct for your entry {example.pivot + 1}"
     return ExampleRow(headings[0], (yours,)), ExampleRow(headings[1], (correct,))
 
 

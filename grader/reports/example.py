@@ -31,8 +31,8 @@ MAX_RELATIVE_DISTANCE = 3.0
 MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 
-MISSING_CAPTION, SURPLUS_CAPTION = "singular, not in your answer", "in your answer, not singular"
-CROSS_CAPTION = "Dot: P. Cross: where your answer puts it."
+MISSING_CAPTION, SURPLUS_CAPTION = "singular, but not in your answer", "in your answer, but not singular"
+CROSS_CAPTION = "Dot: P. Cross: P according to your answer."
 
 
 def draw_example(problem: Problem, part: Part, example: Counterexample, answer: str | None) -> str:
@@ -75,7 +75,7 @@ def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | No
 
 def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
     """Return the arm with the point that an answer gives; None if it gives no point or one that is too far away."""
-    figure, tree = _arm_at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
+    figure, tree = _arm_at(problem.chain, "the arm in this configuration", at), read_answer(problem, part, answer).tree
     if figure is None or tree is None:
         return None
     axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position

@@ -30,26 +30,29 @@ from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_
 from qdot.grader.reports.example import draw_example
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, shows_at_least
 
-PAGE_VERSION = 7
+PAGE_VERSION = 8
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = {
     Outcome.CORRECT: "right", Outcome.PARTIAL: "partly right", Outcome.WRONG: "wrong",
     Outcome.MISSING: "not answered", Outcome.UNGRADED: "not graded yet",
 }  # fmt: skip
+CRASHED, CRASH_REASON = "stopped with an error", r"\bcell stopped\b"
+"""The word for a missing answer whose cell crashed, and a pattern of the reason that the answer locator gives."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
 GRADER_FIRST_WORDS = (
-    r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a (list|configuration|singular)|say|left"
+    r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
+    r"|a (list|configuration|singular)|say|left"
     r"|qdot failed|cells?|right but|claimed|commas"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
 SHORT_REASONS = {
-    r"\bit is not right; differs$": "it is not right",
-    r"(?<![\w)] )\bdiffers$": "its value differs from the solution's",
-    r"\bclaimed, but no singular configuration\b": "a configuration is claimed that is not singular",
+    r"\bit is not right; differs$": "it is wrong",
+    r"(?<![\w)] )\bdiffers$": "its value is wrong",
+    r"\bclaimed, but no singular configuration\b": "your answer includes a configuration that is not singular",
 }
 """Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""
 
@@ -58,14 +61,16 @@ SHORT_REASONS = {
 class PartOnPage:
     """A part as the template shows it; `result` has only what the feedback level allows.
 
-    `prompt` (the prompt), `figure`, `example` (a drawing of the counterexample) and `solution` are HTML. `certainty`
-    says how a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry of the answer.
+    `word` is the outcome in words. `prompt`, `figure`, `example` (a drawing of the counterexample) and `solution` are
+    HTML. `certainty` says how a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry
+    of the answer.
     """
 
     id: str
     number: str
     title: str
     result: PartResult
+    word: str
     reason: str
     advice: str | None
     override: str | None
@@ -113,7 +118,7 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         score=result.score,
         max_score=result.max_score,
         problems=problems,
-        words=OUTCOME_WORDS,
+        to_review=[part for part in parts if part.result.outcome in (*WRONG_OR_PARTIAL, Outcome.MISSING)],
         overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
         kept_back=_describe_level(assignment.feedback, parts),
     )
@@ -132,10 +137,10 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        return "Where an answer differs is shown with its own value there; what is right is not told."
+        return "For a wrong answer, you see a configuration and your own value there. Correct values are not shown."
     if shows_at_least(level, "mistake"):
-        return "Mistakes are named; where an answer differs, and what is right, is not told."
-    return "What came of each part is told, and no more."
+        return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
+    return "This page shows only the points of each part, and answers that qdot could not parse."
 
 
 def _describe_decisions(result: Result) -> list[str]:
@@ -143,10 +148,10 @@ def _describe_decisions(result: Result) -> list[str]:
     notes = []
     late = result.late
     if late is not None:
-        notes.append(f"Handed in {describe_duration(late.seconds)} after it was due")
+        notes.append(f"Submitted {describe_duration(late.seconds)} after the due date")
         if late.penalty:
             share = f"{100 * late.penalty:.4g} %"
-            notes[-1] += f": {share} of the {_format_points(late.points_before)} points are taken off"
+            notes[-1] += f": {share} of your {_format_points(late.points_before)} points are deducted"
     if result.override is not None:
         notes.append(_describe_override(result.override, "Total"))
     if result.obstacle is not None:
@@ -161,7 +166,7 @@ def _describe_override(override: AppliedOverride, subject: str) -> str:
     if override.points is None:
         return f"Your instructor says: {comment}"
     comment = f": {comment}" if comment else ""
-    return f"{subject} set by your instructor to {_format_points(override.points)}{comment}"
+    return f"{subject}: your instructor gave {_format_points(override.points)} points{comment}"
 
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
@@ -204,6 +209,7 @@ def _show_parts(
                 number=numbers[part.name],
                 title=ASKED[part.kind].title,
                 result=result,
+                word=_describe_outcome(result),
                 reason=_number_parts(_capitalize(_show_reason(result, table is not None)), problem, numbers),
                 advice=_number_parts(result.advice, problem, numbers) if result.advice else None,
                 override=None if result.override is None else _describe_override(result.override, "Points"),
@@ -221,6 +227,12 @@ def _show_parts(
             )
         )
     return tuple(parts)
+
+
+def _describe_outcome(part: PartResult) -> str:
+    """Return the outcome of a part in words; a missing answer whose cell crashed is not called unanswered."""
+    has_crashed = part.outcome is Outcome.MISSING and re.search(CRASH_REASON, part.reason) is not None
+    return CRASHED if has_crashed else OUTCOME_WORDS[part.outcome]
 
 
 def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[str]] | None:
@@ -272,14 +284,17 @@ def _describe_certainty(certificate: Certificate | None) -> str:
         return ""
     points, bound = certificate.points, certificate.bound
     if not bound:
-        return f"Compared at {points} configurations."
+        return f"qdot compared your answer with the solution at {points} configurations."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
-    chance = f"would have passed with a chance below 1 in 10{power}"
     if certificate.method == "exact":
-        return f"Compared exactly: a wrong answer {chance}."
+        return (
+            "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
+            f"probability below 1 in 10{power}."
+        )
     share = 1 - bound ** (1 / points)
     return (
-        f"Compared at {points} random configurations: an answer that is wrong at {share:.0%} of all of them {chance}."
+        f"qdot compared your answer with the solution at {points} random configurations. An answer that is wrong at "
+        f"{share:.0%} of all configurations passes this check with a probability below 1 in 10{power}."
     )
 
 

@@ -39,7 +39,7 @@ _NUMBER_PATTERNS = (
 
 _DEPENDENT_PHRASE_PATTERNS = (
     (r"(?:^|; )differs$", ""),
-    (r"\bclaimed, but no (singular configuration)$", r"what is claimed is not everywhere a \1"),
+    (r"\bclaimed, but no (singular configuration)$", r"your answer includes a configuration that is not a \1"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
 _MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)", ""),)
@@ -68,7 +68,7 @@ def limit_feedback(part: PartResult, level: str) -> PartResult:
     )
     if shows_at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "it is not what is due"
+    reason = _replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "your answer is wrong"
     certificate = None if part.certificate is None else replace(part.certificate, counterexample=None)
     if shows_at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)

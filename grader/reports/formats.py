@@ -52,27 +52,27 @@ def _results_json(_: Assignment, results: Sequence[Result]) -> str:
     return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
 
 
-IMPORTER_RULES = "its importer's rules, written anew"
+IMPORTER_RULES = "a reimplementation of its importer's rules"
 
 FORMATS = {
     made.name: made
     for made in (
-        ReportFormat("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _grades_csv),
-        ReportFormat("json", "All there is, as one list", "programs", "our JSON Schema", _results_json),
+        ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv", _grades_csv),
+        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema", _results_json),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
                      "junitparser", junit.junit_xml),
-        ReportFormat("github", "A job summary; annotations go to standard output", "GitHub Actions",
+        ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
                      "markdown-it, by the rules for workflow commands", github.make_summary,
                      make_printed_text=github.make_annotations),
-        ReportFormat("gradescope", "results.json of one student (`--student`)", "Gradescope",
+        ReportFormat("gradescope", "results.json for one student (`--student`)", "Gradescope",
                      "a harness with Gradescope's folders", gradescope.make_results_json, is_for_one_student=True),
-        ReportFormat("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER_RULES, make_canvas_csv,
+        ReportFormat("canvas", "A file to import into Canvas's gradebook", "Canvas", IMPORTER_RULES, make_canvas_csv,
                      make_notes=note_unmarked),
-        ReportFormat("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER_RULES, make_moodle_csv,
+        ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", IMPORTER_RULES, make_moodle_csv,
                      make_notes=note_unmarked),
-        ReportFormat("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl",
+        ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", "openpyxl",
                      make_workbook, check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),
-        ReportFormat("html", "The class at a glance, a page for the staff", "any browser", "Chromium",
+        ReportFormat("html", "The class overview, a page for the staff", "any browser", "Chromium",
                      make_class_page, is_private=True, check_library=charts.check_library),
     )
 }  # fmt: skip
@@ -94,7 +94,7 @@ def parse_report_options(options: Sequence[str], has_one_student: bool) -> list[
             raise QdotError(f"--report {text}: write FORMAT=PATH, as in csv=grades.csv; {STDOUT} is standard output")
         check_choice(name, tuple(FORMATS), "--report")
         if FORMATS[name].is_for_one_student and not has_one_student:
-            raise QdotError(f"--report {name} is of one student: name them with --student ID")
+            raise QdotError(f"--report {name} is for one student: add --student ID")
         FORMATS[name].check_library()
         reports.append((name, path))
     return reports

@@ -115,7 +115,7 @@ def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
     selected = [note for note in notes if note.kind == kind]
     if len(selected) > MAX_ANNOTATIONS:
         left_out = len(selected) - MAX_ANNOTATIONS + 1
-        last = Annotation(kind, title, f"and {left_out} more; the job summary has all")
+        last = Annotation(kind, title, f"and {left_out} more; see the job summary")
         selected = [*selected[: MAX_ANNOTATIONS - 1], last]
     return "".join(note.command for note in selected)
 

@@ -69,7 +69,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     word = next((word for word in RESERVED_WORDS if word in title), None)
     if word is not None:
         raise QdotError(
-            f"canvas: Canvas passes over a column whose title holds {word!r}; give the assignment another title"
+            f"canvas: Canvas ignores columns whose title contains {word!r}; give the assignment another title"
         )
     points = format_points(results[0].max_score)
     book = assignment.gradebook
@@ -98,8 +98,8 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
         and _parse_number(book.points_row[column]) not in (None, _parse_number(points))
     ):
         raise QdotError(
-            f"canvas: {book.header[column]!r} has {book.points_row[column]} points in Canvas and {points} here; set "
-            "one like the other (`points_row` in assignment.toml), so that marks mean the same"
+            f"canvas: {book.header[column]!r} has {book.points_row[column]} points in Canvas, but {points} in qdot; "
+            "change one of them (`points` in assignment.toml sets qdot's)"
         )
     header = [*book.header[: book.identity_column_count], title if column is None else book.header[column]]
     return header, {
@@ -134,7 +134,7 @@ def _find_column(book: Gradebook, title: str) -> int | None:
     ]
     if len(columns) > 1:
         raise QdotError(
-            f"canvas: Canvas has {len(columns)} assignments that are called {title!r}; give this one a title of its own"
+            f"canvas: Canvas has {len(columns)} assignments called {title!r}; give this assignment a unique title"
         )
     return columns[0] if columns else None
 

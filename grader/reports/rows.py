@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
@@ -56,22 +57,20 @@ def _message(part: PartResult) -> str:
     override = part.override
     override_text = ""
     if override is not None:
-        prefix = "your instructor says" if override.points is None else "points set by your instructor"
+        prefix = "your instructor says" if override.points is None else "your instructor set these points"
         override_text = f"{prefix}{': ' if override.comment else ''}{override.comment}"
-    sentences = [text.rstrip(".") for text in (part.reason, part.advice, override_text) if text]
-    paragraph = " ".join(". ".join(sentences).split())
+    sentences = [text.rstrip(".") for text in (part.advice, part.reason, override_text) if text]
+    paragraph = name_chapter(" ".join(". ".join(sentences).split()))
     return shorten(paragraph, MAX_MESSAGE_LENGTH)
 
 
 def only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
-        raise QdotError(f"--report {report_format} is of one student: name them with --student ID")
+        raise QdotError(f"--report {report_format} is for one student: add --student ID")
     if (state := work_status(results[0])) in UNMARKED_STATES:
-        cause = (
-            "qdot failed on an answer" if state == "ungraded" else "a limit was exceeded by an answer or the notebook"
-        )
-        raise QdotError(f"{cause} of {results[0].student}, so there is no mark for {report_format}")
+        cause = "qdot failed on an answer" if state == "ungraded" else "an answer or the notebook exceeded a limit"
+        raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
     return results[0]
 
 
@@ -79,8 +78,8 @@ def list_notes(result: Result) -> list[str]:
     """Return the notes for a student on the whole result, including the late penalty and an override of the total."""
     notes, late = [note for note in result.notes if note], result.late
     if late is not None:
-        share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points taken off"
-        notes.append(f"late (due {late.due}){f': {share}' if late.penalty else ', which costs nothing'}")
+        share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points deducted"
+        notes.append(f"late (the due date was {late.due}){f': {share}' if late.penalty else ', no points deducted'}")
     if result.override is not None:
-        notes.append(f"the total was set by your instructor: {result.override.comment}".rstrip(": "))
+        notes.append(f"your instructor set the total: {result.override.comment}".rstrip(": "))
     return notes

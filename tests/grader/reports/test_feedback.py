@@ -200,7 +200,7 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
     assignment: Assignment, mix: Result
 ) -> None:
     text, page = page_of(assignment, mix)
-    assert "in your answer, not singular" in text and "singular, not in your answer" in text  # the two drawn arms
+    assert "in your answer, but not singular" in text and "singular, but not in your answer" in text  # the two drawn arms
     tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
     examples = [
         part.certificate.counterexample
@@ -215,10 +215,10 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
                 assert f"{format_decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
         for number in () if isinstance(example, SetDifference) else (example.yours, example.expected):
             assert number is None or isinstance(number, str) or format_decimal(number) in table
-    reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</details>\n<p>(.*?)</p>', text, re.DOTALL)
+    reasons = re.findall(r'<article class="part (?:wrong|partial)".*?<p class="reason">(.*?)</p>', text, re.DOTALL)
     assert len(reasons) >= 5
     assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
-    of_direction = next(table for table in tables if "Right for your entry 1" in table)
+    of_direction = next(table for table in tables if "Correct for your entry 1" in table)
     assert "Your answer2 " in of_direction
 
 
@@ -266,9 +266,9 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
 def test_levels_of_feedback(assignment: Assignment, mix: Result, level: str, has: tuple[int, int, int]) -> None:
     text, page = page_of(replace(assignment, feedback=level), mix)
     tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
-    shown = bool(tables), "What seems to have happened" in text, any("Right" in table for table in tables)
+    shown = bool(tables), "What seems to have happened" in text, any("Correct" in table for table in tables)
     assert tuple(map(int, shown)) == has
-    assert ("Singular, and not in your answer" in text) == (level == "values")
+    assert ("Singular, but not in your answer" in text) == (level == "values")
 
 
 def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: Result) -> None:

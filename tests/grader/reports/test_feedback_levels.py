@@ -95,11 +95,11 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
 @pytest.mark.parametrize(
     ("reason", "level", "left"),
     [
-        ("differs at theta1 = 0.5: yours 1, expected 2", "mistake", "it is not what is due"),
+        ("differs at theta1 = 0.5: yours 1, expected 2", "mistake", "your answer is wrong"),
         ("right but for its sign, which earns 4/5; differs at a1 = 2: yours 4, expected -4", "mistake",
          "right but for its sign, which earns 4/5"),
         ("1 in part; claimed, but no singular configuration: theta2 = 0.5", "mistake",
-         "1 in part; what is claimed is not everywhere a singular configuration"),
+         "1 in part; your answer includes a configuration that is not a singular configuration"),
         ("claimed, but no singular configuration: theta2 = 0.5", "counterexample",
          "claimed, but no singular configuration: theta2 = 0.5"),
     ],

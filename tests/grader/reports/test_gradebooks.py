@@ -129,9 +129,9 @@ def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "title", "why"),
     [
-        *(("", "", f"The {word} of all", f"passes over a column whose title holds '{word}'") for word in STRIPPED),
-        (",5,4,", ",5,20,", "T", r"'T \(12\)' has 20 points in Canvas and 4 here"),
-        ("Quiz 1 (7)", "T (7)", "T", "2 assignments that are called 'T'"),
+        *(("", "", f"The {word} of all", f"ignores columns whose title contains '{word}'") for word in STRIPPED),
+        (",5,4,", ",5,20,", "T", r"'T \(12\)' has 20 points in Canvas, but 4 in qdot"),
+        ("Quiz 1 (7)", "T (7)", "T", "2 assignments called 'T'"),
     ],
 )
 def test_what_canvas_would_take_for_something_else_is_refused(

@@ -1,4 +1,4 @@
-"""The class at a glance: its statistics against hand and NumPy, what is alike, and the page that it makes."""
+"""The class overview: its statistics against hand and NumPy, what is alike, and the page that it makes."""
 
 import itertools
 import json
@@ -238,19 +238,19 @@ def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignmen
     results = a_graded_class(assignment)
     for name in ("p1.position", "p1.jacobian"):
         results[0] = change(results[0], name, outcome=Outcome.WRONG, points=0.0, attempt=False)
-    told = Page(make_class_page(assignment, results)).text.split("do not look at their arm")[1]
+    told = Page(make_class_page(assignment, results)).text.split("seem to ignore the student's arm")[1]
     assert "(s0): p1.position, p1.jacobian" in told
     results[0] = change(results[0], "p1.determinant", attempt=True)
-    assert "do not look at their arm" not in make_class_page(assignment, results)
+    assert "seem to ignore the student's arm" not in make_class_page(assignment, results)
 
 
 @pytest.mark.parametrize(
     ("outcomes", "said"),
     [
-        ([], "Nobody has a mark yet."),
-        (["ungraded"] * 3, "Nobody has a mark yet."),
+        ([], "No student has a mark yet."),
+        (["ungraded"] * 3, "No student has a mark yet."),
         (["correct"] * 3, "the arms do not differ"),
-        (["missing"] * 3, "No wrong answer is explained"),
+        (["missing"] * 3, "No known mistake explains any of the wrong answers"),
     ],
     ids=["nothing", "ungraded", "right", "blank"],
 )
