@@ -57,7 +57,8 @@ IMPORTER_RULES = "a reimplementation of its importer's rules"
 FORMATS = {
     made.name: made
     for made in (
-        ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv", _grades_csv),
+        ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
+                     _grades_csv),
         ReportFormat("json", "All results, as one list", "programs", "our JSON Schema", _results_json),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
                      "junitparser", junit.junit_xml),

@@ -56,8 +56,8 @@ def write_reports(
         write_atomically(results_path(assignment), results_jsonl(list(final.values())), 0o600)
     if unwritten:
         raise QdotError(
-            f"no feedback page for {', '.join(unwritten)}: the system ended the process that wrote it, probably because "
-            "memory ran out; the grades are complete; run the same command again to write the page"
+            f"no feedback page for {', '.join(unwritten)}: the system ended the process that wrote it, probably "
+            "because memory ran out; the grades are complete; run the same command again to write the page"
         )
     return list(final.values())
 
