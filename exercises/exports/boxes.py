@@ -112,24 +112,19 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
             for text in texts
         ]
     max_width = max(map(_measure_width, texts)) + TICK_WIDTH
-    columns = max(
-        (count for count in (1, 2, 4) if count * max_width <= width_share * LINE_WIDTH and count <= len(texts)),
-        default=1,
-    )
+    width = width_share * LINE_WIDTH
+    columns = max((count for count in (1, 2, 4) if count * max_width <= width and count <= len(texts)), default=1)
     has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
-    if (has_tall_option or max_width > width_share * LINE_WIDTH) and all(
-        re.fullmatch(r"\$[^$]*\$", text) for text in texts
-    ):
+    are_formulas = all(re.fullmatch(r"\$[^$]*\$", text) for text in texts)
+    if (has_tall_option or max_width > width) and are_formulas:
         texts = [f"${text}$" for text in texts]  # a block formula can be made smaller or broken into lines
     offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(offered, columns, has_tick_boxes=not answer.matched_items)
 
 
 def _measure_width(text: str) -> float:
-    formulas = re.findall(r"\$([^$]+)\$", text)
-    return sum(formula_width(parse_latex(latex)) for latex in formulas) + CHARACTER_WIDTH * len(
-        re.sub(r"\$[^$]+\$", "", text)
-    )
+    formula_widths = (formula_width(parse_latex(latex)) for latex in re.findall(r"\$([^$]+)\$", text))
+    return sum(formula_widths) + CHARACTER_WIDTH * len(re.sub(r"\$[^$]+\$", "", text))
 
 
 # --- boxes ---
@@ -152,11 +147,8 @@ def scale_working_space(box: AnswerBox, share: float) -> AnswerBox:
 
 def compute_working_space(solution: str) -> int:
     """Return the working space in mm for a question with this worked solution."""
-    return min(
-        MAX_WORKING_SPACE,
-        WORKING_SPACE_STEP
-        * round((MIN_WORKING_SPACE + WORKING_SPACE_PER_CHARACTER * len(solution)) / WORKING_SPACE_STEP),
-    )
+    space = MIN_WORKING_SPACE + WORKING_SPACE_PER_CHARACTER * len(solution)
+    return min(MAX_WORKING_SPACE, WORKING_SPACE_STEP * round(space / WORKING_SPACE_STEP))
 
 
 def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | None:
@@ -176,9 +168,8 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
     entries = [] if answer.is_numeric else list(answer.as_matrix())
     max_width = max((formula_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
     line_count = max(1, min(3, math.ceil(HANDWRITING_WIDTH * max_width * columns / BOX_WIDTH)))
-    return AnswerBox(
-        working, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1)
-    )  # all cells are as high as the longest entry
+    # all cells are as high as the longest entry
+    return AnswerBox(working, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1))
 
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:

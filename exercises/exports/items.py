@@ -72,10 +72,8 @@ class ChoiceForm:
 
         The text begins with the letter, unless `has_fixed_order`.
         """
-        return tuple(
-            (letter, option.text if self.has_fixed_order else f"{letter}. {option.text}", option)
-            for letter, option in zip(LETTERS, self.options, strict=False)
-        )
+        pairs = zip(LETTERS, self.options, strict=False)
+        return tuple((a, option.text if self.has_fixed_order else f"{a}. {option.text}", option) for a, option in pairs)
 
 
 @dataclass(frozen=True)
@@ -194,11 +192,8 @@ def make_items_without_hidden_solutions(order: ExportRequest) -> Generator[QuizI
     """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
     for item in make_items(order):
         number_item = item.single_number_item and replace(item.single_number_item, solution=())
-        yield (
-            item
-            if order.has_solutions or order.includes_feedback("solutions")
-            else replace(item, solution=(), single_number_item=number_item)
-        )
+        shows_solutions = order.has_solutions or order.includes_feedback("solutions")
+        yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
 def group_by_category(items: Iterable[QuizItem]) -> dict[tuple[str, str, str], list[QuizItem]]:
@@ -242,9 +237,8 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
         return item
     field = _choose_most_distinguishing_field(problem, part, form.fields)
     question = _write_numeric_question(problem, part, numeric_part, (field,), len(form.fields))
-    return replace(
-        item, single_number_item=replace(item, body=(*item.body[:-1], question), form=NumberForm(((field,),)))
-    )
+    number_item = replace(item, body=(*item.body[:-1], question), form=NumberForm(((field,),)))
+    return replace(item, single_number_item=number_item)
 
 
 def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> Problem | None:
@@ -285,11 +279,10 @@ def write_question_alone(problem: Problem, part: Part) -> str:
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX names of the entries of an answer, row by row."""
     chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
-    entry_names = question.entry_names(chain, part) or [
-        tex(sp.Symbol(name), chain) for name in question.typed_names(chain)
-    ]
+    typed_names = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
+    entry_names = tuple(question.entry_names(chain, part) or typed_names)
     if len(entry_names) == count:
-        return tuple(entry_names)
+        return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
 
 
@@ -362,12 +355,10 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
     row, column = divmod(index, columns)
     position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
-    description = (
-        f"that in {position} of the matrix" if columns > 1 else f"${label}$ ({position})" if position else f"${label}$"
-    )
-    return NumberField(
-        label, description, value, tolerance, answer.units[index], tuple(wrong_values[:MAX_WRONG_VALUES])
-    )
+    named_position = f"${label}$ ({position})" if position else f"${label}$"
+    description = f"that in {position} of the matrix" if columns > 1 else named_position
+    known_values = tuple(wrong_values[:MAX_WRONG_VALUES])
+    return NumberField(label, description, value, tolerance, answer.units[index], known_values)
 
 
 def _choose_most_distinguishing_field(problem: Problem, part: Part, fields: tuple[NumberField, ...]) -> NumberField:

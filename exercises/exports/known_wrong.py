@@ -5,7 +5,6 @@ qdot's own comparison finds each of them wrong. No two of them are equal.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import lru_cache
 from itertools import chain as chained
 from itertools import islice
@@ -65,6 +64,12 @@ class KnownWrongAnswer:
     answer: sp.Matrix | tuple[Component, ...]
     entries_equal: tuple[bool, ...] = ()
 
+    @property
+    def matrix(self) -> sp.Matrix:
+        """The answer, which is not a set."""
+        assert isinstance(self.answer, sp.MatrixBase)
+        return self.answer
+
 
 def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tuple[KnownWrongAnswer, ...]:
     """Return at most `max_count` wrong answers to a part, each by a different mistake, the likely ones first."""
@@ -87,13 +92,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
 
 def make_domain(problem: Problem) -> Domain:
     """Return the domain of each symbol without a value. Lengths with a value appear in references as numbers."""
-    kinds = {"length": "length", "angle": "angle", "joint rad": "angle"}
-    roles: dict[str, str | float | Fraction] = {}
-    for name, info in problem.symbols().items():
-        if info.value is None:
-            kind = f"joint {info.unit}" if info.role == "joint" else info.role
-            roles[name] = kinds.get(kind, "signed")
-    return Domain(roles)
+    return Domain({name: role for name, role in problem.domain().roles.items() if isinstance(role, str)})
 
 
 def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
@@ -103,9 +102,8 @@ def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer])
         answer = wrong.answer
         if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
-        if np.abs(answer).max() > ZERO_TOLERANCE and all(
-            have_different_values(answer, earlier) for earlier in accepted
-        ):
+        is_new = all(have_different_values(answer, earlier) for earlier in accepted)
+        if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
             accepted.append(answer)
             mistake_names.add(wrong.mistake.name)
             yield wrong
@@ -202,35 +200,22 @@ def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix
 
 
 def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterator[KnownWrongAnswer]:
-    values = sample_configurations(
-        problem.chain, part, make_domain(problem), SAMPLE_COUNT, Stream(f"known/{problem.id}/{part.name}")
-    )
-    working = numeric_working(problem.chain, values)
+    stream = Stream(f"known/{problem.id}/{part.name}")
+    samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
+    working = numeric_working(problem.chain, samples)
     wrongs = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
-    expected = [float(value) for value in part.answer.as_matrix()]
-    tolerances = list_tolerances(part)
+    expected = np.array([float(value) for value in part.answer.as_matrix()])
+    tolerances = np.array(list_tolerances(part))
     accepted = [expected]
     for wrong in wrongs:
-        wrong_values = [float(value) for value in wrong.answer[..., 0].ravel()]
-        if (
-            all(_differs_clearly(wrong_values, earlier, tolerances) for earlier in accepted)
-            and len(accepted) <= max_count
-        ):
-            accepted.append(wrong_values)
-            is_correct = [
-                abs(value - correct) <= tolerance
-                for value, correct, tolerance in zip(wrong_values, expected, tolerances, strict=True)
-            ]
-            rounded = sp.Matrix([sp.Rational(f"{value:.6g}") for value in wrong_values])
+        values = wrong.answer[..., 0].ravel()
+        is_new = all((np.abs(values - earlier) > CLEAR_TOLERANCES * tolerances).any() for earlier in accepted)
+        if is_new and len(accepted) <= max_count:
+            accepted.append(values)
+            is_correct = tuple(map(bool, np.abs(values - expected) <= tolerances))
+            rounded = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback = name_chapter(wrong.sentence)
-            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded, tuple(is_correct))
-
-
-def _differs_clearly(candidate: list[float], earlier_values: list[float], tolerances: list[float]) -> bool:
-    return any(
-        abs(a - b) > CLEAR_TOLERANCES * tolerance
-        for a, b, tolerance in zip(candidate, earlier_values, tolerances, strict=True)
-    )
+            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded, is_correct)
 
 
 def list_tolerances(part: Part) -> list[float]:

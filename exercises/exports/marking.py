@@ -24,7 +24,6 @@ from qdot.exercises.exports.export_format import EarnedShare
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import (
-    DEFAULT_CREDIT,
     INCOMPLETE_CONDITION_FACTOR,
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
@@ -69,9 +68,8 @@ def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> 
 
     `earned_share` is a function that returns the share of the points that a typed answer earns.
     """
-    correct = MarkingLine(
-        "Right", _drop_illegible_answer(short_answer(problem, part)) or "see the key", _format_points(part, Fraction(1))
-    )
+    correct_answer = _drop_illegible_answer(short_answer(problem, part)) or "see the key"
+    correct = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
     meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # the meanings of s1, c12 … are stated only once
     wrong_marks = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong_marks)
@@ -81,11 +79,8 @@ def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> 
 def _drop_illegible_answer(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    if all(
-        formula_width(fit_formula(formula, FORMULA_WIDTH)) <= MAX_WIDTH_RATIO * FORMULA_WIDTH for formula in formulas
-    ):
-        return answer
-    return ""
+    widths = (formula_width(fit_formula(formula, FORMULA_WIDTH)) for formula in formulas)
+    return answer if all(width <= MAX_WIDTH_RATIO * FORMULA_WIDTH for width in widths) else ""
 
 
 def _format_points(part: Part, share: Fraction) -> str:
@@ -105,15 +100,11 @@ def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> I
     """Yield the answers that known mistakes lead to, with their points."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
-        typed_answer = wrong_part.answer.as_typed()
-        shown_answer = (
-            _drop_illegible_answer(short_answer(problem, wrong_part)) if len(typed_answer) <= MAX_CHARACTERS else ""
-        )
-        yield MarkingLine(
-            known_answer.title,
-            shown_answer or TOO_LONG,
-            _format_points(part, earned_share(problem, part, typed_answer)),
-        )
+        typed, shown = wrong_part.answer.as_typed(), ""
+        if len(typed) <= MAX_CHARACTERS:
+            shown = _drop_illegible_answer(short_answer(problem, wrong_part))
+        points = _format_points(part, earned_share(problem, part, typed))
+        yield MarkingLine(known_answer.title, shown or TOO_LONG, points)
 
 
 def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
@@ -130,7 +121,7 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
 
 def _state_rule(problem: Problem, part: Part) -> str:
     """Return the rule for partial credit in a few sentences, as in docs/partial-credit.md."""
-    answer, credit = part.answer, part.credit or DEFAULT_CREDIT
+    answer, credit = part.answer, part.effective_credit
     if credit.rule == "whole" or not credit.factor:
         return NO_CREDIT
     match answer:
@@ -157,12 +148,12 @@ def _state_rule(problem: Problem, part: Part) -> str:
 
 
 def _format_partial_points(part: Part, share: Fraction) -> str:
-    return _format_points(part, share * (part.credit or DEFAULT_CREDIT).factor)
+    return _format_points(part, share * part.effective_credit.factor)
 
 
 def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     """Yield the rules for a formula, a matrix or numbers; none for a single constant, which is correct or wrong."""
-    entries, credit = part.answer.as_matrix(), part.credit or DEFAULT_CREDIT
+    entries, credit = part.answer.as_matrix(), part.effective_credit
     counted = [entry for entry in entries if entry != 0] or list(entries)
     is_varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
     varies, is_single = any(is_varying), part.answer.is_one_line

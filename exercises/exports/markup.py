@@ -121,6 +121,5 @@ def format_tolerance(tolerance: float) -> str:
 
 def format_limits(value: float, tolerance: float) -> tuple[str, str]:
     """Return the smallest and the largest value that are accepted, as text."""
-    return format_decimal(value - float(format_tolerance(tolerance))), format_decimal(
-        value + float(format_tolerance(tolerance))
-    )
+    rounded_tolerance = float(format_tolerance(tolerance))
+    return format_decimal(value - rounded_tolerance), format_decimal(value + rounded_tolerance)

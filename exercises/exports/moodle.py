@@ -120,12 +120,9 @@ def _encode_pictures(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ..
 def _make_option_answers(form: ChoiceForm) -> tuple[MoodleAnswer, ...]:
     credit = CREDIT_PERCENTAGES[form.correct_count]
     wrong_credit = f"-{credit}" if form.allows_several else "0"
+    write = str if form.is_true_or_false else write_line_html
     return tuple(
-        MoodleAnswer(
-            text if form.is_true_or_false else write_line_html(text),
-            credit if option.is_correct else wrong_credit,
-            html.escape(option.feedback),
-        )
+        MoodleAnswer(write(text), credit if option.is_correct else wrong_credit, html.escape(option.feedback))
         for _, text, option in form.lettered_options
     )
 
@@ -162,9 +159,8 @@ def _make_box(field: NumberField, answers: tuple[MoodleAnswer, ...]) -> InputBox
 
 def _make_number_answers(field: NumberField) -> tuple[MoodleAnswer, ...]:
     def make_answer(value: float, tolerance: float, fraction: str, feedback: str) -> MoodleAnswer:
-        return MoodleAnswer(
-            _format_number(value, tolerance), fraction, html.escape(feedback, quote=False), format_tolerance(tolerance)
-        )
+        number, escaped = _format_number(value, tolerance), html.escape(feedback, quote=False)
+        return MoodleAnswer(number, fraction, escaped, format_tolerance(tolerance))
 
     wrong = (make_answer(wrong.value, wrong.tolerance, "0", wrong.feedback) for wrong in field.wrong_values)
     return (make_answer(field.value, field.tolerance, "100", ""), *wrong)

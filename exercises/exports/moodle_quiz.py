@@ -107,39 +107,25 @@ def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> by
     question_folders = [folder for folder in folders if folder["questions"]]
     files = [file for folder in question_folders for entry in folder["questions"] for file in _list_files(entry)]
     context = {
-        "title": categories[0].names[0],
-        "key": assignment.key,
-        "release": MOODLE_RELEASE,
-        "version": MOODLE_VERSION,
-        "quiz": QUIZ_ID,
-        "context": CONTEXT_ID,
-        "folders": folders,
-        "files": files,
+        "title": categories[0].names[0], "key": assignment.key, "folders": folders, "files": files,
+        "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz": QUIZ_ID, "context": CONTEXT_ID,
         "slots": [
             {"draws": _write_category_filter(folder), "points": folder["questions"][0]["question"].points}
             for folder in question_folders
         ],
         "points": sum(category.questions[0].points for category in categories),
-        "types": INTERNAL_TYPES,
-        "after": SHOWN_AFTER_ATTEMPT,
-        "always": SHOWN_ALWAYS,
+        "types": INTERNAL_TYPES, "after": SHOWN_AFTER_ATTEMPT, "always": SHOWN_ALWAYS,
         "values": SHOWN_AFTER_ATTEMPT if order.includes_feedback("values") else SHOWN_WHEN_CLOSED,
         "solutions": SHOWN_AFTER_ATTEMPT if order.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
         **_describe_attempts(assignment),
-    }
+    }  # fmt: skip
     activity = f"activities/quiz_{QUIZ_ID}"
     contents: dict[str, str | bytes] = {f"files/{file['hash'][:2]}/{file['hash']}": file["content"] for file in files}
-    contents |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in BACKUP_FILES}
-    contents |= {
-        f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for name in QUIZ_FILES
-    }
-    contents |= {f"{name}.xml": _render_empty_file(root) for name, root in EMPTY_BACKUP_FILES.items()}
-    contents |= {f"{activity}/{name}.xml": _render_empty_file(root) for name, root in EMPTY_QUIZ_FILES.items()}
+    names = {name: name for name in BACKUP_FILES} | {f"{activity}/{name}": name for name in QUIZ_FILES}
+    contents |= {f"{path}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **context) for path, name in names.items()}
+    roots = EMPTY_BACKUP_FILES | {f"{activity}/{name}": root for name, root in EMPTY_QUIZ_FILES.items()}
+    contents |= {f"{path}.xml": render("exports/moodle-quiz/empty.xml.j2", root=root) for path, root in roots.items()}
     return make_zip(contents)
-
-
-def _render_empty_file(root: str) -> str:
-    return render("exports/moodle-quiz/empty.xml.j2", root=root)
 
 
 def _write_category_filter(folder: Json) -> str:
@@ -186,14 +172,12 @@ def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
         }
         for box in question.boxes
     ]  # fmt: skip
-    has_several_boxes = len(boxes) > 1
+    answers = question.boxes[0].answers if len(boxes) == 1 else question.answers
     return {
         "id": next(ids),
         "question": question,
-        "boxes": boxes if has_several_boxes else [],
-        "answers": _number_answers(
-            question.boxes[0].answers if boxes and not has_several_boxes else question.answers, ids
-        ),
+        "boxes": boxes if len(boxes) > 1 else [],
+        "answers": _number_answers(answers, ids),
         "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
     }

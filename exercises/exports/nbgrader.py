@@ -12,6 +12,8 @@ import json
 from collections.abc import Generator, Sequence
 from typing import Any
 
+from nbformat.v4 import new_code_cell, new_markdown_cell
+
 from qdot.exercises.assignment.assignment import SECRET_FILE, Slot, Student
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
@@ -43,9 +45,8 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
     yield ExportedFile(".gitignore", render("exports/nbgrader/gitignore.j2"))
     yield ExportedFile(name, content)
     yield ExportedFile("students.csv", _write_roster(assignment.roster))
-    yield ExportedFile(
-        f"source/{key}/{key}.ipynb", _write_notebook(_make_source_notebook(assignment.title, key, assignment.slots))
-    )
+    source = _make_source_notebook(assignment.title, key, assignment.slots)
+    yield ExportedFile(f"source/{key}/{key}.ipynb", notebook_text(source))
     for path, data in read_assignment_files(order):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
@@ -55,7 +56,7 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
             order.report(f"{student.id}: nbgrader takes no student whose identifier has a +")
         notebook = json.loads(text)
         notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
-        yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", _write_notebook(notebook))
+        yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", notebook_text(notebook))
 
 
 def _write_roster(roster: Sequence[Student]) -> str:
@@ -100,20 +101,14 @@ def make_marks_cell(part: str, points: float) -> Cell:
     metadata = _make_metadata(make_grade_id(part), grade=True, locked=True)
     metadata["nbgrader"]["points"] = points
     source = render("exports/nbgrader/marks.py.j2", sign=MARKS_COMMENT, part=part, points=points_text(points)).strip()
-    cell = _make_code_cell(f"{make_grade_id(part)}-marks", source, {**metadata, "deletable": False, "editable": False})
-    metadata["nbgrader"]["checksum"] = compute_checksum(cell)
+    cell = new_code_cell(source, id=f"{make_grade_id(part)}-marks", metadata={**metadata, "editable": False})
+    cell["metadata"]["nbgrader"]["checksum"] = compute_checksum(cell)
     return cell
 
 
 def _make_metadata(name: str, **flags: bool) -> Cell:
-    defaults: Cell = {
-        "grade": False,
-        "grade_id": name,
-        "locked": False,
-        "schema_version": SCHEMA_VERSION,
-        "solution": False,
-    }
-    return {"deletable": False, "nbgrader": {**defaults, "task": False, **flags}}
+    defaults = {"grade": False, "locked": False, "solution": False, "task": False, **flags}
+    return {"deletable": False, "nbgrader": {"grade_id": name, "schema_version": SCHEMA_VERSION, **defaults}}
 
 
 def _add_marks_cell(cell: Cell, points: dict[str, float]) -> list[Cell]:
@@ -127,17 +122,14 @@ def _add_marks_cell(cell: Cell, points: dict[str, float]) -> list[Cell]:
 
 
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
-    cells = [_make_markdown_cell("title", render("exports/nbgrader/pattern.md.j2", title=title, key=key))]
+    cells = [new_markdown_cell(render("exports/nbgrader/pattern.md.j2", title=title, key=key).strip(), id="title")]
     for number, slot in enumerate(slots, 1):
         for index, (part, worth) in enumerate(_list_parts(slot), 1):
             name = f"{slot.name}.{part}"
             heading = f"### {number}.{index} {ASKED[part].title} ({points_text(worth)})"
-            cells.append(_make_markdown_cell(f"{make_grade_id(name)}-question", heading))
-            cells.append(
-                _make_code_cell(
-                    make_grade_id(name), f"{answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
-                )
-            )
+            answer, metadata = f"{answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
+            cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
+            cells.append(new_code_cell(answer, id=make_grade_id(name), metadata=metadata))
             cells.append(make_marks_cell(name, worth))
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
@@ -145,16 +137,3 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
 
 def _list_parts(slot: Slot) -> list[tuple[str, float]]:
     return list(zip(slot.questions, slot.max_points, strict=True))
-
-
-def _write_notebook(notebook: dict[str, Any]) -> str:
-    return notebook_text(notebook)  # type: ignore[arg-type]
-
-
-def _make_markdown_cell(name: str, source: str) -> Cell:
-    return {"cell_type": "markdown", "id": name, "metadata": {}, "source": source.strip()}
-
-
-def _make_code_cell(name: str, source: str, metadata: dict[str, Any]) -> Cell:
-    cell: Cell = {"cell_type": "code", "execution_count": None, "id": name, "outputs": []}
-    return {**cell, "metadata": metadata, "source": source}

@@ -91,9 +91,8 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     if answer.is_numeric and not answer.counts_up_to_a_factor:
         return _take_numbers(problem, part)
     if answer.is_numeric:
-        return _scale_direction(
-            _take_numbers(problem, replace(part, answer=_make_number(part, answer.as_matrix())), is_direction=True)
-        )
+        number_part = replace(part, answer=_make_number(part, answer.as_matrix()))
+        return _scale_direction(_take_numbers(problem, number_part, is_direction=True))
     if not answer.entries() or not is_derived(part):
         return None
     numeric_part = _evaluate_formulas(problem, part)
@@ -122,10 +121,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
         values = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
         working = numeric_working(problem.chain, values)
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
-        wrong += [
-            _describe_wrong(mistake_result, mistake_result.answer[..., 0])
-            for mistake_result in _list_wrong_answers(working, part)
-        ]
+        wrong += [_describe_wrong(mistake, mistake.answer[..., 0]) for mistake in _list_wrong_answers(working, part)]
     return NumericPart(part, reference, None, tuple(wrong))
 
 
@@ -141,16 +137,13 @@ def _check_agreement(
         reference, derived_values = (
             vector / vector.ravel()[np.abs(reference).argmax()] for vector in (reference, derived_values)
         )
-    if reference.shape != derived_values.shape or not np.abs(
-        reference - derived_values
-    ).max() <= MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9):
+    max_difference = MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9)
+    if reference.shape != derived_values.shape or not np.abs(reference - derived_values).max() <= max_difference:
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
 def _list_wrong_answers(w: Working, part: Part) -> list[PredictedAnswer]:
     """Return the answers that mistakes lead to. If the derivation is long, only those in ONE_NUMBER are considered."""
-    if not is_derived(part):
-        return []
     if w.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         return [
             wrong
@@ -173,11 +166,7 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
     working = numeric_working(chain, values)
     derived = compute_answer(working, as_number)
-    mistakes = [
-        wrong_answer
-        for wrong_answer in _list_wrong_answers(working, as_number)
-        if wrong_answer.answer.shape == derived.shape
-    ]
+    mistakes = [wrong for wrong in _list_wrong_answers(working, as_number) if wrong.answer.shape == derived.shape]
     best = _choose_configuration(derived, mistakes)
     if best is None:
         return None
@@ -185,10 +174,9 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     as_number = replace(part, answer=_make_number(part, exact))
     float_values = np.array(exact.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived[..., best], part.answer.counts_up_to_a_factor)
-    wrong = tuple(_describe_wrong(wrong_answer, wrong_answer.answer[..., best]) for wrong_answer in mistakes)
-    return NumericPart(
-        as_number, float_values, _describe_given_values(chain, part, configurations[best], reference), wrong
-    )
+    wrong_answers = tuple(_describe_wrong(wrong, wrong.answer[..., best]) for wrong in mistakes)
+    given_values = _describe_given_values(chain, part, configurations[best], reference)
+    return NumericPart(as_number, float_values, given_values, wrong_answers)
 
 
 Configuration = dict[sp.Symbol, sp.Expr]
@@ -249,10 +237,8 @@ def _choose_configuration(correct: np.ndarray, wrong_results: Sequence[Predicted
     tiny_count = ((np.abs(correct) < TINY_SHARE * max_entry) & is_nonzero[..., None]).sum(axis=(0, 1))
     distinguished_count = np.zeros(correct.shape[-1], dtype=int)
     for mistake_result in wrong_results:
-        difference = np.abs(mistake_result.answer - correct)
-        distinguished_count += (
-            np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > MIN_DIFFERENCE * max_entry
-        )
+        difference = np.nan_to_num(np.abs(mistake_result.answer - correct), posinf=0.0)
+        distinguished_count += difference.max(axis=(0, 1)) > MIN_DIFFERENCE * max_entry
     is_usable = np.isfinite(correct).all(axis=(0, 1)) & (max_entry > MAX_DISAGREEMENT)
     rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(correct.shape[-1]) if is_usable[k]]
     return min(rankings)[2] if rankings else None
@@ -263,13 +249,10 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     unit = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit]
     with np.errstate(all="ignore"):
-        wrong = tuple(
-            (title, sentence, answer / answer.ravel()[unit]) for title, sentence, answer in direction.wrong_answers
-        )
+        wrong = tuple((title, text, answer / answer.ravel()[unit]) for title, text, answer in direction.wrong_answers)
     reference = sp.Matrix(values.tolist())
-    part = replace(
-        direction.part, answer=Number(reference, ("",) * len(reference), THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
-    )
+    answer = Number(reference, ("",) * len(reference), THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
+    part = replace(direction.part, answer=answer)
     return NumericPart(part, values, direction.given_values, wrong, unit)
 
 
@@ -294,11 +277,8 @@ def _describe_given_values(chain: Chain, part: Part, configuration: Configuratio
     other_values += [
         (tex(symbol), _format_length_or_angle(symbol, configuration[symbol])) for symbol in chain.parameters
     ]
-    return GivenValues(
-        joints,
-        tuple(other_values),
-        {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()},
-    )
+    values = {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()}
+    return GivenValues(joints, tuple(other_values), values)
 
 
 def _format_length_or_angle(symbol: sp.Symbol, value: sp.Expr) -> str:

@@ -102,8 +102,7 @@ def _add_tests(assignment: Assignment, text: str) -> str:
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
             cell["metadata"]["tags"] = ["otter_answer_cell"]
-    finished: dict[str, Any] = notebook
-    return notebook_text(finished)  # type: ignore[arg-type]
+    return notebook_text(notebook)
 
 
 def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:

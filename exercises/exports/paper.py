@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import explain_missing, require_extra
+from qdot.exercises.common.extras import require_extra
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.sheet import Sheet, make_sheets
 from qdot.exercises.figure.tikz import convert_to_tikz
@@ -49,11 +49,6 @@ def export_pdf(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     return _write_files(order, "pdf", lambda *arguments: compile_pdf(write_typst(*arguments)), has_class_file=True)
 
 
-def explain_missing_pdf_library() -> str:
-    """Return how to install the PDF library if it is missing, else ""."""
-    return explain_missing("pdf", "PDF")
-
-
 def check_sheet(order: ExportRequest) -> None:
     """Raise QdotError if the order is impossible for this kind of sheet."""
     if order.sheet == "marking" and order.earned_share is None:
@@ -75,7 +70,6 @@ def _write_files(
 
     For a key, the last file has the answers by question. Otherwise it has all sheets, and only if `has_class_file`.
     """
-    is_key = order.sheet == "key"
     check_sheet(order)
     private = order.sheet in STAFF_SHEETS or order.has_solutions
     stem = f"{order.sheet}{'-versions' if order.version_count else ''}{'-solutions' if order.has_solutions else ''}"
@@ -85,10 +79,9 @@ def _write_files(
         written_sheets.append(sheet)
     if not written_sheets:  # everybody was left out
         return
-    if is_key:
-        yield ExportedFile(
-            f"{stem}-all.{file_type}", write(order, (), list_answers_by_question(written_sheets)), private
-        )
+    if order.sheet == "key":
+        answers = list_answers_by_question(written_sheets)
+        yield ExportedFile(f"{stem}-all.{file_type}", write(order, (), answers), private)
     elif has_class_file:
         yield ExportedFile(f"{stem}-all.{file_type}", write(order, written_sheets, ()), private)
 
@@ -126,7 +119,7 @@ def write_typst(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_quest
 
 
 def compile_pdf(source: str) -> bytes:
-    """Return a Typst document as PDF/UA-1. It needs the library typst (`explain_missing_pdf_library`).
+    """Return a Typst document as PDF/UA-1. It needs the library typst (`require_extra`).
 
     The bytes are the same on every machine, because only the library's fonts are used and no date is written.
     """
@@ -146,12 +139,7 @@ def _write_latex(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_ques
 
 
 def _write_html(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
-    def markup(text: str, share: float = 1.0) -> str:
-        return to_html(text, width_share=share)
-
     return render(
-        "exports/paper.html.j2",
-        **_make_template_context(order, paper_sheets, paper_questions),
-        markup=markup,
-        narrow=FORMULA_WIDTH_SHARE,
-    )
+        "exports/paper.html.j2", **_make_template_context(order, paper_sheets, paper_questions),
+        markup=lambda text, share=1.0: to_html(text, width_share=share), narrow=FORMULA_WIDTH_SHARE,
+    )  # fmt: skip

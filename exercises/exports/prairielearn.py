@@ -51,23 +51,16 @@ def _make_question_files(
     key, qid = assignment.key.lower(), make_question_id(assignment, slot)
     folder, title = f"questions/{qid}", f"{assignment.title}: {slot.name} ({slot.family.name})"
     info = {
-        "uuid": make_question_uuid(assignment, slot),
-        "title": title,
-        "topic": TOPIC,
-        "tags": ["qdot"],
-        "type": "v3",
-    }
+        "uuid": _make_uuid(assignment, slot.name), "title": title, "topic": TOPIC, "tags": ["qdot"], "type": "v3",
+    }  # fmt: skip
     yield ExportedFile(f"{folder}/info.json", _write_json(info))
     elements = [
         {
-            "name": part.name,
-            "title": ASKED[part.kind].title,
-            "points": points_text(part.points),
-            "element": choose_element(part.answer),
-            "weight": max(1, round(part.points)),
+            "name": part.name, "title": ASKED[part.kind].title, "points": points_text(part.points),
+            "element": choose_element(part.answer), "weight": max(1, round(part.points)),
         }
         for part in parts
-    ]
+    ]  # fmt: skip
     yield ExportedFile(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
     context = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
     yield ExportedFile(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **context))
@@ -112,9 +105,8 @@ def _make_server_files(
         yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
-    yield ExportedFile(
-        f"{folder}/{BANK_FILE}", _write_json({"digest": assignment.edition, "seeds": seeds}), is_private=True
-    )
+    bank = _write_json({"digest": assignment.edition, "seeds": seeds})
+    yield ExportedFile(f"{folder}/{BANK_FILE}", bank, is_private=True)
     yield ExportedFile(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 
 
@@ -128,12 +120,8 @@ def make_question_id(assignment: Assignment, slot: Slot) -> str:
     return f"{assignment.key.lower()}-{slot.name}"
 
 
-def make_question_uuid(assignment: Assignment, slot: Slot) -> str:
-    """Return the question's UUID, which is the same at every export, even if the slot's questions change."""
-    return _make_uuid(assignment, slot.name)
-
-
 def _make_uuid(assignment: Assignment, name: str) -> str:
+    """Return a UUID that is the same at every export, even if the questions of a slot change."""
     return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_hash(assignment, 'uuid')}:{assignment.key}:{name}"))
 
 
@@ -153,13 +141,9 @@ def _make_assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
 
 def _make_assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[str, object]]) -> dict[str, object]:
     return {
-        "uuid": _make_uuid(assignment, kind),
-        "type": kind,
-        "title": assignment.title,
-        "set": kind,
-        "number": find_assignment_number(assignment),
-        "zones": [{"questions": questions}],
-    }
+        "uuid": _make_uuid(assignment, kind), "type": kind, "title": assignment.title, "set": kind,
+        "number": find_assignment_number(assignment), "zones": [{"questions": questions}],
+    }  # fmt: skip
 
 
 def find_assignment_number(assignment: Assignment) -> str:

@@ -66,13 +66,10 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 
-def _find_image_path(picture: Picture) -> str:
-    return f"../images/{name_picture_file(picture)}"
-
-
 def _write_html(body: tuple[str | Picture, ...]) -> str:
     """Return a text in QTI's subset of XHTML: block elements without styles."""
-    return _STYLE.sub("", write_html_with_figures(body, _find_image_path, plain_mathml))
+    html = write_html_with_figures(body, lambda picture: f"../images/{name_picture_file(picture)}", plain_mathml)
+    return _STYLE.sub("", html)
 
 
 def _write_line_html(text: str) -> str:

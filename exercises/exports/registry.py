@@ -1,12 +1,15 @@
 """The export formats by name, for `qdot export DIR --to NAME` and the table in docs/outlets.md."""
 
+from functools import partial
+
+from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.exports.canvas import export_canvas
 from qdot.exercises.exports.export_format import ExportFormat, list_robot_files
 from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
 from qdot.exercises.exports.nbgrader import export_nbgrader
 from qdot.exercises.exports.otter import export_otter
-from qdot.exercises.exports.paper import check_sheet, explain_missing_pdf_library, export_html, export_latex, export_pdf
+from qdot.exercises.exports.paper import check_sheet, export_html, export_latex, export_pdf
 from qdot.exercises.exports.prairielearn import export_prairielearn
 from qdot.exercises.exports.qti import export_qti
 from qdot.exercises.exports.repositories import export_github, export_gitlab
@@ -41,7 +44,8 @@ EXPORT_FORMATS = {
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure",
             "student", export_html, check=check_sheet),
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any reader of PDF",
-            "Poppler", "student", export_pdf, check=check_sheet, explain_missing=explain_missing_pdf_library),
+            "Poppler", "student", export_pdf, check=check_sheet,
+            explain_missing=partial(explain_missing, "pdf", "PDF")),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX",
             "student", export_latex, check=check_sheet),
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",

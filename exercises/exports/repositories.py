@@ -54,15 +54,10 @@ def _export_repositories(
     notebooks = collect_handouts(order)
     assignment = notebooks.assignment
     name, content = make_wheel()
-    python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    context: dict[str, object] = {
-        "title": assignment.title,
-        "key": assignment.key,
-        "platform": platform,
-        "wheel": name,
-        "python": python,
-    }
-    context["actions"] = ACTIONS
+    context = {
+        "title": assignment.title, "key": assignment.key, "platform": platform, "wheel": name,
+        "python": f"{sys.version_info.major}.{sys.version_info.minor}", "actions": ACTIONS,
+    }  # fmt: skip
     constraints = list_versions()
     workflow_folder = f"{WORKFLOW_FOLDERS[platform]}/" if WORKFLOW_FOLDERS[platform] else ""
     yield ExportedFile("README.md", render("exports/repositories.md.j2", **context))

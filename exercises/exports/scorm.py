@@ -120,14 +120,9 @@ def _make_bank_files(order: ExportRequest) -> _Files:
     with tempfile.TemporaryDirectory() as folder:
         failures: list[FailedSlot] = []
         entries = write_bank(
-            Path(folder),
-            bank_problems,
-            order.find_failures,
-            order.jobs,
-            order.on_step,
-            failures.append,
+            Path(folder), bank_problems, order.find_failures, order.jobs, order.on_step, failures.append,
             level == FEEDBACK[-1],
-        )
+        )  # fmt: skip
         if failures:
             raise QdotError(f"{failures[0]}. Nothing is exported")  # each passed before, so this is a bug
         for _ in range(len(assignment.slots) * order.variant_count - len(bank_problems)):

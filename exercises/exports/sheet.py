@@ -162,15 +162,11 @@ def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
     versions: dict[str, list[Problem]] = {}
     for variant in iterate_bank(replace(order, variant_count=order.version_count, on_step=lambda: None)):
         versions.setdefault(variant.slot.name, []).append(variant.problem)
-    return [
-        _SheetRequest(
-            letter,
-            f"Version {letter}",
-            "",
-            tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values()),
-        )
-        for number, letter in enumerate(VERSION_LETTERS[: order.version_count])
-    ]
+    requests = []
+    for number, letter in enumerate(VERSION_LETTERS[: order.version_count]):
+        problems = tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values())
+        requests.append(_SheetRequest(letter, f"Version {letter}", "", problems))
+    return requests
 
 
 def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
@@ -192,9 +188,8 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
     """Return problems with less working space if they would take more than about two pages for five parts."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
-    fixed_height = (
-        STATEMENT_HEIGHT * len(problems) + sum(part.height for part in parts) - sum(box.working_space for box in boxes)
-    )
+    fixed_height = STATEMENT_HEIGHT * len(problems) + sum(part.height for part in parts)
+    fixed_height -= sum(box.working_space for box in boxes)
     share = compute_share_that_fits(boxes, fixed_height, MAX_PART_HEIGHT * len(parts))
 
     def shrink_box(part: SheetPart) -> SheetPart:
@@ -206,22 +201,14 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 def _make_sheet_problem(order: ExportRequest, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _split_statement(remove_typing_remarks(statement(problem, ""), problem))
     is_printed = order.sheet in PROBLEM_SHEETS
-    needs_solutions = (
-        order.has_solutions or order.sheet == "exam"
-    )  # the working space in an exam depends on the solution's length
-    solutions_by_part = worked_solutions(problem) if needs_solutions else {}
-    return SheetProblem(
-        number,
-        problem.title,
-        intro,
-        table,
-        facts,
-        draw_arm(problem, f"p{number}") if is_printed else None,
-        tuple(
-            _make_sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
-            for index, part in enumerate(problem.parts, 1)
-        ),
+    # the working space in an exam depends on the solution's length
+    solutions_by_part = worked_solutions(problem) if order.has_solutions or order.sheet == "exam" else {}
+    figure = draw_arm(problem, f"p{number}") if is_printed else None
+    parts = (
+        _make_sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
+        for index, part in enumerate(problem.parts, 1)
     )
+    return SheetProblem(number, problem.title, intro, table, facts, figure, tuple(parts))
 
 
 def _split_statement(text: str) -> tuple[str, str, str]:
@@ -234,13 +221,13 @@ def _split_statement(text: str) -> tuple[str, str, str]:
 
 def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
     solutions, is_printed = order.has_solutions, order.sheet in PROBLEM_SHEETS
+    is_marking, is_exam = order.sheet == "marking", order.sheet == "exam" and not solutions
     text = remove_typing_remarks(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"
     figure = draw_prompt_figure(problem, part, name) if is_printed else None
     wide = part.has_drawn_options
-    options = (
-        arrange_options(problem, part, WIDTH_BESIDE_FIGURE if figure and not wide else 1.0) if is_printed else None
-    )
+    width_share = WIDTH_BESIDE_FIGURE if figure and not wide else 1.0
+    options = arrange_options(problem, part, width_share) if is_printed else None
     shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
     return SheetPart(
         label=label,
@@ -251,13 +238,11 @@ def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: P
         hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints),
         figure=figure,
         options=options,
-        box=make_box(problem, part, solution) if order.sheet == "exam" and not solutions else None,
+        box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
         answer=short_answer(problem, part) if order.sheet == "key" else "",
-        has_score_space=order.sheet == "exam" and not solutions,
+        has_score_space=is_exam,
         has_wide_figure=wide,
-        marking=explain_marking(problem, part, order.earned_share)
-        if order.sheet == "marking" and order.earned_share
-        else None,
+        marking=explain_marking(problem, part, order.earned_share) if is_marking and order.earned_share else None,
     )

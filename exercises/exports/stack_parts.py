@@ -39,7 +39,6 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
-    DEFAULT_CREDIT,
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
     count_false_conditions,
@@ -88,17 +87,25 @@ class QuestionTest:
     answer_note: str
 
 
+REFERENCE_TEST = QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)
+UNUSUAL_FORM_TEST = QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE)
+UNRELATED_TEST = QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE)
+
+
 @dataclass(frozen=True)
 class StackPart:
-    """A part in STACK's terms; `fallback_feedback` is the feedback (CASText) if no node matches the answer."""
+    """A part in STACK's terms; `fallback_feedback` is the feedback (CASText) if no node matches the answer.
+
+    The first node and the first test are those of the reference.
+    """
 
     part: Part
     input_type: str
     expected_answer: str
-    variables: tuple[str, ...]
-    marking_lines: tuple[str, ...]
-    nodes: tuple[ResponseNode, ...]
-    question_tests: tuple[QuestionTest, ...]
+    variables: list[str]
+    marking_lines: list[str]
+    nodes: list[ResponseNode]
+    question_tests: list[QuestionTest]
     fallback_feedback: str = ""
     score_variable: str = "0"
     box_width: int = 15
@@ -111,6 +118,16 @@ class StackPart:
     def has_single_box(self) -> bool:
         """Whether the answer is typed into a single box, which can hold text that STACK can't parse."""
         return self.input_type in ("algebraic", "numerical")
+
+    def add_mistake(
+        self, index: int, wrong: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
+    ) -> None:
+        """Add a known mistake: an answer is explained by it if `likeness`, in terms of wrongN, equals `expected`."""
+        name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
+        self.variables.append(f"{name}: {answer};")
+        self.marking_lines.append(f"like{index}: {likeness};")
+        self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", expected, note, self.score_variable, wrong.feedback))
+        self.question_tests.append(QuestionTest(wrong.title, name, share, note))
 
 
 def convert_part(problem: Problem, part: Part) -> StackPart | str:
@@ -143,7 +160,7 @@ def compute_share(
     """
     if all(entries_equal):
         return 1.0
-    credit = part.credit or DEFAULT_CREDIT
+    credit = part.effective_credit
     if credit.rule == "whole":
         return 0.0
     reference = part.answer.as_matrix()
@@ -151,9 +168,7 @@ def compute_share(
     if part.shape is not None:
         correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
         if credit.rule == "columns" and reference.cols > 1:
-            entry_share = share_of_columns(
-                [correct_indices.issuperset(column) for column in _list_nonzero_columns(reference)]
-            )
+            entry_share = share_of_columns(list(map(correct_indices.issuperset, _list_nonzero_columns(reference))))
         else:
             _, zeros = _split_zeros(reference)
             entry_share = share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
@@ -169,7 +184,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
-    if not (part.credit or DEFAULT_CREDIT).is_by_mistakes or not has_varying_entries:
+    if not part.effective_credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
     det = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     none_equal = [False] * len(reference)
@@ -184,10 +199,10 @@ def _compute_share_up_to_a_factor(
     """Return the share of an answer whose wrong entries differ only by signs, a constant factor and `common_factor`."""
     domain, moving = make_domain(problem), set(_find_varying_entries(problem, reference))
     wrong = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
-    answer_entries, reference_entries = (
+    answer_entries, wanted_entries = (
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
     )
-    reference_entries = [multiply_nodes(entry, common_factor) for entry in reference_entries]
+    reference_entries = [multiply_nodes(entry, common_factor) for entry in wanted_entries]
     factor = find_constant_factor(
         answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
@@ -198,11 +213,8 @@ def _compute_share_up_to_a_factor(
 
 def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
     """Return the indices (from 0, as everywhere here) of entries that depend on the configuration or its velocity."""
-    return [
-        k
-        for k, entry in enumerate(reference)
-        if any(symbol.name not in problem.constants for symbol in entry.free_symbols)
-    ]
+    constants = problem.constants
+    return [k for k, entry in enumerate(reference) if {symbol.name for symbol in entry.free_symbols} - constants]
 
 
 def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
@@ -232,50 +244,38 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    variables = [
-        *write_substitutions(problem),
-        points,
-        *FORMULA_FUNCTIONS,
-        f"ta1: {_write_maxima(reference, is_single)};",
-        "other1: 0*ta1 + 7;",
-    ]
+    correct = f"ta1: {_write_maxima(reference, is_single)};"
+    variables = [*write_substitutions(problem), points, *FORMULA_FUNCTIONS, correct, "other1: 0*ta1 + 7;"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, otherwise = "0", ""
-    if (part.credit or DEFAULT_CREDIT).rule != "whole":
+    if part.effective_credit.rule != "whole":
         lines, otherwise = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
-    nodes = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")]
-    cases = [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_write_maxima(wrong.answer, is_single)};")
-        marking.append(f"like{index}: qdot_same(said, {name});")
-        nodes.append(ResponseNode("AlgEquiv", f"like{index}", "1", note, score, wrong.feedback))
-        assert isinstance(wrong.answer, sp.MatrixBase)
-        if min_share := _compute_minimum_share(problem, part, wrong.answer):
-            marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
-        cases.append(
-            QuestionTest(
-                wrong.title, name, compute_share(problem, part, wrong.answer, wrong.entries_equal, is_known=True), note
-            )
-        )
-    unusual_form = _write_unusual_form(problem, reference)
-    if unusual_form is not None:
-        variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
-        cases.append(QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE))
-    unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = compute_share(problem, part, unrelated_answer, compare_entry_by_entry(problem, unrelated_answer, reference))
-    cases.append(QuestionTest("nobody's mistake", "other1", share, UNEXPLAINED_NOTE))
     words = "a formula" if is_single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
     box_width = min(60, max(8, longest)) if is_single or reference.cols == 1 else min(24, max(6, longest))
-    kind = "algebraic" if is_single else "matrix"
-    return StackPart(
-        part, kind, words, tuple(variables), tuple(marking), tuple(nodes), tuple(cases), otherwise, score, box_width,
-        typing_help=explain_typing(problem),
+    nodes = [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")]
+    cases = [REFERENCE_TEST]
+    stack_part = StackPart(
+        part, "algebraic" if is_single else "matrix", words, variables, marking, nodes, cases, otherwise, score,
+        box_width, typing_help=explain_typing(problem),
     )  # fmt: skip
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
+        share = compute_share(problem, part, wrong.matrix, wrong.entries_equal, is_known=True)
+        maxima = _write_maxima(wrong.matrix, is_single)
+        stack_part.add_mistake(index, wrong, maxima, f"qdot_same(said, wrong{index})", "1", share)
+        if min_share := _compute_minimum_share(problem, part, wrong.matrix):
+            marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
+    unusual_form = _write_unusual_form(problem, reference)
+    if unusual_form is not None:
+        variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
+        cases.append(UNUSUAL_FORM_TEST)
+    unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
+    share = compute_share(problem, part, unrelated_answer, compare_entry_by_entry(problem, unrelated_answer, reference))
+    cases.append(QuestionTest("nobody's mistake", "other1", share, UNEXPLAINED_NOTE))
+    return stack_part
 
 
 def explain_typing(problem: Problem) -> str:
@@ -288,8 +288,7 @@ def explain_typing(problem: Problem) -> str:
     return f"{rule} {explanations}." if explanations else rule
 
 
-def _write_maxima(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
-    assert isinstance(matrix, sp.MatrixBase)
+def _write_maxima(matrix: sp.Matrix, single: bool) -> str:
     return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
 
 
@@ -301,9 +300,8 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
     domain = make_domain(problem)
     program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
     for attempt in range(MAX_TRIES):
-        samples = domain.sample(
-            set(domain.roles), READABLE_POINTS, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
-        )
+        stream = Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
+        samples = domain.sample(set(domain.roles), READABLE_POINTS, stream)
         points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINT_COUNT)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
         if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
@@ -323,9 +321,7 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
 
 def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
     """Return the line for a known mistake: it raises the share to at least `minimum_share` if `condition` holds."""
-    return (
-        f"share: if {condition} then max(share, {minimum_share * (part.credit or DEFAULT_CREDIT).factor}) else share;"
-    )
+    return f"share: if {condition} then max(share, {minimum_share * part.effective_credit.factor}) else share;"
 
 
 def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
@@ -333,7 +329,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
-    worth = (part.credit or DEFAULT_CREDIT).factor
+    worth = part.effective_credit.factor
     moving = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
@@ -345,7 +341,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
 
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a matrix, and the feedback on it."""
-    credit = part.credit or DEFAULT_CREDIT
+    credit = part.effective_credit
     counted_entries, zeros = _split_zeros(reference)
 
     def count_agreeing(entries: Sequence[int]) -> str:
@@ -353,9 +349,8 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
 
     worth_factor = "" if credit.factor == 1 else f"*{credit.factor}"
     varying = _find_varying_entries(problem, reference)
-    constant_answer_lines = (
-        [f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;"] if varying else []
-    )
+    constancy_line = f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;"
+    constant_answer_lines = [constancy_line] if varying else []
     if credit.rule == "columns" and reference.cols > 1:
         groups = _list_nonzero_columns(reference)
         column_tests = ", ".join(f"is({count_agreeing(group)} = {len(group)})" for group in groups)
@@ -378,7 +373,7 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
 
 def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
     """Return the reference in an unusual form, checked to be equal; None if there is none."""
-    first_angle = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
+    first_angle = next(filter(_is_angle, problem.chain.q), None)
     if first_angle is None:
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
@@ -393,30 +388,16 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
     points = _sample_points(problem, reference, pivot)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    marking = (
-        "said: qdot_values(qdot_read(ans1));",
-        f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;",
-    )
-    cases = (
-        QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE),
-        QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE),
-        QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE),
-    )
-    variables = (
+    same = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
+    variables = [
         *write_substitutions(problem), points, *FORMULA_FUNCTIONS, f"ta1: {maxima_matrix(reference)};",
         "form1: -3*ta1;", "other1: 0*ta1;",
-    )  # fmt: skip
-    words = "a vector; any multiple of it but zero is as good"
+    ]  # fmt: skip
     return StackPart(
-        part,
-        "matrix",
-        words,
-        variables,
-        marking,
-        (ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1"),),
-        cases,
-        typing_help=explain_typing(problem),
-    )
+        part, "matrix", "a vector; any multiple of it but zero is as good", variables,
+        ["said: qdot_values(qdot_read(ans1));", same], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
+        [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST], typing_help=explain_typing(problem),
+    )  # fmt: skip
 
 
 # --- numbers ---
@@ -446,35 +427,33 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
     else:
         correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
-    nodes, cases = [correct_node], [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
+    unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
+    words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
+    otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
+    cases = [REFERENCE_TEST]
+    stack_part = StackPart(
+        part, "numerical" if is_single else "matrix", words, variables, lines, [correct_node], cases, otherwise,
+        "share", box_width=12, reports_wrong_type=False,
+    )  # fmt: skip
     for index, wrong in enumerate(known_answers, 1):
-        name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_write_floats(wrong.answer, is_single)};")
-        lines.append(f"like{index}: {count_near(name)};")
-        if not is_single and (part.credit or DEFAULT_CREDIT).is_by_mistakes:
+        share, floats = _compute_share_of_numbers(part, wrong, zeros), _write_floats(wrong.matrix, is_single)
+        stack_part.add_mistake(index, wrong, floats, count_near(f"wrong{index}"), str(n), share)
+        if not is_single and part.effective_credit.is_by_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{index} = {n}"))
-        nodes.append(ResponseNode("AlgEquiv", f"like{index}", str(n), note, "share", wrong.feedback))
-        cases.append(QuestionTest(wrong.title, name, _compute_share_of_numbers(part, wrong, zeros), note))
     values_outside = exact_reference + sp.Matrix([50 * r for r in tolerances])
     values_inside = exact_reference + sp.Matrix([r / 2 for r in tolerances])
     variables.append(f"form1: {_write_floats(values_inside, is_single)};")
     cases.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
     if not any(_is_near(values_outside, wrong, tolerances) for wrong in known_answers):
         variables.append(f"other1: {_write_floats(values_outside, is_single)};")
-        cases.append(QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE))
-    unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
-    words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
-    otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
-    return StackPart(
-        part, "numerical" if is_single else "matrix", words, tuple(variables), tuple(lines), tuple(nodes),
-        tuple(cases), otherwise, "share", box_width=12, reports_wrong_type=False,
-    )  # fmt: skip
+        cases.append(UNRELATED_TEST)
+    return stack_part
 
 
 def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     """Return the lines that compute the share of numbers that are not all correct."""
     n = len(is_zero)
-    if n == 1 or (part.credit or DEFAULT_CREDIT).rule == "whole":
+    if n == 1 or part.effective_credit.rule == "whole":
         return ["share: 0;"]
     counted = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zeros_at = [i for i in range(1, n + 1) if i not in counted]
@@ -491,18 +470,17 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
             f"share: if qdot_count(makelist({same_size}, i, 1, {n})) = {n} "
             f"then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;"
         )
-    worth = (part.credit or DEFAULT_CREDIT).factor
+    worth = part.effective_credit.factor
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
 
 def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share for the numbers that a known mistake leads to."""
-    credit = part.credit or DEFAULT_CREDIT
+    credit = part.effective_credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
     share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
-    assert isinstance(known_answer.answer, sp.MatrixBase)
-    pairs = zip(known_answer.answer, part.answer.as_matrix(), list_tolerances(part), strict=True)
+    pairs = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
     if (
         all(part.answer.expected_units)
         and not all(is_zero)
@@ -512,18 +490,14 @@ def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zer
     return float(share * credit.factor)
 
 
-def _write_floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
-    assert isinstance(matrix, sp.MatrixBase)
-    values = [f"{float(value):.12g}" for value in matrix]
-    values = [
-        f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in (v.partition("e") for v in values)
-    ]
+def _write_floats(matrix: sp.Matrix, single: bool) -> str:
+    parts = (f"{float(value):.12g}".partition("e") for value in matrix)
+    values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in parts]
     return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
 def _is_near(values: sp.Matrix, known_answer: KnownWrongAnswer, tolerances: Sequence[sp.Expr]) -> bool:
-    assert isinstance(known_answer.answer, sp.MatrixBase)
-    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, known_answer.answer, tolerances, strict=True))
+    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, known_answer.matrix, tolerances, strict=True))
 
 
 # --- options and sets ---
@@ -532,29 +506,27 @@ def _is_near(values: sp.Matrix, known_answer: KnownWrongAnswer, tolerances: Sequ
 def _convert_choice(part: Part) -> StackPart:
     answer = part.answer_as(Choice)
     options = [
-        f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
-        for i in range(1, len(answer.options) + 1)
+        f'[{i + 1}, {"true" if i == answer.correct else "false"}, "{LETTERS[i]}"]' for i in range(len(answer.options))
     ]
     correct = str(answer.correct + 1)
     nodes = [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")]
     cases = [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)]
-    for i in range(len(answer.options)):
-        if i != answer.correct:
-            blames = list_blames(part, i)
-            says = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
-            note = f"prt1-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
-            nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", says))
-            cases.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
+    for i in (index for index in range(len(answer.options)) if index != answer.correct):
+        blames = list_blames(part, i)
+        says = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        note = "-".join(["prt1", LETTERS[i], *dict.fromkeys(blame.mistake for blame in blames)])
+        nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", says))
+        cases.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
     return StackPart(
-        part, "radio", "the letter of the right option", (f"ta1: [{', '.join(options)}];",), (),
-        tuple(nodes), tuple(cases), reports_wrong_type=False,
+        part, "radio", "the letter of the right option", [f"ta1: [{', '.join(options)}];"], [], nodes, cases,
+        reports_wrong_type=False,
     )  # fmt: skip
 
 
 def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     """Return a part that asks for a set of equations: a joint variable on the left, its value on the right."""
     answer = part.answer_as(ConditionSet)
-    if not all(_has_numeric_values_of_one_joint(component) for component in answer.components):
+    if not all(map(_has_numeric_values_of_one_joint, answer.components)):
         return "its singular configurations are no values of single joints, which STACK could judge fairly"
     angle_joints = [q.name for q in problem.chain.q if _is_angle(q)]
 
@@ -568,7 +540,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         return "{" + ", ".join(dict.fromkeys(shown)) + "}"
 
     coverage = [
-        f"[qdot_covered(said, args({write_equations((c,))})), {_count_joint_values(c)}]" for c in answer.components
+        f"[qdot_covered(said, args({write_equations((c,))})), {len(_list_joint_values((c,)))}]"
+        for c in answer.components
     ]
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
@@ -576,9 +549,9 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         "beyond: qdot_beyond(said, args(ta1));",
         f"share: qdot_set_share([{', '.join(coverage)}], beyond);",
     ]
-    worth = (part.credit or DEFAULT_CREDIT).factor if (part.credit or DEFAULT_CREDIT).rule != "whole" else 0
+    worth = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
     lines += [] if worth == 1 else [f"share: share*{worth};"]
-    value_count = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
+    value_count = sum(len(values) for component in answer.components for _, values in component.solutions or ())
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
     variables = [
         *write_substitutions(problem),
@@ -586,42 +559,32 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         *SET_FUNCTIONS,
         f"ta1: {write_equations(answer.components)};",
     ]
-    cases = [QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)]
-    reference_claims = _list_joint_values(answer.components)
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
-        assert isinstance(wrong.answer, tuple)
-        if len(nodes) > MAX_MISTAKES or not all(
-            _has_numeric_values_of_one_joint(component) for component in wrong.answer
-        ):
-            continue
-        name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {write_equations(wrong.answer)};")
-        arguments = f"(said, args({name}))"
-        lines.append(f"like{index}: [qdot_covered{arguments} - length({name}), qdot_beyond{arguments}];")
-        wrong_claims = _list_joint_values(wrong.answer)
-        condition_claims = [_list_joint_values((component,)) for component in answer.components]
-        false_count = count_false_conditions(
-            [q for q, _ in wrong_claims - reference_claims], [q for q, _ in wrong_claims & reference_claims]
-        )
-        share = float(
-            share_of_set([(len(wrong_claims & expected), len(expected)) for expected in condition_claims], false_count)
-            * worth
-        )
-        nodes.append(ResponseNode("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.feedback))
-        cases.append(QuestionTest(wrong.title, name, share, note))
-    variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
-    cases += [
-        QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE),
-        QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE),
-    ]
     otherwise = (
         "<p>{@right@} of the configurations are there; {@beyond@} of your conditions are not singular or not as they "
         "are asked for.</p>"
     )
-    return StackPart(
-        part, "algebraic", _explain_set_typing(problem), tuple(variables), tuple(lines), tuple(nodes), tuple(cases),
-        otherwise, "share", box_width=50,
+    cases = [REFERENCE_TEST]
+    stack_part = StackPart(
+        part, "algebraic", _explain_set_typing(problem), variables, lines, nodes, cases, otherwise, "share",
+        box_width=50,
     )  # fmt: skip
+    reference_claims = _list_joint_values(answer.components)
+    condition_claims = [_list_joint_values((component,)) for component in answer.components]
+    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
+        assert isinstance(wrong.answer, tuple)
+        if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
+            continue
+        arguments = f"(said, args(wrong{index}))"
+        likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
+        wrong_claims = _list_joint_values(wrong.answer)
+        false_joints = [joint for joint, _ in wrong_claims - reference_claims]
+        false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_claims & reference_claims])
+        found = [(len(wrong_claims & expected), len(expected)) for expected in condition_claims]
+        share = float(share_of_set(found, false_count) * worth)
+        stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
+    variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
+    cases += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
+    return stack_part
 
 
 def _is_angle(joint: sp.Symbol) -> bool:
@@ -644,18 +607,10 @@ def _explain_set_typing(problem: Problem) -> str:
     )
 
 
-def _count_joint_values(component: Component) -> int:
-    """Return the number of joint values in a component."""
-    return len(_list_joint_values((component,)))
-
-
 def _has_numeric_values_of_one_joint(component: Component) -> bool:
     """Return whether a component consists of numeric values of a single joint."""
-    return (
-        component.solutions is not None
-        and len(component.solutions) == 1
-        and not any(value.free_symbols for value in component.solutions[0][1])
-    )
+    solutions = component.solutions
+    return solutions is not None and len(solutions) == 1 and not any(value.free_symbols for value in solutions[0][1])
 
 
 def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
@@ -665,7 +620,7 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
         for joint, values in component.solutions or ():
             for value in values:
                 number = float(value)
-                wrapped = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
+                wrapped = number % (2 * float(sp.pi)) if _is_angle(joint) else number
                 claims.add((joint.name, round(wrapped, 9) % round(2 * float(sp.pi), 9)))
     return claims
 

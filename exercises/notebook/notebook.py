@@ -8,7 +8,7 @@ import base64
 import html
 import json
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
@@ -52,7 +52,7 @@ def solution_notebook(
     return _notebook("solution", title, key, student, problems, with_hints, existing_texts)
 
 
-def notebook_text(notebook: "NotebookNode") -> str:
+def notebook_text(notebook: Mapping[str, Any]) -> str:
     """Return the file's text: sorted keys, an indent of one space as in Jupyter's files, a newline at the end."""
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 

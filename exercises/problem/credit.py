@@ -35,10 +35,6 @@ class Credit:
         return self.rule not in ("entries", "columns", "whole")
 
 
-DEFAULT_CREDIT = Credit()
-"""The default: each type of answer has its own rule."""
-
-
 # --- the rules ---
 
 SIGN_OR_FACTOR_COST = Fraction(1, 5)

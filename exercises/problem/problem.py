@@ -233,6 +233,11 @@ class Part:
         return self.details
 
     @property
+    def effective_credit(self) -> Credit:
+        """The rule for partly correct answers: the assignment's, or else the question's default."""
+        return self.credit or Credit()
+
+    @property
     def precision(self) -> str:
         """The expected precision of numbers, in words: the assignment's, or else three digits."""
         return self.rounding.words if self.rounding is not None else "to three significant digits"

@@ -24,10 +24,8 @@ from qdot.exercises.formula.scale import ConstantFactor, find_constant_factor
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.problem.credit import (
-    DEFAULT_CREDIT,
     MAX_WRONG_FACTORS,
     MISTAKE_FACTOR,
-    Credit,
     share_of_columns,
     share_of_product,
     share_up_to_sign_and_factor,
@@ -53,11 +51,6 @@ class AnswerToCredit:
     part: Part
     parsed: ParsedAnswer
     seed: str
-
-    @property
-    def policy(self) -> Credit:
-        """The assignment's rule for giving credit for this part."""
-        return self.part.credit or DEFAULT_CREDIT
 
     @cached_property
     def domain(self) -> Domain:
@@ -102,7 +95,7 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
     part = answer.part
-    if answer.policy.rule == "whole" or part.answer.counts_up_to_a_factor:
+    if answer.part.effective_credit.rule == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
     if part.answer.is_symbolic and part.shape is not None:
@@ -112,13 +105,13 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
-    if answer.policy.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
+    if answer.part.effective_credit.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit.share > share:
         share = credit.share
-        reason_words = f"{credit.reason}, which earns {share * answer.policy.factor}; {reason}"
+        reason_words = f"{credit.reason}, which earns {share * answer.part.effective_credit.factor}; {reason}"
         judgement = replace(judgement, reason=reason_words)
-    return _with_share(judgement, share * answer.policy.factor)
+    return _with_share(judgement, share * answer.part.effective_credit.factor)
 
 
 def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
@@ -140,7 +133,7 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     reference = answer.part.answer.as_matrix()
     varies = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
-    if answer.policy.rule == "columns" and len(columns) > 1:
+    if answer.part.effective_credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(are_correct)
         judgement = replace(
@@ -185,7 +178,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> _Part
     else:
         entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
         factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
-        may_lack_divisor = factor is None and answer.policy.is_by_mistakes
+        may_lack_divisor = factor is None and answer.part.effective_credit.is_by_mistakes
         if (
             may_lack_divisor
             and (det := find_determinant_in_denominator(answer.problem.chain, part, domain.roles)) is not None
@@ -251,7 +244,7 @@ def _credit_factors(answer: AnswerToCredit) -> _PartialCredit | None:
     constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
     part, domain = answer.part, answer.domain
-    if not is_product(part) or answer.policy.rule not in ("", "factors"):
+    if not is_product(part) or answer.part.effective_credit.rule not in ("", "factors"):
         return None
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None

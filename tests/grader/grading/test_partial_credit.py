@@ -16,7 +16,7 @@ from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.generation import generate
-from qdot.exercises.problem.credit import CREDIT_RULES, DEFAULT_CREDIT, Credit, read_credit
+from qdot.exercises.problem.credit import CREDIT_RULES, Credit, read_credit
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
@@ -40,7 +40,7 @@ def elbow() -> Problem:
     return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
 
 
-def earned(question: str, answer: str, credit: Credit = DEFAULT_CREDIT, chain: Chain = PLANAR) -> Judgement:
+def earned(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
     part = replace(problem.parts[0], credit=credit)
     return share_earned(problem, part, answer, "credit")
