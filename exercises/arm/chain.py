@@ -48,7 +48,7 @@ class Joint:
 
     def __post_init__(self) -> None:
         if self.kind not in ("R", "P"):
-            raise QdotError(f"a joint's kind is 'R' or 'P', not {self.kind!r}")
+            raise QdotError(f"a joint's kind must be 'R' or 'P', not {self.kind!r}")
         for name in ("theta", "d", "a", "alpha"):
             object.__setattr__(self, name, sp.sympify(getattr(self, name)))
 
@@ -115,16 +115,20 @@ class Chain:
 
     def __post_init__(self) -> None:
         if not self.joints:
-            raise QdotError(f"{self.name}: an arm has at least one joint")
+            raise QdotError(f"{self.name}: an arm needs at least one joint")
         if self.convention not in CONVENTIONS:
             raise unknown_name("convention", self.convention, CONVENTIONS)
         if self.twist_order not in TWIST_ORDERS:
             raise unknown_name("order of a twist", self.twist_order, TWIST_ORDERS)
         wrong = [row for row in self.task if row not in TASK_ROWS]
         if wrong or len(set(self.task)) != len(self.task) or not self.task:
-            raise QdotError(f"{self.name}: task {list(self.task)}; it names some of {', '.join(TASK_ROWS)}, each once")
+            raise QdotError(
+                f"{self.name}: task {list(self.task)}: expected some of {', '.join(TASK_ROWS)}, each at most once"
+            )
         if not 0 <= self.point.frame <= len(self.joints):
-            raise QdotError(f"{self.name}: no frame O{self.point.frame}; the last one is O{len(self.joints)}")
+            raise QdotError(
+                f"{self.name}: there is no frame O{self.point.frame}; the last frame is O{len(self.joints)}"
+            )
         for number, joint in enumerate(self.joints, 1):
             self._check_row(number, joint)
 
@@ -147,8 +151,8 @@ class Chain:
             clash = value.free_symbols & set(self.q)
             if clash:
                 raise QdotError(
-                    f"{self.name}: joint {number}: {name} = {value} holds {min(map(str, clash))}, "
-                    "which is the variable of a joint"
+                    f"{self.name}: joint {number}: {name} = {value} contains {min(map(str, clash))}, the variable of "
+                    "a joint"
                 )
 
     @property

@@ -186,7 +186,7 @@ def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     minors = _expanded_minors(chain)
     if minors is None:
         subject = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
-        raise TooLong(f"{subject} more than {MAX_MINOR_TERMS} terms, too many for conditions that a person could read")
+        raise TooLong(f"{subject} more than {MAX_MINOR_TERMS} terms, too many for readable conditions")
     return _factor_all(minors)
 
 
@@ -348,7 +348,7 @@ class Derivation:
         """Raise ValueError if J is not square; `quantity` is the subject of the message."""
         if not self.is_square:
             shape = f"{len(self.chain.task)} x {self.chain.n}"
-            raise ValueError(f"{self.chain.name}: the {quantity} needs a square Jacobian, and this one is {shape}")
+            raise ValueError(f"{self.chain.name}: the {quantity} needs a square Jacobian, but this one is {shape}")
 
     def link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""
@@ -363,7 +363,7 @@ class Derivation:
         """Return the joint rates qd = J^-1 xd for the task velocity symbols vx ... wz (6.7)."""
         self._require_square("inverse velocity")
         if self.generic_minors[0].is_zero:
-            raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so no rates can be solved for")
+            raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so the joint rates can't be found")
         return sp.Matrix([rate.substitute(self._values) for rate in _generic_rates(self._structure)])
 
 

@@ -56,11 +56,11 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     if in_degrees and is_angle:
         return _parse_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
-        raise QdotError(f"it is a number, or an expression in quotes; {_UNIT_HINT[is_angle]}")
+        raise QdotError(f"expected a number, or an expression in quotes; {_UNIT_HINT[is_angle]}")
     if isinstance(raw, str):
         value = _parse_formula(raw, is_angle)
     elif isinstance(raw, Decimal) and not raw.is_finite():
-        raise QdotError("it is a finite number")
+        raise QdotError("expected a finite number")
     else:
         fraction = Fraction(raw)
         value = sp.Rational(fraction.numerator, fraction.denominator)
@@ -77,25 +77,26 @@ def _parse_degrees(raw: object) -> sp.Expr:
     try:
         value = parse_entry(raw, False)
     except QdotError:
-        raise QdotError('it is a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
+        raise QdotError('expected a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
     constant = _constant_part(value)
     if constant.has(sp.pi):
-        raise QdotError("the angles of this file are in degrees, as its key `angles` says")
+        raise QdotError("the angles of this file are in degrees, because of its key `angles`")
     return value - constant + constant * _DEGREE
 
 
 def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
     """Parse a formula in quotes. Raises QdotError with a correction."""
     if len(text) > _MAX_CHARACTERS:
-        raise QdotError(f"it is {len(text)} characters long; at most {_MAX_CHARACTERS} are read")
+        raise QdotError(f"it has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
     _check_units(text, is_angle)
     _check_products(text)
     if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
-        raise QdotError(f"decimals have a point; write {text.strip().replace(',', '.')}")
+        raise QdotError(f"decimals need a point; write {text.strip().replace(',', '.')}")
     abbreviation = re.search(r"\b[csCS]_?\d{1,4}\b", text)
     if abbreviation:
         raise QdotError(
-            f"{abbreviation.group()} is short for a sine or cosine in answers; give it another name, as in a1 or h"
+            f"{abbreviation.group()} is an abbreviation for a sine or cosine in answers; choose another name, such "
+            "as a1 or h"
         )
     try:
         return to_sympy(parse_formula(text))
@@ -116,7 +117,7 @@ def _check_units(text: str, is_angle: bool) -> None:
     number = re.fullmatch(rf"([-+]?{_NUMBER})\s*\*?\s*{unit}", text.strip(), re.IGNORECASE)
     if number is None:
         example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
-        raise QdotError(f"{rule} and have no unit; write {example}")
+        raise QdotError(f"{rule}, without a unit; write {example}")
     value = sp.Rational(number[1]) * _UNITS[is_angle][unit]
     if value.has(sp.pi):
         raise QdotError(f'{rule}; write "{value}"')
@@ -136,12 +137,12 @@ def _check_angle(value: sp.Expr) -> None:
     twelfths = float(constant) / (float(sp.pi) / 12)
     nearest = round(twelfths)
     if nearest and abs(twelfths - nearest) < 0.005:
-        raise QdotError(f'{float(constant):g} looks like an angle rounded; write it exactly, "{sp.pi * nearest / 12}"')
+        raise QdotError(f'{float(constant):g} looks like a rounded angle; write it exactly, "{sp.pi * nearest / 12}"')
     if abs(constant) > 7:
         exact = sp.pi * constant / 180
         raise QdotError(
-            f'angles are in radians; {float(constant):g} degrees would be "{exact}"; if all are in degrees, say so: '
-            'angles = "degrees"'
+            f'angles are in radians; {float(constant):g} degrees would be "{exact}"; if all angles are in degrees, '
+            'add angles = "degrees"'
         )
 
 
@@ -166,14 +167,14 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
         letters = symbol.name.rstrip("0123456789")
         if letters == "theta":
             raise QdotError(
-                f"{symbol} is the name of a joint's variable; call a constant angle alpha or beta, as in beta1"
+                f"{symbol} is the name of a joint variable; call a constant angle alpha or beta, as in beta1"
             )
         if is_angle and letters not in _ANGLE_NAMES:
-            raise QdotError(f"{symbol} names a length; call an angle alpha or beta, as in alpha1")
+            raise QdotError(f"{symbol} is a name for a length; call an angle alpha or beta, as in alpha1")
         if not is_angle and letters in _ANGLE_NAMES:
-            raise QdotError(f"{symbol} names an angle; a length has a name such as a1, d1 or h")
+            raise QdotError(f"{symbol} is a name for an angle; call a length a1, d1 or h, for example")
     if not is_angle and outside_functions.has(sp.pi):
-        raise QdotError("pi makes an angle; lengths are in metres")
+        raise QdotError("pi is allowed in angles only; lengths are in metres")
 
 
 # --- products and names ---
@@ -197,7 +198,7 @@ def _check_products(text: str) -> None:
     for gap_start, gap_end in reversed(product_positions):
         corrected_text = f"{corrected_text[:gap_start]}*{corrected_text[gap_end:]}"
     if product_positions:
-        raise QdotError(f'a product is written with *; is "{corrected_text}" meant?')
+        raise QdotError(f'a product needs *; did you mean "{corrected_text}"?')
 
 
 def _is_symbol(token: re.Match[str]) -> bool:
@@ -222,21 +223,21 @@ def to_sympy(node: Node) -> sp.Expr:
             raise ParseError("a division by zero")
         return _OPERATIONS[node.kind](first_operand, second_operand)
     subject = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
-    raise ParseError(f"{subject} can't stand in a DH table")
+    raise ParseError(f"{subject} is not allowed in a DH table")
 
 
 def _symbol(name: str) -> sp.Expr:
     if name == "pi":
         return sp.pi
     if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
-        raise ParseError(f"the name {name!r} means something else: qd1 … are joint rates, vx … wz velocities")
+        raise ParseError(f"the name {name!r} is reserved: qd1 … are joint rates, vx … wz velocities")
     if name in ("k", "n"):
-        raise ParseError(f"the name {name!r} means any whole number in answers; write {name}1")
+        raise ParseError(f"the name {name} is reserved for whole numbers in answers; write {name}1")
     letters = name.rstrip("0123456789")
     if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLE_NAMES, "theta")) or name in ("E", "I"):
         raise ParseError(
-            f"{name!r} is no name for a length or angle; it is one letter, or alpha or beta, with a number if "
-            "wanted, as in a1, h or alpha2"
+            f"{name!r} is not a name for a length or angle; use one letter, or alpha or beta, optionally with a "
+            "number, as in a1, h or alpha2"
         )
     return sp.Symbol(name)
 
@@ -244,7 +245,7 @@ def _symbol(name: str) -> sp.Expr:
 def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Return a power. Raises ReadError if its exponent or its numeric base is too large."""
     if not exponent.is_Rational or abs(exponent) > _MAX_EXPONENT:
-        raise ParseError(f"an exponent is a number of at most {_MAX_EXPONENT}")
+        raise ParseError(f"an exponent must be a number of at most {_MAX_EXPONENT}")
     if base.is_number and abs(base) > _MAX_BASE:
         raise ParseError("a power is too large for a length or an angle")
     return _require_finite(base**exponent, "a power")
@@ -253,5 +254,5 @@ def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 def _require_finite(value: sp.Expr, subject: str) -> sp.Expr:
     """Return a value unchanged. Raises ReadError if it is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
-        raise ParseError(f"{subject} that is no real number")
+        raise ParseError(f"{subject} that is not a real number")
     return value

@@ -70,24 +70,22 @@ def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
         if path.is_file():
             return path
     except OSError as error:  # for example, the name is too long for the file system
-        raise QdotError(f"there is no file {path}: {error.strerror}") from None
+        raise QdotError(f"can't open {path}: {error.strerror}") from None
     robots_by_name = {_normalize_name(name): robot for name, robot in robots().items()}
     if path.suffix.lower() in FILE_EXTENSIONS or {"/", "\\"} & {*name_or_path}:
         robot = robots_by_name.get(_normalize_name(path.stem))
-        hint = f"; the library's robot is called {robot.name}, without folder and ending" if robot else ""
+        hint = f"; for the robot of the library, write {robot.name}, without folder and ending" if robot else ""
         raise QdotError(f"there is no file {path}{hint}")
     if _normalize_name(name_or_path) in robots_by_name:
         return robots_by_name[_normalize_name(name_or_path)].path
     if path.is_dir():
-        raise QdotError(f"{path} is a folder; an arm is told by a file, or by a name that 'qdot robots' lists")
+        raise QdotError(f"{path} is a folder; give a file, or a name listed by 'qdot robots'")
     close = [
         robots_by_name[name].name
         for name in difflib.get_close_matches(_normalize_name(name_or_path), robots_by_name, n=1)
     ]
     hint = f" (did you mean {close[0]!r}?)" if close else ""
-    raise QdotError(
-        f"there is no file {path}, and the library has no robot {name_or_path!r}{hint}; 'qdot robots' lists them"
-    )
+    raise QdotError(f"there is no file {path} and no robot {name_or_path!r}{hint}; 'qdot robots' lists the robots")
 
 
 def is_in_library(name: str) -> bool:

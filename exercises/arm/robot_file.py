@@ -69,8 +69,8 @@ MAX_JOINTS = 10
 ANGLE_UNITS = ("radians", "degrees")
 """The units in which a file may give its angles; the first is the default."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
-_RANGE_HINT = "a length has a range in metres, as in a1 = [0.3, 0.8]"
-_POSE_HINT = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
+_RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
+_POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
 Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 LengthRanges = tuple[tuple[sp.Symbol, int, int], ...]
@@ -135,13 +135,13 @@ def read_robot_file(path: Path, tip: str = "") -> Robot:
     if path.suffix.lower() in (".urdf", ".xml"):
         return _robot_from_urdf(path, read_urdf(path, tip))
     if tip:
-        raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
+        raise QdotError(f"{path}: a tip applies only to a URDF, a file that ends in .urdf or .xml")
     return parse_robot(read_toml(path))
 
 
 def _too_many_joints(count: int) -> str:
     """Return the error message for an arm with too many joints."""
-    return f"{count} joints are too many to be worked out; an arm has up to {MAX_JOINTS}"
+    return f"{count} joints are too many; qdot can derive arms with at most {MAX_JOINTS}"
 
 
 def _robot_from_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
@@ -183,12 +183,12 @@ class _Reader:
         self.twist_order = self._read_choice("twist_order", TWIST_ORDERS)
         if "twist_order" in self.table and not self.convention.twist_orders:
             with file.locate_errors("twist_order"):
-                raise QdotError('it is of arms that are told by their axes, with convention = "screws"')
+                raise QdotError('it applies only to arms described by screw axes, with convention = "screws"')
         self.in_degrees = self._read_choice("angles", ANGLE_UNITS) == ANGLE_UNITS[1]
         rows = self.table["joint"]
         with file.locate_errors("joint"):
             if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-                raise QdotError("joints are given as [[joint]] tables, one for each joint")
+                raise QdotError("expected a [[joint]] table for each joint")
             if len(rows) > MAX_JOINTS:
                 raise QdotError(_too_many_joints(len(rows)))
         self.rows: list[dict[str, Any]] = rows
@@ -214,7 +214,7 @@ class _Reader:
         value = self.table[key]
         with self.file.locate_errors(key):
             if not isinstance(value, str) or not value.strip():
-                raise QdotError(f'it is a text, as in {key} = "{example}"')
+                raise QdotError(f'expected a text in quotes, as in {key} = "{example}"')
         return " ".join(value.split())
 
     def _read_choice(self, key: str, choices: tuple[str, ...]) -> str:
@@ -223,8 +223,8 @@ class _Reader:
         with self.file.locate_errors(key):
             if value not in choices:
                 alias = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
-                hint = f"; for what you wrote, that is {toml_text(alias)}" if alias else ""
-                raise QdotError(f"it is {' or '.join(map(toml_text, choices))}{hint}")
+                hint = f"; did you mean {toml_text(alias)}?" if alias else ""
+                raise QdotError(f"expected {' or '.join(map(toml_text, choices))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
@@ -234,7 +234,7 @@ class _Reader:
         self.file.check_keys(path, (*keys, "limits"), ("kind",), TOP_KEYS)
         with self.file.locate_errors(*path, "kind"):  # the kind decides which other keys are needed
             if row["kind"] not in ("R", "P"):
-                raise QdotError('it is "R" (revolute) or "P" (prismatic)')
+                raise QdotError('expected "R" (revolute) or "P" (prismatic)')
         needs_no_point = not self.has_table and row["kind"] == "P"
         self.file.check_keys(path, (*keys, "limits"), keys[:2] if needs_no_point else keys)
         return str(row["kind"])
@@ -245,16 +245,16 @@ class _Reader:
         if key is None:
             return
         name, keys = toml_text(self.convention.name), ", ".join(self.convention.joint_keys)
-        stated_convention = f"says convention = {name}" if "convention" in self.table else "says no convention"
+        stated_convention = f"has convention = {name}" if "convention" in self.table else "has no convention"
         if not self.has_table:
             hint = (
-                f"is of a DH table, and the file {stated_convention}, where a joint has {keys}; "
-                'for a table, that is convention = "dh" or "modified-dh"'
+                f"belongs to a DH table, but the file {stated_convention}, which needs {keys} for each joint; for a "
+                'table, write convention = "dh" or "modified-dh"'
             )
         else:
             hint = (
-                f'is of an arm told by its axes, and the file {stated_convention}; write convention = "screws" at its '
-                f"top, or tell a table, where a joint has {keys}"
+                f"belongs to an arm described by screw axes, but the file {stated_convention}; write convention = "
+                f'"screws" at the top, or give a table, with {keys} for each joint'
             )
         raise QdotError(f"{self.file.describe_key('joint', index, key)}: the key {key!r} {hint}")
 
@@ -265,7 +265,8 @@ class _Reader:
         rows = [self._row(index) for index in range(len(self.rows))]
         if self.has_links_first and rows[0].alpha.free_symbols:
             raise QdotError(
-                f"{self.file.describe_value('joint', 0, 'alpha')}: the first one turns the base, and is a number"
+                f"{self.file.describe_value('joint', 0, 'alpha')}: the first alpha rotates the base, so it must be a "
+                "number"
             )
         base = self._pose("base")
         if base != IDENTITY_POSE or self.has_links_first:
@@ -307,14 +308,15 @@ class _Reader:
         if "tool" in self.table:
             if "point" in self.table:
                 raise QdotError(
-                    f"{self.file.describe_value('point')}: the point of interest is the tool's origin; give one of both"
+                    f"{self.file.describe_value('point')}: the point of interest is the tool's origin; give only one "
+                    "of `point` and `tool`"
                 )
             x, y, z = self._pose("tool").origin
             return Point(n, (x, y, z))
         if "point" not in self.table:
             return None
         raw = self.table["point"]
-        correction = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
+        correction = f'expected the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
         with self.file.locate_errors("point"):
             if isinstance(raw, str):
                 match = re.fullmatch(r"O_?(\d{1,2})", raw)
@@ -328,7 +330,7 @@ class _Reader:
         frame = len(self.rows)
         if isinstance(raw, dict):
             if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
-                raise QdotError(f"{correction}; in another frame it is {{frame = {frame - 1}, offset = [x, y, z]}}")
+                raise QdotError(f"{correction}; for another frame, write {{frame = {frame - 1}, offset = [x, y, z]}}")
             frame, raw = raw["frame"], raw["offset"]
         x, y, z = self._triple(raw, correction)
         return Point(frame, (x, y, z))
@@ -339,12 +341,13 @@ class _Reader:
         """Return base, standard table and point of an arm that is described by its axes."""
         if "tool" in self.table:
             raise QdotError(
-                f"{self.file.describe_value('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
+                f"{self.file.describe_value('tool')}: with screws, use `point`: [x, y, z] in the home configuration, "
+                "in the base frame"
             )
         self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
         base = self._pose("base")
         with self.file.locate_errors("point"):
-            hint = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
+            hint = "expected [x, y, z] in the base frame, the point of interest when all joint variables are zero"
             home_point = self._read_point(self.table["point"], hint)
         point = base @ Pose(sp.eye(3), sp.Matrix(home_point.offset))
         axes = [self._axis(index) for index in range(len(self.rows))]
@@ -365,14 +368,19 @@ class _Reader:
         """Return a joint's axis as the user wrote it, in the base frame."""
         row = self.rows[index]
         with self.file.locate_errors("joint", index, "axis"):
-            message = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
+            message = (
+                "expected the direction of the axis in the home configuration: three numbers, not all zero, as in "
+                "[0, 0, 1]"
+            )
             direction = sp.Matrix(self._triple(row["axis"], message))
             if direction.free_symbols or direction.norm() == 0:
                 raise QdotError(message)
         axis_point = (sp.S.Zero,) * 3
         if "point" in row:
             with self.file.locate_errors("joint", index, "point"):
-                axis_point = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
+                axis_point = self._triple(
+                    row["point"], ("expected a point on the axis in the home configuration, [x, y, z] in metres")
+                )
         return Axis(row["kind"], direction, sp.Matrix(axis_point))
 
     # --- entries ---
@@ -388,7 +396,7 @@ class _Reader:
             position = self._triple(raw.get("position", [0, 0, 0]), _POSE_HINT)
             rpy = self._triple(raw.get("rpy", [0, 0, 0]), _POSE_HINT, are_angles=True)
             if any(angle.free_symbols for angle in rpy):
-                raise QdotError('its angles are numbers, as in rpy = [0, 0, "pi/2"]')
+                raise QdotError('the angles must be numbers, as in rpy = [0, 0, "pi/2"]')
             return make_pose(position, rpy)
 
     def _triple(self, raw: object, correction: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
@@ -407,7 +415,7 @@ class _Reader:
         """Parse one entry; the names q1, q2, … are replaced by the joint variables."""
         if self.in_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
             raise QdotError(
-                "where angles are in degrees, a sine or an arctangent is written as its number, as in sqrt(3)/2"
+                "with angles in degrees, write the value of a sine or an arctangent as a number, as in sqrt(3)/2"
             )
         value = parse_entry(raw, is_angle, self.in_degrees)
         variables_by_name = {sp.Symbol(f"q{number}"): variable for number, variable in enumerate(self.variables, 1)}
@@ -428,7 +436,9 @@ class _Reader:
         if "limits" not in row:
             return None
         is_angle = row["kind"] == "R"
-        message = "they are two numbers, the lower first, as in " + ('["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]")
+        message = "expected two numbers, the lower one first, as in " + (
+            '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
+        )
         with self.file.locate_errors("joint", index, "limits"):
             ends = row["limits"]
             if not isinstance(ends, list) or len(ends) != 2:
@@ -463,8 +473,8 @@ def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.
             return constant, sign < 0
     key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
     raise QdotError(
-        f'a joint of kind "{kind}" moves by its own variable there: {key} = "{variable}", with a constant added if '
-        f'wanted, as in "{variable} + {offset}", or "-{variable}" where it counts the other way'
+        f'a joint of kind "{kind}" needs its own variable here: {key} = "{variable}", with a constant offset if '
+        f'necessary, as in "{variable} + {offset}", or "-{variable}" for the opposite direction'
     )
 
 
@@ -473,16 +483,16 @@ def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
     for symbol in sorted(value.free_symbols, key=str):
         if symbol in variables:
             number = list(variables).index(symbol) + 1
-            raise QdotError(f"{symbol} is the variable of joint {number}, and stands nowhere but in its own row")
+            raise QdotError(f"{symbol} is the variable of joint {number}; use it only in the row of that joint")
         match = re.fullmatch(r"theta(\d+)", symbol.name)
         if match and not 0 < int(match.group(1)) <= len(variables):
-            raise QdotError(f"{symbol} belongs to no joint; the last one is joint {len(variables)}")
+            raise QdotError(f"there is no joint with the variable {symbol}; the last joint is joint {len(variables)}")
 
 
 def _task(raw: object) -> tuple[str, ...]:
     """Parse the task: a list of rows, which is returned in the order of TASK_ROWS."""
     if not isinstance(raw, list) or not raw or not all(isinstance(row, str) for row in raw):
-        raise QdotError('it is a list of the rows that count, as in ["vx", "vy"]')
+        raise QdotError('expected a list of the rows of the task, as in ["vx", "vy"]')
     for row in raw:
         if row not in TASK_ROWS:
             guess = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
@@ -490,7 +500,7 @@ def _task(raw: object) -> tuple[str, ...]:
             hint = f" (did you mean {matches[0]!r}?)" if matches else ""
             raise QdotError(f"unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
         if raw.count(row) > 1:
-            raise QdotError(f"the row {row!r} is named twice")
+            raise QdotError(f"the row {row!r} is listed twice")
     return tuple(sorted(raw, key=TASK_ROWS.index))
 
 
@@ -502,7 +512,7 @@ def _length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
     range_table = file.content.get("draw", {})
     with file.locate_errors("draw"):
         if not isinstance(range_table, dict):
-            raise QdotError("it is a table, [draw], in which " + _RANGE_HINT)
+            raise QdotError("expected a table, [draw], in which " + _RANGE_HINT)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
     ranges = []
     for name, ends in range_table.items():
@@ -510,7 +520,7 @@ def _length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
         with file.locate_errors("draw", name):
             if symbol not in chain.parameters:
                 open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
-                raise QdotError(f"{name!r} is no open length of the table; open are: {open_lengths}")
+                raise QdotError(f"{name!r} is not a symbolic length of the table; symbolic lengths: {open_lengths}")
             if symbol in angles:
                 raise QdotError(f"{name!r} is an angle; {_RANGE_HINT}")
             ranges.append((symbol, *_range(name, ends)))
@@ -527,15 +537,15 @@ def _range(name: str, range_ends: object) -> tuple[int, int]:
     if high >= 1000:
         raise QdotError(f"{toml_text(high)} is too long; {_RANGE_HINT}")
     if low == high:
-        raise QdotError(f"both ends are the same, so that nothing is drawn; {_RANGE_HINT}")
+        raise QdotError(f"both ends of the range are the same; {_RANGE_HINT}")
     if low > high:
-        raise QdotError(f"the smaller end stands first; write {name} = {toml_text([high, low])}")
+        raise QdotError(f"the smaller end must come first; write {name} = {toml_text([high, low])}")
     first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
     last = int((100 * Decimal(high)).to_integral_value(ROUND_CEILING))
     if first != 100 * low or last != 100 * high:
         upper = max(last, first + 1)
         suggestion = f"{name} = [{first / 100:.2f}, {upper / 100:.2f}]"
-        raise QdotError(f"lengths are drawn in whole centimetres; write {suggestion}")
+        raise QdotError(f"lengths are chosen in whole centimetres; write {suggestion}")
     return first, last
 
 

@@ -68,9 +68,7 @@ def _screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
     joints: list[TomlEntries] = []
     for number, axis in enumerate(axes, 1):
         if axis.direction.free_symbols:
-            raise QdotError(
-                f"axis {number} of {chain.name} is turned by an angle that is open; axes are given in numbers"
-            )
+            raise QdotError(f"axis {number} of {chain.name} is rotated by a symbolic angle; axes must be numeric")
         point_entry = [("point", _format_list(axis.point))] if axis.kind == "R" else []
         joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints

@@ -409,7 +409,7 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     """
     merged_conjunctions = _merge_roots(list(conjunctions))
     if len(merged_conjunctions) > MAX_BRANCHES:
-        raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to read")
+        raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to list")
     stated_conjunctions = [replace_marks(conjunction) for conjunction in merged_conjunctions]
     follows = partial(_follows, search=search)
     return _drop_subsumed([drop_following(conjunction, follows) for conjunction in stated_conjunctions], search)

@@ -61,15 +61,15 @@ class _Reader:
         self.notes: list[str] = []
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
-            raise QdotError(f"{path}: it has a DOCTYPE, which no URDF needs; remove it")
+            raise QdotError(f"{path}: remove the DOCTYPE; a URDF does not need one")
         try:
             root = ElementTree.fromstring(text)  # noqa: S314 - it is the instructor's own, and defines no entity
         except ElementTree.ParseError as error:
             raise QdotError(f"{path}: line {error.position[0]}: not valid XML: {str(error).split(':')[0]}") from None
         if root.tag != "robot":
-            raise QdotError(f"{path}: its root is <{root.tag}>, and that of a URDF is <robot>")
+            raise QdotError(f"{path}: the root element is <{root.tag}>; a URDF needs <robot>")
         if any("xacro" in element.tag for element in root.iter()):
-            raise QdotError(f"{path}: it has macros; write them out: xacro {path.name} > robot.urdf")
+            raise QdotError(f"{path}: the file has macros; expand them with xacro {path.name} > robot.urdf")
         self.title = root.get("name") or path.stem
         self.links = [self.name(link) for link in root.findall("link")]
         self.joints = root.findall("joint")
@@ -78,7 +78,7 @@ class _Reader:
             child = self.child(joint)
             if child in self.parent_joints:
                 raise self.joint_error(
-                    joint, f"link {child!r} is the child of joint {self.name(self.parent_joints[child])!r}, too"
+                    joint, f"link {child!r} is also the child of joint {self.name(self.parent_joints[child])!r}"
                 )
             self.parent_joints[child] = joint
 
@@ -103,7 +103,7 @@ class _Reader:
         link = "" if element is None else element.get("link", "")
         if link not in self.links:
             raise self.joint_error(
-                joint, f"its {role} is link {link!r}, which is not there" if link else f"it has no {role}"
+                joint, f"its {role} is link {link!r}, which does not exist" if link else f"the {role} is missing"
             )
         return link
 
@@ -115,18 +115,18 @@ class _Reader:
             raise QdotError(f"{self.path}: {unknown_name('link', tip, self.links)}")
         if not tip and len(end_links) != 1:
             raise QdotError(
-                f"{self.path}: it ends in several links: {', '.join(end_links) or 'none'}; name one: "
-                f"qdot solve {self.path.name} --tip LINK (with --convert dh, it writes a ROBOT.toml)"
+                f"{self.path}: the robot has several last links: {', '.join(end_links) or 'none'}; choose one: qdot "
+                f"solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
             )
         chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
         while link in self.parent_joints:
             joint = self.parent_joints[link]
             if joint in chain_joints:
-                raise self.joint_error(joint, "it is above itself: its links go round in a circle")
+                raise self.joint_error(joint, "its links form a loop; qdot needs a chain of links")
             chain_joints.insert(0, joint)
             link = self._link(joint, "parent")
         if not chain_joints:
-            raise QdotError(f"{self.path}: link {link!r} is the root, which no joint moves; name another with --tip")
+            raise QdotError(f"{self.path}: link {link!r} is the root, which no joint moves; choose another with --tip")
         return chain_joints
 
     def kind(self, joint: ElementTree.Element) -> str:
@@ -135,10 +135,10 @@ class _Reader:
         if kind == "fixed":
             return ""
         if kind not in JOINT_KINDS:
-            raise self.joint_error(joint, f"type {kind!r} is none of {', '.join([*JOINT_KINDS, 'fixed'])}")
+            raise self.joint_error(joint, f"unknown type {kind!r}; known: {', '.join([*JOINT_KINDS, 'fixed'])}")
         if joint.find("mimic") is not None:
             raise self.joint_error(
-                joint, "it repeats another joint (mimic); every joint on the way has to move by itself"
+                joint, "it copies another joint (mimic); each joint up to the last link must move on its own"
             )
         return JOINT_KINDS[kind]
 
@@ -155,7 +155,7 @@ class _Reader:
         element = joint.find("axis")
         axis = sp.Matrix(self._parse_numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
         if axis.norm() == 0:
-            raise self.joint_error(joint, "its axis has no length")
+            raise self.joint_error(joint, "its axis is the zero vector")
         return axis / axis.norm()
 
     def limits(self, joint: ElementTree.Element) -> tuple[sp.Expr, sp.Expr] | None:
@@ -166,7 +166,7 @@ class _Reader:
         (low,) = self._parse_numbers(joint, "limit lower", element.attrib["lower"], 1)
         (high,) = self._parse_numbers(joint, "limit upper", element.attrib["upper"], 1)
         if not low <= high:
-            raise self.joint_error(joint, f"its lower limit {float(low):g} is above its upper one, {float(high):g}")
+            raise self.joint_error(joint, f"its lower limit {float(low):g} is above its upper limit {float(high):g}")
         if joint.get("type") == "revolute":
             low, high = self._recognize_angle(joint, low), self._recognize_angle(joint, high)
         return (low, high) if low < high else None  # some programs write 0 and 0 for unknown limits
@@ -178,7 +178,7 @@ class _Reader:
         number = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,2})?"
         if len(words) != count or not all(re.fullmatch(number, word) for word in words):
             raise self.joint_error(
-                joint, f"{attribute} = {text!r}: it is {'three numbers' if count == 3 else 'a number'}"
+                joint, f"{attribute} = {text!r}: expected {'three numbers' if count == 3 else 'a number'}"
             )
         return [sp.Rational(word) for word in words]
 
@@ -190,5 +190,5 @@ class _Reader:
         if not twelfths or difference > ANGLE_TOLERANCE:
             return angle
         if difference > ZERO_TOLERANCE * 1000:
-            self.notes.append(f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is taken for {exact}")
+            self.notes.append(f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is read as {exact}")
         return exact

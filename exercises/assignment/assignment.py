@@ -22,7 +22,7 @@ from qdot.exercises.assignment.decimals import DECIMALS_FORM, read_decimals
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.lateness import LATE_FORM, LateRule, read_late, with_zone
 from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import (
@@ -57,8 +57,8 @@ from qdot.exercises.quizzes import ASKED
 ASSIGNMENT_FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
-_MISSING_FILE_HINT = "'qdot init' makes a folder that has one"
-MISSING_ROSTER_HINT = "name the file that has your class, as Canvas, Moodle or a spreadsheet saves it"
+_MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
+MISSING_ROSTER_HINT = "give the file with your class, as saved by Canvas, Moodle or a spreadsheet"
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -100,31 +100,41 @@ class AssignmentFile(pydantic.BaseModel):
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
-WINDOWS_NAME_RULE = "on Windows none may end in '.' or be called like a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
+WINDOWS_NAME_RULE = (
+    "on Windows, these must not end in '.' or be the name of a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
+)
 
 EXPECTED_FORMS = {
-    "title": 'it is a text, as in title = "Velocity kinematics"',
-    "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
-    "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
+    "title": 'expected a text in quotes, as in title = "Velocity kinematics"',
+    "key": (
+        "expected a file name for the notebooks, of at most 100 letters, digits, '.', '_' and '-', as in key = "
+        '"velocity"'
+    ),
+    "due": "expected a date with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "late": LATE_FORM,
     "attempts": SEVERAL,
-    "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
-    "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
-    "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
-    "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
-    "problem": "problems are given as [[problem]] tables, one for each",
-    "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
-    "robot": 'it is the name of a file, as in robot = "my-arm.toml", or of a real robot that `qdot robots` lists',
-    "questions": 'it is a list of names, as in questions = ["position", "jacobian"], which `qdot questions` lists, or '
-    '"quiz" for a short question of each form',
-    "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
+    "feedback": 'expected "outcome", "mistake", "counterexample", "values" or "solutions"',
+    "follow_through": (
+        "expected a number from 0 to 1: the share of the points for an answer that follows from a wrong earlier answer"
+    ),
+    "hints": "expected true or false, without quotes; hints = true puts three hints under each question",
+    "sandbox": (
+        'expected "strict", which grades only if the system can fully sandbox student code, or "best", which uses '
+        "the protection that is available"
+    ),
+    "problem": "expected a [[problem]] table for each problem",
+    "family": 'expected the name of a family, as in family = "planar-2r"; `qdot families` lists them',
+    "robot": 'expected a file, as in robot = "my-arm.toml", or a real robot listed by `qdot robots`',
+    "questions": 'expected a list of names from `qdot questions`, as in questions = ["position", "jacobian"], or '
+    '"quiz" for one short question of each form',
+    "points": "expected a list of positive numbers, one for each question, as in points = [1, 2]",
     "decimals": DECIMALS_FORM,
     "credit": CREDIT_FORM,
-    "variation": f'it is a step ({", ".join(VARIATION_STEPS)}), as in variation = "{DEFAULT_VARIATION}", or a list of '
-    f'axes, as in ["lengths", "base"], out of {", ".join(VARIATION_AXES)}',
-    "convention": f"it is how arms are told, one of {', '.join(CONVENTIONS)}",
-    "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
-    "difficulty": f"it is a step from 0 to {HARDEST_BAND}, or a range, as in difficulty = [1, 2]",
+    "variation": f'expected a step ({", ".join(VARIATION_STEPS)}), as in variation = "{DEFAULT_VARIATION}", or a '
+    f'list of axes, as in ["lengths", "base"]; axes are {", ".join(VARIATION_AXES)}',
+    "convention": f"expected the convention that describes the arms: {', '.join(CONVENTIONS)}",
+    "twist_order": f"expected {' or '.join(TWIST_ORDERS)}, the order of twists for arms described by screw axes",
+    "difficulty": f"expected a step from 0 to {HARDEST_BAND}, or a range, as in difficulty = [1, 2]",
 }
 """The expected form of each key's value, for error messages."""
 
@@ -314,10 +324,12 @@ def load_assignment(folder: Path) -> Assignment:
     content = _validate(file)
     if content.key.lower().endswith(".ipynb"):
         with file.locate_errors("key"):
-            raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
+            raise QdotError(f'leave out .ipynb: key = "{content.key[:-6]}"')
     if is_changed_by_windows(content.key):
         with file.locate_errors("key"):
-            raise QdotError(f'it names the notebooks\' files, and {WINDOWS_NAME_RULE}; as in key = "velocity"')
+            raise QdotError(
+                f'it names the notebooks\' files; {WINDOWS_NAME_RULE}; write, for example, key = "velocity"'
+            )
     with file.locate_errors("late"):
         late = read_late(content.late, content.due)
     with file.locate_errors("attempts"):
@@ -333,7 +345,7 @@ def load_assignment(folder: Path) -> Assignment:
     with file.locate_errors("twist_order"):
         is_ordered = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not is_ordered:
-            raise QdotError(f"no arm of this assignment is told by its axes; {TWIST_ORDER_HINT}")
+            raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
     return Assignment(
@@ -348,9 +360,9 @@ def _check_folder(folder: Path) -> None:
     """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
     parent_folder = folder.parent if folder.name else folder / ".."
     if folder.exists() and not (folder / ASSIGNMENT_FILE).exists() and (parent_folder / ASSIGNMENT_FILE).is_file():
-        raise QdotError(f"{folder} is in an assignment's folder; name that folder, {parent_folder}")
+        raise QdotError(f"{folder} is inside an assignment folder; give that folder, {parent_folder}")
     if not folder.is_dir():
-        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
+        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' creates one")
 
 
 def _validate(file: TomlFile) -> AssignmentFile:
@@ -382,7 +394,10 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     entry, key_path = content.problem[index], ("problem", index)
     with file.locate_errors(*key_path):
         if (entry.family is None) == (entry.robot is None):
-            raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
+            raise QdotError(
+                'each [[problem]] needs either a family, as in family = "planar-2r", or a robot, as in robot = '
+                '"my-arm.toml"'
+            )
     if entry.family is not None:
         with file.locate_errors(*key_path, "family"):
             family, robot = look_up_family(entry.family), ""
@@ -409,14 +424,14 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
             raise QdotError(EXPECTED_FORMS["questions"])
         if family.has_varied_structure and (not entry.questions or entry.questions == "quiz"):
             raise QdotError(
-                'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
+                'its arms are of many kinds; list questions that apply to all of them, as in questions = ["jacobian"]'
             )
         if entry.questions == []:
-            raise QdotError("it names no question; leave the key out to ask all that apply")
+            raise QdotError("the list is empty; leave the key out to use all questions that apply")
         if isinstance(entry.questions, list) and "quiz" in entry.questions:
             raise QdotError(
-                'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
-                "[[problem]] of their own, or name its short questions one by one"
+                'write a quiz alone and without brackets, as in questions = "quiz"; put other questions into another '
+                "[[problem]], or list the short questions by name"
             )
         questions = _choose_questions(family, entry.questions, convention)
         check_questions(family, questions, band, variation, convention)
@@ -446,7 +461,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
     if _has_twist_order(convention, family):
         return chosen if family.robot_argument else canonical_order  # its file may have another order than the default
     if setting is not None:
-        raise QdotError(f"its arms are told by tables; {TWIST_ORDER_HINT}")
+        raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""
 
 
@@ -470,7 +485,8 @@ def _check_points(points: tuple[float, ...] | None, question_count: int) -> None
         counts = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {question_count} "
         mismatch = f"{counts}{'question' if question_count == 1 else 'questions'}"
         raise QdotError(
-            f"{mismatch}; it is a list of positive numbers, one for each, as in points = {[1] * question_count}"
+            f"{mismatch}; expected a list of positive numbers, one for each question, as in points = "
+            f"{[1] * question_count}"
         )
     if points is not None and any(not 0 < number < 1e6 for number in points):
         raise QdotError(EXPECTED_FORMS["points"])
@@ -514,7 +530,7 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
             Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), other_cells, due_date)
         )
     if not students:
-        raise QdotError(f"{path}: no student is listed; write one a line below the header")
+        raise QdotError(f"{path}: the roster is empty; add one student per line below the header")
     return tuple(students)
 
 
@@ -533,7 +549,9 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
-    raise QdotError(f"{where}: due = {text!r}: it is a day with a time, as in 2027-01-20T23:59:00+01:00, or empty")
+    raise QdotError(
+        f"{where}: due = {text!r}: expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
+    )
 
 
 def _check_identifier(where: str, identifier: str) -> None:
@@ -542,12 +560,12 @@ def _check_identifier(where: str, identifier: str) -> None:
     forbidden = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
     if forbidden or identifier.startswith((".", "-")) or len(identifier) > 100:
         raise QdotError(
-            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
-            "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it must have at most 100 "
+            "characters, must not start with '.' or '-', and must not contain / \\ : * ? \" < > |"
         )
     if is_changed_by_windows(identifier):
         raise QdotError(
-            f"{where}: {identifier!r} can't be a student's identifier; it names folders, and {WINDOWS_NAME_RULE}"
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders; {WINDOWS_NAME_RULE}"
         )
 
 
@@ -561,9 +579,9 @@ def read_secret(folder: Path) -> str:
         secret, source = read_text(path).strip(), str(path)
     else:
         raise QdotError(
-            f"{path}: there is no such file; without the secret the students' problems can't be regenerated. Put back "
-            f"the file that 'qdot init' made (keep a copy of it), or set {SECRET_VARIABLE}"
+            f"{path}: file not found; without the secret, qdot can't regenerate the students' problems. Restore the "
+            f"file that 'qdot init' created (always have a copy of it), or set {SECRET_VARIABLE}"
         )
     if len(secret) < 16:
-        raise QdotError(f"{source}: {len(secret)} characters; a secret has at least 16")
+        raise QdotError(f"{source}: the secret has {count_noun(len(secret), 'character')}; it needs at least 16")
     return secret

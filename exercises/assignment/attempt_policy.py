@@ -9,15 +9,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.assignment.lateness import describe_duration, parse_duration
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
 
 DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 """Default number of attempts that count, and default minimum number of seconds between two of them."""
 LIMIT_FORM = 'a limit, as in attempts = {best_of = 3, apart = "1 h"}'
-ATTEMPTS_FORM = f'it says which of several notebooks of a student counts: it is "last", "best", or {LIMIT_FORM}'
+ATTEMPTS_FORM = f'expected "last", "best" or {LIMIT_FORM}'
 KEY_FORMS = {
-    "best_of": "it is how many attempts count, a whole number from 1, as in best_of = 3",
-    "apart": 'it is a time with its unit, as in apart = "1 h": what comes sooner replaces the attempt before it',
+    "best_of": "expected the number of attempts that count, a whole number from 1, as in best_of = 3",
+    "apart": (
+        'expected a time with its unit, as in apart = "1 h"; a submission that comes sooner replaces the attempt '
+        "before it"
+    ),
 }
 
 
@@ -35,11 +38,11 @@ class AttemptPolicy:
     def rule(self) -> str:
         """An explanation for students if not all of their notebooks count as attempts."""
         apart = (
-            f"of those handed in within {describe_duration(self.min_interval)} the last is taken, "
+            f"if several come within {describe_duration(self.min_interval)}, only the last counts; "
             if self.min_interval
             else ""
         )
-        return f"{apart}{self.best_of} attempt{'' if self.best_of == 1 else 's'} count at most"
+        return f"{apart}at most {count_noun(self.best_of, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
         """Return the indices of the notebooks that count, from their times of receipt; if times are equal, the first.

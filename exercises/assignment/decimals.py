@@ -9,8 +9,9 @@ from qdot.exercises.formula.identity import Rounding
 from qdot.exercises.problem.credit import settings_by_question
 
 DECIMALS_FORM = (
-    'it is "exact", a number of significant digits from 2 to 12, as in decimals = 3, a tolerance with its unit, as in '
-    'decimals = "0.01 rad/s", or a table of these by question, as in decimals = {jacobian = 4, joint-rates = "1 deg/s"}'
+    'expected "exact", a number of significant digits from 2 to 12 (decimals = 3), a tolerance with its unit '
+    '(decimals = "0.01 rad/s"), or a table of these by question, as in decimals = {jacobian = 4, joint-rates = "1 '
+    'deg/s"}'
 )
 UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
@@ -45,8 +46,8 @@ def _parse_rounding(setting: int | str) -> Rounding | None:
     if match is None:
         raise QdotError(DECIMALS_FORM)
     if match.group(2) not in UNITS:
-        raise QdotError(f"{match.group(2)!r} is no unit of a tolerance; known: {', '.join(UNITS)}")
+        raise QdotError(f"{match.group(2)!r} is not a unit for a tolerance; known: {', '.join(UNITS)}")
     amount = float(match.group(1))
     if not (isfinite(amount) and amount > 0):
-        raise QdotError(f"a tolerance is more than 0; {DECIMALS_FORM}")
+        raise QdotError(f"a tolerance must be more than 0; {DECIMALS_FORM}")
     return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

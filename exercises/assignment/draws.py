@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.redrawn import MAX_DRAWS, REDRAWN_FILE, Redraw, write_redrawn
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.verify.certificate import FULL_RANK
@@ -61,7 +61,7 @@ class FailedSlot:
     def __str__(self) -> str:
         prefix = f"{self.student}: " if self.student else ""
         name = f"{prefix}{self.slot} ({self.family})"
-        return f"{name}: none of {MAX_DRAWS} draws can be asked. The first: {self.first_failure}"
+        return f"{name}: {MAX_DRAWS} attempts, but no valid problem. The first attempt: {self.first_failure}"
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,7 @@ def raise_failures(problem: Problem, failures: Sequence[str]) -> None:
     """Raise Uncertified if there are failures, or QdotError if every other draw would fail for the same reason."""
     if failures and failures[0].startswith(FULL_RANK):
         raise QdotError(
-            f"the problem {problem.id} failed its own certificate and is not handed out: {failures[0]}; "
-            "name another task"
+            f"the problem {problem.id} failed its certificate, so it can't be used: {failures[0]}; choose another task"
         )
     if failures:
         raise Uncertified(failures[0])
@@ -99,7 +98,7 @@ def require_certified(problem: Problem, find_failures: FindFailures) -> Problem:
     try:
         raise_failures(problem, find_failures(problem))
     except Uncertified as error:
-        raise QdotError(f"{problem.id}: the problem does not pass its certificate: {error}; please report it") from None
+        raise QdotError(f"{problem.id}: the problem failed its certificate: {error}; please report it") from None
     return problem
 
 
@@ -221,7 +220,12 @@ def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
         return []
     count = "1 problem did" if len(new_redraws) == 1 else f"{len(new_redraws)} problems did"
     path = after.folder / REDRAWN_FILE
-    return [f"{count} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
+    return [
+        (
+            f"{count} not pass the certificate at first and had to be regenerated; store {path} together with "
+            "assignment.toml"
+        )
+    ]
 
 
 def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot]) -> None:
@@ -230,9 +234,9 @@ def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot
         return
     students = list(dict.fromkeys(failure.student for failure in failed_slots))
     verb = "is" if len(students) == 1 else "are"
-    others_note = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
+    others_note = "" if len(students) == len(assignment.roster) else "; all others have their notebooks"
     slots = " and ".join(sorted({failure.slot for failure in failed_slots}))
     raise QdotError(
-        f"{len(students)} of {len(assignment.roster)} students {verb} left out ({', '.join(students)}){others_note}. "
-        f"{CHANGE_ADVICE.format(slots)}, and run the same command again"
+        f"{len(students)} of {count_noun(len(assignment.roster), 'student')} {verb} left out "
+        f"({', '.join(students)}){others_note}. {CHANGE_ADVICE.format(slots)}, and run the same command again"
     )

@@ -127,7 +127,7 @@ def _read_canvas(path: Path, header: list[str], rows: NumberedRows) -> Export:
             points = tuple(cell.strip() for cell in cells)
         elif any(identity_cells.values()) and not _is_test_student(name, login):
             if not identifier:
-                raise QdotError(f"{path}: line {number}: the column ID is empty, by which Canvas knows {name!r}")
+                raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
             lines[normalize_identifier(identifier)] = cells
             line = {"student": identifier, "name": _first_name_first(name), "email": login if "@" in login else ""}
             line |= {
@@ -166,8 +166,8 @@ def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Map
     ]
     if not filled_keys:
         raise QdotError(
-            f"{path}: line 1: names, and nothing by which Moodle knows a user: export it with the ID number, the "
-            "username or the email address"
+            f"{path}: line 1: no column identifies the users in Moodle; export it with the ID number, the username "
+            "or the email address"
         )
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     for number, cells in rows[1:]:
@@ -175,8 +175,8 @@ def _read_moodle(path: Path, header: list[str], rows: NumberedRows, columns: Map
         if not key_cells[filled_keys[0]]:
             column = header[columns[filled_keys[0]] or 0]
             raise QdotError(
-                f"{path}: line {number}: the column {column!r} is empty, which names the students here; fill it in, or "
-                "delete it for everybody, and the next of ID number, username and email address names them"
+                f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in, "
+                "or delete the column, so that qdot uses the next of ID number, username and email address"
             )
         identifier = normalize_identifier(key_cells[filled_keys[0]])
         lines[identifier] = cells

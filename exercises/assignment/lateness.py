@@ -11,15 +11,18 @@ from typing import Any
 from qdot.exercises.common.errors import QdotError, unknown_name
 
 LATE_EXAMPLE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-20T23:59:00+01:00}'
-LATE_FORM = f"it is a table of what late work loses, as in {LATE_EXAMPLE}"
+LATE_FORM = f"expected a table of deductions for late work, as in {LATE_EXAMPLE}"
 SECONDS_PER_DAY = 86400
 UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_PER_DAY}
 """Units of durations, in seconds."""
 KEY_FORMS = {
-    "grace": 'it is a time with its unit, as in grace = "15 min": work that is late by no more counts as on time',
-    "per_day": "it is the share of the earned points that each day begun takes off, from 0 to 1, as in per_day = 0.1",
-    "at_most": "it is the largest share that is taken off, from 0 to 1, as in at_most = 0.5",
-    "until": "it is a day with a time, without quotes, after `due`; work that comes later earns nothing",
+    "grace": 'expected a time with its unit, as in grace = "15 min"; work up to this late counts as on time',
+    "per_day": (
+        "expected a number from 0 to 1, the share of the earned points deducted for each day or part of a day, as in "
+        "per_day = 0.1"
+    ),
+    "at_most": "expected a number from 0 to 1, the largest share that is deducted, as in at_most = 0.5",
+    "until": "expected a date with a time after `due`, without quotes; later work earns nothing",
 }
 
 
@@ -83,14 +86,14 @@ def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | Non
     if table is None:
         return None
     if due_date is None:
-        raise QdotError("nothing is late without a time at which it is due; add due = 2027-01-15T23:59:00+01:00")
+        raise QdotError("`late` needs a due date; add due = 2027-01-15T23:59:00+01:00")
     unknown_key = next((name for name in table if name not in KEY_FORMS), None)
     if unknown_key is not None:
         raise unknown_name("key", unknown_key, tuple(KEY_FORMS))
     if not {"per_day", "until"} & set(table):
-        raise QdotError(f"it takes nothing off: give per_day, until, or both, as in {LATE_EXAMPLE}")
+        raise QdotError(f"this deducts nothing; give per_day, until or both, as in {LATE_EXAMPLE}")
     if "at_most" in table and "per_day" not in table:
-        raise QdotError(f"at_most limits what per_day takes off, and there is no per_day; {LATE_FORM}")
+        raise QdotError(f"at_most limits the deduction of per_day, but per_day is missing; {LATE_FORM}")
     shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
     until = table.get("until")
     if until is not None:

@@ -45,8 +45,8 @@ def read_redrawn(folder: Path) -> dict[tuple[str, str], Redraw]:
         student, slot, family, draw, why = (cells.get(name, "").strip() for name in COLUMNS)
         if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= MAX_DRAWS):
             raise QdotError(
-                f"{path}: line {number}: draw = {draw!r}: it is a whole number from 2 to {MAX_DRAWS}, as "
-                "'qdot generate' wrote it; restore the file from a backup"
+                f"{path}: line {number}: draw = {draw!r}: expected a whole number from 2 to {MAX_DRAWS}, as written "
+                "by 'qdot generate'; restore the file from a backup"
             )
         redrawn[student, slot] = Redraw(family, int(draw), why)
     return redrawn

@@ -48,7 +48,7 @@ def init_assignment(
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
     existing = [name for name in names if (folder / name).exists()]
     if existing:
-        raise QdotError(f"{folder} has {', '.join(existing)} already; name a new folder")
+        raise QdotError(f"{folder} already has {', '.join(existing)}; choose another folder")
     context = {
         "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
         "default_variation": DEFAULT_VARIATION,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # loaded at run time only if there is a terminal
 
 def _variation_option(default: str) -> Any:
     steps = ", ".join(VARIATION_STEPS)
-    text = f"How far arms lead away from the chapter's: {steps}, or axes as in lengths+base; default: "
+    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: "
     return typer.Option(
         "--variation",
         help=f"{text}{default}.",
@@ -27,9 +27,9 @@ def _variation_option(default: str) -> Any:
     )
 
 
-VariationOption = Annotated[str, _variation_option(f"what the id says, else {DEFAULT_VARIATION}")]
-BankVariationOption = Annotated[str, _variation_option("what assignment.toml says")]
-SiteVariationOption = Annotated[str, _variation_option("one step after the other, or what assignment.toml says")]
+VariationOption = Annotated[str, _variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
+BankVariationOption = Annotated[str, _variation_option("that of assignment.toml")]
+SiteVariationOption = Annotated[str, _variation_option("all steps in turn, or that of assignment.toml")]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -136,5 +136,5 @@ class ProgressBarCounter(ProgressCounter):
 def check_choice(value: str, allowed: tuple[str, ...], option: str) -> str:
     """Return `value` if it is allowed. Raises QdotError."""
     if value not in allowed:
-        raise QdotError(f"{option} {value!r} is none of {', '.join(allowed)}")
+        raise QdotError(f"unknown {option} {value!r}; known: {', '.join(allowed)}")
     return value

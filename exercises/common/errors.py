@@ -14,12 +14,13 @@ def open_files_error(error: BaseException) -> QdotError | None:
     """Return the error to show if this machine's limit of open files was reached; None for any other error.
 
     >>> print(open_files_error(OSError(errno.EMFILE, "Too many open files")))
-    this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again
+    this process has reached its limit of open files; raise it, as with 'ulimit -n 1024', and run the same command again
     """
     if not isinstance(error, OSError) or error.errno != errno.EMFILE:
         return None
     return QdotError(
-        "this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again"
+        "this process has reached its limit of open files; raise it, as with 'ulimit -n 1024', and run the same "
+        "command again"
     )
 
 
@@ -32,6 +33,15 @@ def unknown_name(kind: str, name: str, known: list[str] | tuple[str, ...]) -> Qd
     similar_name = most_similar(name, known)
     hint = f" (did you mean {similar_name!r}?)" if similar_name else ""
     return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
+
+
+def count_noun(number: int, noun: str) -> str:
+    """Return a number with a regular noun.
+
+    >>> count_noun(1, "student"), count_noun(3, "student")
+    ('1 student', '3 students')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:

@@ -41,8 +41,8 @@ def explain_missing(extra: str, feature: str, module: str = "") -> str:
     if not missing:
         return ""
     where = "" if IS_RELEASED else " (in the folder of qdot's source)"
-    words = f"get it with: {install_command(extra)}{where}"
-    return f"{feature} needs {' and '.join(missing)}, not installed here; {words}"
+    words = f"install it with: {install_command(extra)}{where}"
+    return f"{feature} needs {' and '.join(missing)}, which is not installed; {words}"
 
 
 def require_extra(extra: str, feature: str, module: str = "") -> None:

@@ -18,23 +18,26 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, most_similar, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, most_similar, unknown_name
 
 KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
 
 _MAX_VALUE_LENGTH = 48
 _HINTS = (
-    ("invalid value", '; put text and formulas in quotes, as in "pi/2"; numbers are written 0.5'),
-    ("expected newline or end of document", '; numbers are written 0.5, without a unit, all else in quotes: "pi/2"'),
-    ("cannot overwrite a value", "; a key is given twice"),
-    ("illegal character '\\n'", "; a quote is not closed"),
-    ("unclosed array", "; names stand in quotes with commas between them, and the list ends with ]"),
-    ("twice", "; what there may be several of has double brackets, as in [[joint]]"),
-    ("invalid date", "; a day with a time is written 2027-01-15T23:59:00+01:00"),
-    ("invalid statement", "; a line is KEY = VALUE, a [[header]] or a # comment"),
-    ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
-    ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
+    ("invalid value", '; put text and formulas in quotes, as in "pi/2", and write numbers as 0.5'),
+    (
+        "expected newline or end of document",
+        ('; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
+    ),
+    ("cannot overwrite a value", "; a key is used twice"),
+    ("illegal character '\\n'", "; a closing quote is missing"),
+    ("unclosed array", "; put names in quotes, separate them by commas, and end the list with ]"),
+    ("twice", "; tables that may occur several times need double brackets, as in [[joint]]"),
+    ("invalid date", "; write a date with a time as 2027-01-15T23:59:00+01:00"),
+    ("invalid statement", "; each line must be KEY = VALUE, a [[header]] or a # comment"),
+    ("array declaration", "; a header contains only a name, as in [[joint]]"),
+    ("unescaped '\\'", '; write formulas without backslashes, as in "pi/2", and paths with /'),
 )
 """Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
 
@@ -46,7 +49,7 @@ def read_text(path: Path, missing_hint: str = "") -> str:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise QdotError(f"{path}: line {line}: this is not text in UTF-8; save the file as UTF-8") from None
+        raise QdotError(f"{path}: line {line}: not valid UTF-8; save the file as UTF-8") from None
 
 
 def read_table_text(path: Path, missing_hint: str = "") -> str:
@@ -57,7 +60,7 @@ def read_table_text(path: Path, missing_hint: str = "") -> str:
     """
     content = _read_bytes(path, missing_hint)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        raise QdotError(f'{path}: this is an Excel workbook, whatever its name says; in Excel, save it as "CSV UTF-8"')
+        raise QdotError(f'{path}: this is an Excel workbook, despite its name; in Excel, save it as "CSV UTF-8"')
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         text = content.decode("utf-16", "replace")
     else:
@@ -68,7 +71,7 @@ def read_table_text(path: Path, missing_hint: str = "") -> str:
     for number, line in enumerate(text.split("\n"), 1):
         if "\0" in line or "\ufffd" in line:
             raise QdotError(
-                f'{path}: line {number}: this is no text in UTF-8, UTF-16 or Windows-1252; save the file as "CSV UTF-8"'
+                f'{path}: line {number}: not text in UTF-8, UTF-16 or Windows-1252; save the file as "CSV UTF-8"'
             )
     return text
 
@@ -81,7 +84,7 @@ def _read_bytes(path: Path, missing_hint: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise QdotError(f"{path}: there is no such file" + (f"; {missing_hint}" if missing_hint else "")) from None
+        raise QdotError(f"{path}: file not found" + (f"; {missing_hint}" if missing_hint else "")) from None
     except OSError as error:
         raise QdotError(f"{path}: the file can't be read: {error.strerror}") from None
 
@@ -143,13 +146,13 @@ class TomlFile:
             where = self._describe_location(key_path, (*key_path, key))
             if key in top_level_keys and key not in known:
                 raise QdotError(
-                    f"{where}: the key {key!r} stands at the top of the file, above every [[{key_path[0]}]]"
+                    f"{where}: the key {key!r} belongs at the top of the file, above every [[{key_path[0]}]]"
                 )
             if key not in known:
                 guess = most_similar(key, (*known, *top_level_keys))
                 if guess in top_level_keys and guess not in known:
                     raise QdotError(
-                        f"{where}: unknown key {key!r}; the key {guess!r} is meant, probably, and stands at the top of "
+                        f"{where}: unknown key {key!r} (did you mean {guess!r}?); {guess!r} belongs at the top of "
                         f"the file, above every [[{key_path[0]}]]"
                     )
                 raise QdotError(f"{where}: {unknown_name('key', key, tuple(known))}")
@@ -196,7 +199,7 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
         number = line or str(max(1, len(text.splitlines())))
         hint = next((hint for sign, hint in _HINTS if sign in problem.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
-            hint = '; its quotes are curly, write straight ones: "'
+            hint = '; replace the curly quotes by straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
 
 
@@ -222,7 +225,7 @@ def toml_text(value: object) -> str:
 # --- tables ---
 
 
-_TOO_MANY_CELLS_HINT = 'a text with a comma or semicolon in it stands in double quotes, as in "Lovelace, Ada"'
+_TOO_MANY_CELLS_HINT = 'put text with a comma or semicolon in double quotes, as in "Lovelace, Ada"'
 
 
 def read_table(
@@ -241,17 +244,18 @@ def read_table(
     rows = _rows(path, missing_hint)
     if not rows:
         raise QdotError(
-            f"{path}: the file is empty; its first line is {example_header!r}, then a line a {first_column}"
+            f"{path}: the file is empty; it needs the first line {example_header!r}, then one line per {first_column}"
         )
     header = _header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
             raise QdotError(
-                f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; {too_long_hint}"
+                f"{path}: line {number}: {count_noun(len(row), 'cell')}, but the header has {len(header)}; "
+                f"{too_long_hint}"
             )
         if any("\n" in cell or "\r" in cell for cell in row):
             raise QdotError(
-                f"{path}: line {number}: a cell goes on over the end of the line; is a double quote not closed?"
+                f"{path}: line {number}: a cell continues past the end of the line; is a closing double quote missing?"
             )
     return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
 
@@ -263,7 +267,9 @@ def _rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
     try:
         return list(csv_rows(text, begins))
     except csv.Error as error:
-        hint = "is a double quote not closed, or not doubled?" if '"' in text else 'save it as "CSV UTF-8"'
+        hint = (
+            "is a double quote not closed, or not doubled inside a cell?" if '"' in text else 'save it as "CSV UTF-8"'
+        )
         raise QdotError(f"{path}: line {begins[-1]}: this can't be read ({error}); {hint}") from None
 
 
@@ -310,10 +316,10 @@ def _header(path: Path, line: int, row: list[str], first_column: str, example_he
     if header[0] != first_column:
         other_columns = ", ".join(example_header.split(",")[1:])
         raise QdotError(
-            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first_column!r} "
-            f"(then {other_columns}, …)"
+            f"{path}: line {line}: the first column is {row[0]!r}, but must be {first_column!r} (then "
+            f"{other_columns}, …)"
         )
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:
-        raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give each a name of its own")
+        raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give them different names")
     return header

@@ -35,7 +35,7 @@ def parse_seconds(text: str) -> float:
     if number and MIN_SECONDS <= float(text) <= MAX_SECONDS:
         return float(text)
     raise QdotError(
-        f"--time {text!r} is not from {MIN_SECONDS:g} to {MAX_SECONDS:.0f} seconds; write a number, as in --time 300"
+        f"--time {text!r}: expected a number of seconds from {MIN_SECONDS:g} to {MAX_SECONDS:.0f}, as in --time 300"
     )
 
 

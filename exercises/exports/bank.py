@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import CHANGE_ADVICE, FailedSlot, Variant, certify_with, try_draw
 from qdot.exercises.assignment.redrawn import MAX_DRAWS
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.exports.export_format import ExportRequest
@@ -53,10 +53,11 @@ def process_bank(order: ExportRequest, work: Work[WorkResult]) -> Generator[tupl
             raise _make_no_variant_error(slot, failures[0])
         if failures:
             order.report(
-                f"{slot.name}: {len(failures)} draws did not pass, and others were taken; the first: {failures[0]}"
+                f"{slot.name}: {count_noun(len(failures), 'generated problem')} failed the certificate and "
+                f"{'was' if len(failures) == 1 else 'were'} replaced; the first: {failures[0]}"
             )
         if count < order.variant_count:
-            number = "one such problem" if count == 1 else f"{count} such problems that differ"
+            number = "one different problem" if count == 1 else f"{count} different problems"
             variation_words = describe_variation(slot.family, slot.variation)
             order.report(
                 f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variant_count}"

@@ -31,7 +31,7 @@ def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     assignment = order.assignment
     items = list(make_items_without_hidden_solutions(order))
     if any(item.single_number_item for item in items):
-        order.report("Canvas takes one number a question: of vectors and matrices one entry is asked for")
+        order.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = group_by_category(item.single_number_item or item for item in items)
     images = {
         f"images/{name_picture_file(picture)}": make_svg_file(picture)

@@ -104,9 +104,7 @@ def list_robot_files(order: ExportRequest) -> list[str]:
     names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
     for name in names:
         if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-            raise QdotError(
-                f"robot = {name!r} lies outside of {assignment.folder}; put it there, so that it can be exported"
-            )
+            raise QdotError(f"robot = {name!r} is outside {assignment.folder}; to export it, move the file there")
     return [PurePath(name).as_posix() for name in names if (assignment.folder / name).is_file()]
 
 

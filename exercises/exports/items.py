@@ -169,7 +169,7 @@ def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
-            note = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
+            note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
             if note not in reported_notes:
                 reported_notes.add(note)
                 order.report(note)
@@ -255,7 +255,7 @@ def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> P
         short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
         failures = order.find_failures(short_problem)
         if failures:
-            raise QdotError(f"{problem.id}: {name} does not pass its certificate: {failures[0]}; please report it")
+            raise QdotError(f"{problem.id}: {name} failed its certificate: {failures[0]}; please report it")
         return short_problem
     return None
 

@@ -38,7 +38,7 @@ MAX_MISTAKES = 4
 """Maximum number of known mistakes that a sheet lists for a part."""
 MAX_CHARACTERS = 400
 """Maximum length of a wrong answer in characters; for a longer one, only the mistake is named."""
-TOO_LONG = "too long to be shown"
+TOO_LONG = "too long to show"
 NO_CREDIT = "0 points."
 FORMULA_WIDTH, MAX_WIDTH_RATIO = 22.0, 1.25
 """Width for a formula on a sheet, in em of the text; formulas wider than `MAX_WIDTH_RATIO` times this would shrink
@@ -116,7 +116,7 @@ def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
             return replace(correct, reference=matrix[0])
         case ((Matrix() | Direction() | Number()), matrix):
             return replace(correct, reference=matrix)
-    raise TypeError(f"no mistake leads to answers of type {correct.type}")
+    raise TypeError(f"no known mistakes for answers of type {correct.type}")
 
 
 def _state_rule(problem: Problem, part: Part) -> str:
@@ -127,21 +127,21 @@ def _state_rule(problem: Problem, part: Part) -> str:
     match answer:
         case ConditionSet():
             return (
-                "Each condition that is missing, and each that is not singular, halves the points (all false values of "
-                "a joint count as one). A condition that lacks some values: "
-                f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. Nothing if more conditions are "
+                "Each missing condition and each condition that is not singular halves the points (all wrong values "
+                "of a joint count as one). A condition with some values missing: "
+                f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. No points if more conditions are "
                 "wrong than right."
             )
         case Selection():
             wrong_count = len(answer.options) - len(answer.correct)
             if wrong_count:
-                penalty = f"; each wrong letter takes off {_format_partial_points(part, Fraction(1, wrong_count))}"
+                penalty = f"; each wrong letter deducts {_format_partial_points(part, Fraction(1, wrong_count))}"
             else:
                 penalty = ""
             return f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}{penalty}."
         case Matching():
             letter_points = _format_partial_points(part, Fraction(1, len(answer.items)))
-            return f"Each right letter: {letter_points}. A letter used twice counts as none."
+            return f"Each right letter: {letter_points}. A letter that is used twice does not count."
         case Expression() | Matrix() | Number():
             return " ".join(_list_rules_for_entries(problem, part)) or NO_CREDIT
     return NO_CREDIT
@@ -166,9 +166,9 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         nonzero = "nonzero " if 0 in entries else ""
         yield f"Each of the {len(counted)} {nonzero}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
         if nonzero:
-            yield "A zero answered with something else takes off as much."
+            yield "Each zero that is answered with something else deducts as much."
     if varies and not all(is_varying):
-        yield "Nothing if no right entry depends on the configuration."
+        yield "No points if no right entry depends on the configuration."
     sign_words = "the sign is" if is_single else "signs are"
     share = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
     if varies:
@@ -177,7 +177,7 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     else:
         yield f"If only {sign_words} wrong: {share}."
     if credit.is_by_mistakes and (varies or part.answer.expected_units):
-        yield f"If one other mistake explains all that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
+        yield f"If one other mistake explains everything that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
     if is_product(part) and credit.rule in ("", "factors"):
-        yield "Each factor with joints that is missing, wrong or extra halves the points, two at most."
-        yield "Nothing if more factors are wrong than right."
+        yield "Each missing, wrong or extra factor with joint variables halves the points; at most two are allowed."
+        yield "No points if more factors are wrong than right."

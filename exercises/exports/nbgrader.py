@@ -53,7 +53,7 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
     points = {f"{slot.name}.{part}": worth for slot in assignment.slots for part, worth in _list_parts(slot)}
     for student, text in notebooks.iterate_notebooks():
         if "+" in student.id:
-            order.report(f"{student.id}: nbgrader takes no student whose identifier has a +")
+            order.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
         notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
         yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", notebook_text(notebook))

@@ -111,8 +111,8 @@ def _make_presence_test(part: str, name: str, points: float) -> dict[str, Any]:
         "code": f">>> 'blank' in str({answer_variable(*part.split('.', 1))})\nFalse",
         "hidden": False,
         "locked": False,
-        "success_message": "An answer is given; it is marked when you have handed in.",
-        "failure_message": "No answer is given yet.",
+        "success_message": "You have given an answer; it will be graded after you submit.",
+        "failure_message": "You have not given an answer yet.",
     }
     suite = {"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}
     return {"name": name, "points": points, "suites": [suite]}

@@ -52,11 +52,10 @@ def export_pdf(order: ExportRequest) -> Generator[ExportedFile, None, None]:
 def check_sheet(order: ExportRequest) -> None:
     """Raise QdotError if the order is impossible for this kind of sheet."""
     if order.sheet == "marking" and order.earned_share is None:
-        raise QdotError("a marking sheet needs the grader: qdot export DIR --sheet marking")
+        raise QdotError("marking sheets are written by the command line: qdot export DIR --sheet marking")
     if order.sheet in STAFF_SHEETS and order.has_solutions:
         raise QdotError(
-            f"{STAFF_SHEETS[order.sheet]} has no worked solutions; these are on --sheet handout or exam, with "
-            "--solutions"
+            f"{STAFF_SHEETS[order.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"
         )
 
 

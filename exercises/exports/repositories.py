@@ -95,7 +95,7 @@ def _list_repositories(order: ExportRequest, platform: str) -> str:
         login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
             raise QdotError(
-                f"roster.csv: github = {login!r} of {student.id} is no login; write it as in github.com/LOGIN"
+                f"roster.csv: github = {login!r} of {student.id} is not a valid login; write it as in github.com/LOGIN"
             )
         repository = other_cells.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
         lines.append(f"{repository},{student.id},{login}")

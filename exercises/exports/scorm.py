@@ -69,8 +69,8 @@ def check_size(order: ExportRequest) -> None:
     count = sum(len(slot.questions) for slot in order.assignment.slots)
     if count > MAX_QUESTIONS:
         raise QdotError(
-            f"{order.assignment.folder / 'assignment.toml'}: it has {count} questions, and a package has room for what "
-            f"a student did in {MAX_QUESTIONS}; export it in parts, each an assignment of its own"
+            f"{order.assignment.folder / 'assignment.toml'}: the assignment has {count} questions, but a package can "
+            f"store the answers to at most {MAX_QUESTIONS}; split it into several assignments"
         )
 
 
@@ -78,10 +78,10 @@ def _note_differences(order: ExportRequest, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
         rounded_names = ", ".join(name for name, _ in slot.decimals)
-        order.report(f"{slot.name}: in the package, rounded decimals are not taken for right ({rounded_names})")
+        order.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_names})")
     names = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
     if names:
-        order.report(f"{slot.name}: in the package, partial credit of {', '.join(names)} is by the rule of its answer")
+        order.report(f"{slot.name}: the package uses the default partial credit for {', '.join(names)}")
 
 
 def _render_page(order: ExportRequest, version: str, assets: Assets) -> str:

@@ -28,7 +28,7 @@ from qdot.exercises.writing.render import render
 STACK_VERSION = "2023060500"
 """The version of STACK that the questions need."""
 PENALTY = 0.1
-UNPARSED_ANSWER = QuestionTest("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
+UNPARSED_ANSWER = QuestionTest("answers that STACK can't parse are not graded", "qdot_unknown(1)", None, "NULL")
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,9 @@ def export_stack(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     for note in notes:
         order.report(note)
     if not questions:
-        raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
+        raise QdotError(
+            "STACK supports none of the questions of this assignment; `qdot export --help` lists other export formats"
+        )
     text = render(
         "exports/stack.xml.j2", categories=questions, version=STACK_VERSION, penalty=PENALTY,
         encode=lambda svg: base64.b64encode(svg.encode()).decode(),
@@ -80,13 +82,17 @@ def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> I
     for part in problem.parts:
         stack_part = convert_part(problem, remove_rounding(part))
         if isinstance(stack_part, str):
-            notes[f"{slot.name}: STACK does not ask {part.name!r}: {stack_part}"] = None
+            notes[f"{slot.name}: {part.name!r} is left out of STACK: {stack_part}"] = None
             continue
         if part.rounding is not None and remove_rounding(part) is not part:
             words = part.rounding.words
-            notes[f"{slot.name}: STACK takes no rounded decimals in {part.name!r}; qdot would, {words}"] = None
+            notes[f"{slot.name}: STACK does not accept rounded decimals in {part.name!r}, but qdot does, {words}"] = (
+                None
+            )
         if is_product(part):
-            notes[f"{slot.name}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
+            notes[f"{slot.name}: in STACK, {part.name!r} is right or wrong; right factors earn no partial credit"] = (
+                None
+            )
         yield stack_part
 
 

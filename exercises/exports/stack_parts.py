@@ -138,17 +138,17 @@ def convert_part(problem: Problem, part: Part) -> StackPart | str:
         case ConditionSet():
             return _convert_set(problem, part)
         case Direction(is_numeric=True):
-            return "directions in numbers are not asked"
+            return "directions in numbers are not supported"
         case Direction():
             return _convert_direction(problem, part)
         case Choice():
             return _convert_choice(part)
         case Selection() | Matching():
-            return "letters of several options are not asked; the outlets with quizzes ask them"
+            return "questions with several right letters are not supported; use an export format for quizzes"
         case answer if answer.is_symbolic:
             return _convert_formulas(problem, part)
         case answer:
-            raise TypeError(f"STACK has no way of asking for an answer of type {answer.type}")
+            raise TypeError(f"STACK does not support answers of type {answer.type}")
 
 
 def compute_share(
@@ -281,7 +281,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
 def explain_typing(problem: Problem) -> str:
     """Return instructions on how to type formulas, with names of this arm."""
     joint = problem.chain.q[0]
-    rule = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
+    rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = list_short_names(problem)
     examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
     explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
@@ -335,7 +335,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
         f"amiss: qdot_amiss(said, due, agree, {moving});",
         f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
-    factor_feedback = "It is right but for signs, a common factor, or both."
+    factor_feedback = "It is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
@@ -367,7 +367,7 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
         *constant_answer_lines,
     ]
     entry_words = f"{len(counted_entries)} entries that are not zero" if zeros else f"{len(counted_entries)} entries"
-    zero_words = f"; {{@spoiled@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
+    zero_words = f"; {{@spoiled@}} of {len(zeros)} zeros have another answer" if zeros else ""
     return lines, f"<p>{{@right@}} of {entry_words} are right{zero_words}.</p>"
 
 
@@ -394,7 +394,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
         "form1: -3*ta1;", "other1: 0*ta1;",
     ]  # fmt: skip
     return StackPart(
-        part, "matrix", "a vector; any multiple of it but zero is as good", variables,
+        part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
         ["said: qdot_values(qdot_read(ans1));", same], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
         [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST], typing_help=explain_typing(problem),
     )  # fmt: skip
@@ -527,7 +527,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     """Return a part that asks for a set of equations: a joint variable on the left, its value on the right."""
     answer = part.answer_as(ConditionSet)
     if not all(map(_has_numeric_values_of_one_joint, answer.components)):
-        return "its singular configurations are no values of single joints, which STACK could judge fairly"
+        return "its singular configurations are not values of single joints, so STACK can't grade them fairly"
     angle_joints = [q.name for q in problem.chain.q if _is_angle(q)]
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
@@ -560,8 +560,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         f"ta1: {write_equations(answer.components)};",
     ]
     otherwise = (
-        "<p>{@right@} of the configurations are there; {@beyond@} of your conditions are not singular or not as they "
-        "are asked for.</p>"
+        "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are not singular or not in the "
+        "form that the question asks for.</p>"
     )
     cases = [REFERENCE_TEST]
     stack_part = StackPart(
@@ -602,8 +602,8 @@ def _explain_set_typing(problem: Problem) -> str:
     if len(examples) == 1:
         examples.insert(0, f"{revolute[-1]} = 1/2" if revolute else f"{prismatic[-1]} = 1/3")
     return (
-        f"a set of equations, each with a joint variable on the left and one value of it on the right{''.join(units)}; "
-        f"for instance {{{', '.join(examples)}}}; every value counts"
+        "a set of equations, each with a joint variable on the left and one of its values on the "
+        f"right{''.join(units)}; for instance {{{', '.join(examples)}}}; give all values"
     )
 
 

@@ -47,7 +47,7 @@ class Family:
         """Return a random arm; each axis of variation has a stream of its own, so it doesn't depend on the others."""
         chain = self.textbook_arm
         if chain is None:
-            raise TypeError(f"{self.name} samples its structure, too")
+            raise TypeError(f"{self.name} also chooses its structure at random")
         for name in self.variation_names:
             if name in axes:
                 chain = self.variations[name](chain, rng.substream(name))
@@ -58,8 +58,12 @@ def describe_variation(family: Family, variation: str) -> str:
     """Return a phrase that says how the arms of a family differ; of a robot in a file, only the lengths in [draw] vary.
 
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot_argument="mine.toml"), "zeros")
-    'one arm for all, as no length is drawn'
+    'the same arm for all, as no length is chosen at random'
     """
     if not family.robot_argument or set(family.variations) - set(variation_axes(variation)):
         return f"variation {variation}"
-    return "lengths as [draw] says" if family.variations else "one arm for all, as no length is drawn"
+    return (
+        "lengths in the ranges of [draw]"
+        if family.variations
+        else "the same arm for all, as no length is chosen at random"
+    )

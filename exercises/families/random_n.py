@@ -81,7 +81,7 @@ def _sample_structure(
         rejected.add(structure)
     band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if in_band:
-        raise QdotError(f"random-{n} has no arm {band_phrase} that can be asked all of these questions")
+        raise QdotError(f"random-{n} has no arm {band_phrase} to which all of these questions apply")
     steps = [structure.step for same_class in group_clean_structures(n) for structure in same_class]
     range_of_steps = describe_band(min(steps), max(steps))
     raise QdotError(f"random-{n} has no arm {band_phrase}; its arms are of difficulty {range_of_steps}")

@@ -16,8 +16,8 @@ Setting = TypeVar("Setting", bound=str | float)
 CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
 
 CREDIT_FORM = (
-    'it is how an answer that is right in part is marked: "columns" or "entries" of a matrix, "whole" for none, a '
-    "number from 0 to 1 by which it is multiplied, or a table of these by question, as in "
+    'expected how partly right answers are marked: by "columns" or "entries" of a matrix, "whole" for no partial '
+    "credit, a factor from 0 to 1 for the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
 )
 
@@ -176,7 +176,7 @@ def settings_by_question(
         return [(name, policy) for name in questions]
     unknown = next((name for name in policy if name not in questions), None)
     if unknown is not None:
-        raise QdotError(f"{unknown!r} is none of the questions of this problem, {', '.join(questions)}")
+        raise QdotError(f"{unknown!r} is not a question of this problem; its questions: {', '.join(questions)}")
     return [(name, policy[name]) for name in questions if name in policy]
 
 

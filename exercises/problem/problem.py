@@ -121,7 +121,9 @@ def _sort_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
 
 
 SCREW_CONVENTION = Screws.name
-TWIST_ORDER_HINT = f'the order of twists is for arms that are told by their axes (convention = "{SCREW_CONVENTION}")'
+TWIST_ORDER_HINT = (
+    f'the order of twists applies only to arms described by screw axes (convention = "{SCREW_CONVENTION}")'
+)
 
 _SUFFIXES = {
     "convention": CONVENTIONS,

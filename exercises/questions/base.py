@@ -26,9 +26,9 @@ MAX_JOINTS_FOR_INVERSE = 3
 """Maximum number of joints for which an inverse is worked out as formulas."""
 
 CONVENTION_OBJECTIONS = {
-    FRAMES: "it is asked in the frames of a table, and this arm is told by its axes",
-    FRAMES_OF_JOINTS: 'it is asked of arms with a modified table (convention = "modified-dh")',
-    SCREWS: 'it is asked of arms that are told by their axes (convention = "screws")',
+    FRAMES: "it needs the frames of a DH table, but this arm is described by screw axes",
+    FRAMES_OF_JOINTS: 'it applies only to arms with a modified table (convention = "modified-dh")',
+    SCREWS: 'it applies only to arms described by screw axes (convention = "screws")',
 }
 """Why a question does not apply to an arm, by the feature of its convention that the question needs."""
 
@@ -66,7 +66,7 @@ def _count_terms(generic: Chain, result_name: str) -> int:
 
 def object_to_term_count(term_count: int) -> str | None:
     """Return the objection to a result with `term_count` terms, or None if it can be worked out by hand."""
-    return f"it has {term_count} terms, too many to be worked out by hand" if term_count > MAX_TERMS else None
+    return f"it has {term_count} terms, too many to work out by hand" if term_count > MAX_TERMS else None
 
 
 def make_length_objection(result_name: str) -> Callable[[Chain], str | None]:
@@ -84,7 +84,7 @@ def make_size_objection(
 
     def object_to_size(chain: Chain) -> str | None:
         if chain.n > max_joints:
-            return f"{description.format(n=chain.n)} is too long to be worked out by hand"
+            return f"{description.format(n=chain.n)} is too long to work out by hand"
         return object_to_term_count(count_terms_of(chain))
 
     return object_to_size
@@ -93,7 +93,7 @@ def make_size_objection(
 def object_to_inverse(chain: Chain) -> str | None:
     """Return the objection to arms whose task Jacobian is larger than 3 x 3 or has too many terms to be inverted."""
     if chain.n > MAX_JOINTS_FOR_INVERSE:
-        return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to be worked out by hand"
+        return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to work out by hand"
     return make_length_objection("jacobian")(chain)
 
 
@@ -289,7 +289,7 @@ class Question:
         if self.sample is not None:
             answer_and_details = self.sample(chain, rng)
             if answer_and_details is None:
-                raise RuntimeError(f"{self.name} finds nothing to ask of {chain}; please report this")
+                raise RuntimeError(f"question {self.name} finds no suitable answer for {chain}; please report this")
             return answer_and_details
         details = self.make_details(chain, rng)
         if self.reference is not None:

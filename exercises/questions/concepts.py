@@ -60,7 +60,7 @@ def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 
 def _object_to_task(chain: Chain) -> str | None:
-    return None if _list_other_tasks(chain) else "it moves in one component only, which is its task"
+    return None if _list_other_tasks(chain) else "its velocity has only one component, which is also its task"
 
 
 # --- effect of one joint ---
@@ -100,7 +100,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 
 def _object_to_effect(chain: Chain) -> str | None:
     rows = _choose_rows(chain)
-    return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
+    return None if len(rows) >= 2 else "its velocity has only one component, along a fixed line"
 
 
 RoundedVector = tuple[sp.Rational, ...]
@@ -302,8 +302,12 @@ def _object_to_velocity_loss(chain: Chain) -> str | None:
     if objection := object_unless_direction_lost(chain):
         return objection
     if len(chain.task) > MAX_ROWS:
-        return f"its task counts {len(chain.task)} components of velocity"
-    return None if _loses_one_direction_somewhere(chain) else "no singular configuration loses exactly one direction"
+        return f"its task has {len(chain.task)} components of velocity"
+    return (
+        None
+        if _loses_one_direction_somewhere(chain)
+        else ("it has no singular configuration that loses exactly one direction")
+    )
 
 
 @lru_cache(maxsize=1024)

@@ -117,7 +117,7 @@ def _derive_component(w: Working, details: Details) -> np.ndarray:
 
 
 def _object_to_task(chain: Chain) -> str | None:
-    return None if chain.linear_rows else "its task counts no linear velocity"
+    return None if chain.linear_rows else "its task has no linear velocity"
 
 
 def _choose_title(chain: Chain) -> str:

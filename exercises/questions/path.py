@@ -25,6 +25,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
 )
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.arm.singularity import singular_set
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates, object_unless_square
@@ -161,13 +162,13 @@ class DistanceDetails(PathDetails):
 
 def _object_to_path(chain: Chain) -> str | None:
     if len(chain.linear_rows) != len(chain.task):
-        return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
+        return f"its task is {', '.join(chain.task)}, but a path of the point gives only linear velocities"
     if not 2 <= chain.n <= 3:
-        return f"it has {chain.n} joints; a path is asked of two or three"
+        return f"it has {count_noun(chain.n, 'joint')}; a path needs two or three"
     if objection := object_unless_square(chain) or object_to_symbolic_angles(chain):
         return objection
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
-        return "its Jacobian is the same everywhere, and so are the rates on a line"
+        return "its Jacobian is constant, so the joint rates along a line are constant too"
     return None
 
 
@@ -257,7 +258,11 @@ class LimitCrossing:
 def _object_to_limit(chain: Chain) -> str | None:
     objection = _object_to_path(chain)
     return (
-        objection if objection else None if singular_set(chain) else "it has no singular configuration to come near to"
+        objection
+        if objection
+        else None
+        if singular_set(chain)
+        else ("it has no singular configuration for a path to approach")
     )
 
 

@@ -20,6 +20,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
     round_to_four_digits,
     round_to_ten_digits,
 )
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import AnswerAndDetails, Question
 from qdot.exercises.questions.inversion import (
@@ -36,9 +37,11 @@ def _object_to_arm(chain: Chain) -> str | None:
     """Return the objection to arms whose w is always zero, is constant, or mixes units."""
     m, n = len(chain.task), chain.n
     if n < m:
-        return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
+        return (
+            f"it has {count_noun(n, 'joint')} for the {m} rows {', '.join(chain.task)}, so J J^T is singular everywhere"
+        )
     if len({row[0] for row in chain.task}) > 1:
-        return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
+        return f"its task {', '.join(chain.task)} has linear and angular rows, in different units"
     if n > m and (objection := object_to_mixed_joints(chain)):
         return objection
     if all(joint.kind == "P" for joint in chain.joints):
@@ -48,7 +51,7 @@ def _object_to_arm(chain: Chain) -> str | None:
 
 def _object_to_ratio(chain: Chain) -> str | None:
     if len(chain.task) == 1:
-        return "its Jacobian has one row, and so one singular value"
+        return "its Jacobian has only one row, so only one singular value"
     return object_to_mixed_joints(chain) or _object_to_arm(chain)
 
 

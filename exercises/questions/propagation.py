@@ -95,6 +95,8 @@ QUESTIONS = (
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
         formula=_derive_link_velocity, make_details=_choose_link,
         entry_names=lambda chain, _: name_velocity_components(TASK_ROWS),
-        objection=lambda chain: None if chain.n > 1 else "it has one joint, so no frame between base and end",
+        objection=lambda chain: None if chain.n > 1 else (
+            "it has only one joint, so there is no frame between base and end"
+        ),
     ),
 )  # fmt: skip

@@ -156,9 +156,9 @@ def _find_vanishing_conditions(chain: Chain, configuration: ExactConfiguration) 
 def _object_to_vector(chain: Chain) -> str | None:
     objection = object_unless_direction_lost(chain)
     if objection is None and len(chain.task) > MAX_ROWS:
-        return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
+        return f"its Jacobian has {len(chain.task)} rows, too many for a null space by hand"
     if objection is None and not _find_branches_with_vector(chain):
-        return "no singular configuration loses exactly one direction"
+        return "it has no singular configuration that loses exactly one direction"
     return objection
 
 
@@ -259,7 +259,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch,
 def _object_to_motion(chain: Chain) -> str | None:
     objection = object_unless_direction_lost(chain)
     if objection is None and not _find_lost_motions(chain):
-        return "no line of the arm tells a direction that is lost"
+        return "no line of the arm has a lost direction"
     return objection
 
 
@@ -343,7 +343,7 @@ def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterat
 def _object_to_meaning(chain: Chain) -> str | None:
     objection = object_unless_singular(chain)
     if objection is None and next(_describe_branches_in_words(chain, match_branches(chain)), None) is None:
-        return "nothing that can be told at sight is common to a whole component of its singular set"
+        return "its singular configurations have no common feature that you can see in a drawing"
     return objection
 
 

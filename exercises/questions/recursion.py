@@ -101,7 +101,7 @@ def _count_terms(chain: Chain, frame: int) -> int:
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    return None if _find_frames(chain) else "the velocities of its frames are too long to be worked out by hand"
+    return None if _find_frames(chain) else "the velocities of its frames are too long to work out by hand"
 
 
 def _derive_velocity(w: Working, details: Details) -> np.ndarray:

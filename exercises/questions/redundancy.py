@@ -48,7 +48,9 @@ def object_unless_redundant(chain: Chain) -> str | None:
     """Return the objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
     m, n = len(chain.task), chain.n
     if n <= m:
-        return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
+        return (
+            f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; the question needs more joints than rows"
+        )
     if objection := object_to_rank_loss_everywhere(chain):
         return objection
     joints_without_effect = [
@@ -68,7 +70,7 @@ def evaluate_jacobian_at_generic_configuration(chain: Chain) -> np.ndarray:
 def object_to_symbolic_angles(chain: Chain) -> str | None:
     """Return the objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
-    return f"its angle {angles[0]} is left open" if angles else None
+    return f"its angle {angles[0]} is symbolic" if angles else None
 
 
 def object_to_rank_loss_everywhere(chain: Chain) -> str | None:
@@ -82,7 +84,7 @@ def object_to_rank_loss_everywhere(chain: Chain) -> str | None:
 def object_to_mixed_joints(chain: Chain) -> str | None:
     """Return the objection to an arm with revolute and prismatic joints: their rates have no common unit."""
     if len({joint.kind for joint in chain.joints}) > 1:
-        return "it has revolute and prismatic joints, whose rates have no common unit"
+        return "it has revolute and prismatic joints, whose rates have different units"
     return None
 
 
@@ -197,9 +199,9 @@ def _object_to_motion(chain: Chain) -> str | None:
         return objection
     m, n = len(chain.task), chain.n
     if n != m + 1:
-        return f"its self-motion has {n - m} dimensions for the task {', '.join(chain.task)}, not one"
+        return f"its self-motion for the task {', '.join(chain.task)} has {n - m} dimensions, not one"
     if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
-        return "one joint alone does not move the task"
+        return "one of its joints does not affect the task"
     return None
 
 

@@ -359,7 +359,11 @@ def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
 
 
 def _object_to_body(chain: Chain) -> str | None:
-    return None if chain.point.frame == chain.n else "P is no point of its last link, with which the body frame moves"
+    return (
+        None
+        if chain.point.frame == chain.n
+        else ("its point P does not move with the last link, as the body frame does")
+    )
 
 
 @lru_cache(maxsize=4096)

@@ -18,6 +18,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
 from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
@@ -54,13 +55,13 @@ def object_unless_direction_lost(chain: Chain) -> str | None:
     if objection := object_unless_singular(chain):
         return objection
     if m > chain.n:
-        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
-    return "its task counts one component of velocity only" if m < 2 else None
+        return f"its task has {m} components, but its {count_noun(chain.n, 'joint')} can never produce all of them"
+    return "its task has only one component of velocity" if m < 2 else None
 
 
 def _object_to_kinds(chain: Chain) -> str | None:
     if not can_establish_kind(chain):
-        return "boundary or internal can't be established for its task"
+        return "qdot can't decide between boundary and internal singularities for its task"
     return object_unless_singular(chain)
 
 

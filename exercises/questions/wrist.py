@@ -163,10 +163,10 @@ def _is_at_wrist_centre(generic: Chain, centre: int) -> bool:
 def object_unless_block_triangular(chain: Chain) -> str | None:
     """Return the objection to arms whose Jacobian at P is not block triangular."""
     if chain.n != 6 or chain.task != TASK_ROWS:
-        return "it has not six joints for all six rows"
+        return "it does not have six joints and a task of six rows"
     centre = wrist_centre(chain)
     if centre is None or not _is_at_wrist_centre(structure(chain).chain, centre):
-        return "the axes of its last three joints do not meet in its point"
+        return "the axes of its last three joints do not intersect at its point"
     return object_unless_square(chain)
 
 
@@ -174,7 +174,7 @@ def object_to_long_arm_block(chain: Chain) -> str | None:
     """Return the objection to arms whose block J11 is too long to work out by hand."""
     entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
     count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
-    return f"its arm block has {count} terms, too many to be worked out by hand" if count > MAX_TERMS else None
+    return f"its arm block has {count} terms, too many to work out by hand" if count > MAX_TERMS else None
 
 
 QUESTIONS = (

@@ -80,7 +80,7 @@ def _ask_sets(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     return answer, Options(offered=offered)
 
 
-NO_FOUR_OPTIONS = "there are no four options that are short and go together"
+NO_FOUR_OPTIONS = "it has no four short options that fit together"
 
 
 def _make_formula_question(

@@ -126,11 +126,11 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 DRAWING_QUESTIONS = (
     ShortQuestion(
         "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false",
-        base_question="jacobian", objection_if_nothing_found="nothing can be said of its configurations",
+        base_question="jacobian", objection_if_nothing_found="there is no statement about its configurations to judge",
     ),
     ShortQuestion(
         "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,
         form="choice", base_question="singular-angles",
-        objection_if_nothing_found="it has no four configurations to choose from", shown_answers=("singular-angles",),
+        objection_if_nothing_found="it does not have four suitable configurations", shown_answers=("singular-angles",),
     ),
 )  # fmt: skip

@@ -60,7 +60,7 @@ MATCHING_QUESTIONS = (
     ShortQuestion(
         "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns,
         form="matching", base_question="jacobian",
-        objection_if_nothing_found="columns of its Jacobian are many, or long, or the same",
+        objection_if_nothing_found="its Jacobian has too many columns, or columns that are too long or equal",
         shown_answers=("jacobian",),
     ),
 )  # fmt: skip

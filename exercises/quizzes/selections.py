@@ -189,17 +189,17 @@ SELECTION_QUESTIONS = (
     ShortQuestion(
         "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
         form="selection", base_question="singular-angles",
-        objection_if_nothing_found="it has no five configurations to choose from", shown_answers=("singular-angles",),
+        objection_if_nothing_found="it does not have five suitable configurations", shown_answers=("singular-angles",),
     ),
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
         base_question="jacobian",
-        objection_if_nothing_found="what could be asked about depends on all joints, or on none",
+        objection_if_nothing_found="each suitable result depends on all joints, or on none",
     ),
     ShortQuestion(
         "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
         base_question="jacobian",
-        objection_if_nothing_found="no result of it is short and can be written in several ways",
+        objection_if_nothing_found="it has no short result that can be written in several ways",
         shown_answers=("jacobian", "determinant"),
     ),
 )  # fmt: skip

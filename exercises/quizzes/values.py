@@ -47,7 +47,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _object_to_units(chain: Chain) -> str | None:
     is_linear = all(row.startswith("v") for row in chain.task)
-    return None if is_linear else "its Jacobian counts metres and radians together"
+    return None if is_linear else "its Jacobian mixes metres and radians"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +78,7 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _object_to_line(chain: Chain) -> str | None:
     moving_row_count = sum(any(entry != 0 for entry in row) for row in derive(chain).linear.tolist())
-    return None if moving_row_count >= 2 else "its point moves along a line, or not at all"
+    return None if moving_row_count >= 2 else "its point moves along a line or not at all"
 
 
 VALUE_QUESTIONS = (
@@ -89,7 +89,7 @@ VALUE_QUESTIONS = (
     ),
     ShortQuestion(
         "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", base_question="jacobian",
-        objection_if_nothing_found="no configuration was found where it moves", objection=_object_to_line,
+        objection_if_nothing_found="no configuration was found in which its point moves", objection=_object_to_line,
         entry_names=lambda *_: ["|v_P|"],
     ),
 )  # fmt: skip

@@ -119,7 +119,7 @@ def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
         for branch in reciprocal.branches
     ]
     solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
-    yield "the test of these conditions in numbers"
+    yield "the numeric test of these conditions"
     check = check_rank_loss(chain, [component.conditions for _, component in solved])
     confirmed, doubtful, undecided = [], [], []
     for k, (branch, component) in enumerate(solved):
@@ -136,7 +136,7 @@ def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
         reciprocal, matrix, rests, undescribed, False, check, *check_results, is_described=False
     )
     yield partial_result
-    yield "what the configurations look like in which J loses rank"
+    yield "the geometry of the configurations in which J loses rank"
     components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
     yield replace(partial_result, components=components, is_described=True)
 

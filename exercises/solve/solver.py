@@ -18,6 +18,7 @@ from qdot.exercises.arm.reciprocal import elimination_applies
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
 from qdot.exercises.arm.singularity_kinds import can_establish_kind
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.sympy_text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -45,23 +46,22 @@ SECTIONS = (
 )  # fmt: skip
 """The sections of a derivation, in the chapter's order."""
 ALWAYS_SINGULAR = (
-    "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
-    "singular. Count other rows (`task`), or look at another point (`point`)."
+    "The Jacobian for this task has less than full rank in every configuration, so there are no particular singular "
+    "configurations. Choose other rows (`task`) or another point (`point`)."
 )
-NEVER_SINGULAR_FOR_GENERIC_LENGTHS = "For lengths that nothing is special about, no configuration is singular."
-NOT_DERIVED = "The singular configurations are not worked out: {}. Position and Jacobian are right."
+NEVER_SINGULAR_FOR_GENERIC_LENGTHS = "For general lengths, no configuration is singular."
+NOT_DERIVED = "The singular configurations were not derived: {}. Position and Jacobian are complete."
 GENERIC_LENGTHS_NOTE = (
-    "All of this is for lengths that nothing is special about: with lengths of a special relation to each other, more "
-    "configurations may be singular."
+    "All of this holds for general lengths. For special lengths, more configurations may be singular."
 )
 SPECIAL_LENGTHS_INTRODUCTION = (
-    "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
-    "more configurations singular:"
+    "These conditions can hold together only for special lengths; then more configurations are singular:"
 )
 ROUNDED_NOTE = (
-    "Some of its numbers have no short form and are rounded to ten decimals; what follows from them is no more exact."
+    "Some numbers have no short form and are rounded to ten decimals; results that use them are no more exact than "
+    "that."
 )
-CONDITIONS_ROUNDED_NOTE = "Numbers in these conditions are rounded, as those of the arm are."
+CONDITIONS_ROUNDED_NOTE = "The numbers in these conditions are rounded, like those of the arm."
 NEVER_SINGULAR = (
     "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
 )
@@ -188,13 +188,13 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
     yield f"where {functions} {'is' if d.is_square else 'are all'} zero"
     singular_set(chain)
     yield PartialResult(partial(_render_so_far, chain, False), partial(_conditions_json, chain), (DESCRIPTION, *later))
-    yield "what the configurations look like in which J loses rank"
+    yield "the geometry of the configurations in which J loses rank"
     singular = certified_components(chain)
     lengths = "" if singular else _describe_special_conditions(chain)
     no_singularity = "" if singular else NEVER_SINGULAR_FOR_GENERIC_LENGTHS if lengths else NEVER_SINGULAR
     singularities = Singularities(determinant, singular, no_singularity, lengths_remark=lengths, missing=later)
     yield singularities
-    yield "the test of these conditions in numbers"
+    yield "the numeric test of these conditions"
     remarks = " ".join(filter(None, (no_singularity, _describe_doubts(chain, singular))))
     singularities = replace(singularities, remarks=remarks, missing=later[1:])
     yield singularities
@@ -203,7 +203,7 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
 
 def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
     """Yield descriptions of the next step, then the results, completed by what differs for special lengths."""
-    yield "lengths of a special relation to each other"
+    yield "special lengths"
     sentences = [f"{need}." for need in length_requirements(chain, singularities.singular or ())]
     if singularities.redundant is None:
         sentences.append(_describe_special_conditions(chain))
@@ -225,16 +225,16 @@ def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> s
     for k, component in enumerate(singular):
         if k in check.full_rank_branches:
             remarks.append(
-                f"In numbers, J was found to keep its rank somewhere where "
-                f"{_conditions_in_words(component.conditions)}: don't rely on this condition."
+                f"The numeric test found a configuration in which {_conditions_in_words(component.conditions)} but J "
+                "has full rank: do not rely on this condition."
             )
         elif not check.samples[k]:
             remarks.append(_describe_undecided_conditions(component.conditions, check.search_count))
     if check.unexplained_configurations:
         remarks.append(
-            f"Of {check.search_count} searches for lost rank from random starts, "
-            f"{len(check.unexplained_configurations)} ended in configurations that none of these "
-            "conditions accounts for: the list is not complete."
+            f"qdot searched for singular configurations {check.search_count} times from random starts. "
+            f"{len(check.unexplained_configurations)} of the searches ended in a configuration that satisfies none "
+            "of these conditions: the list is not complete."
         )
     return " ".join(remarks)
 
@@ -247,7 +247,7 @@ def _describe_undecided_conditions(conditions: Iterable[sp.Expr], searches: int)
     """Return the remark about conditions for which no configuration was found."""
     return (
         f"No configuration was found in which {_conditions_in_words(conditions)}, in {searches} searches from random "
-        "starts; whether there is one was not decided."
+        "starts. There may still be one."
     )
 
 
@@ -287,24 +287,31 @@ def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
     assert check is not None
     count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
     if stage.components:
-        sentences.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
+        sentences.append(
+            f"The numeric test checked {count} configurations that satisfy a condition; J loses rank in each of them."
+        )
     elif stage.is_never_singular:
         sentences.append(NEVER_SINGULAR)
-    sampled = f", with {check.searched_arm_count} choices of the open lengths" if chain.parameters else ""
+    sampled = f", with {check.searched_arm_count} choices of the symbolic lengths" if chain.parameters else ""
     sentences.append(
-        f"Of {check.search_count} searches for lost rank from random starts{sampled}, {check.converged_count} came to "
-        "an end"
+        f"Of {check.search_count} searches for singular configurations from random starts{sampled}, "
+        f"{check.converged_count} converged"
     )
     if check.unexplained_configurations:
         sentences[-1] += (
-            f"; {len(check.unexplained_configurations)} of them ended in configurations that none of these conditions "
-            "accounts for: the list is not complete."
+            f"; {len(check.unexplained_configurations)} of them ended in a configuration that satisfies none of "
+            "these conditions: the list is not complete."
         )
     else:
-        sentences[-1] += ", each where one of these conditions holds." if check.converged_count else "."
-    sentences.append("That is a test of what was derived, and no proof.")
+        sentences[-1] += (
+            ", each to a configuration that satisfies one of these conditions." if check.converged_count else "."
+        )
+    sentences.append("This is a test of the derivation, not a proof.")
     if stage.doubtful:
-        sentences.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
+        sentences.append(
+            f"{count_noun(len(stage.doubtful), 'more condition')} failed this test and "
+            f"{'was' if len(stage.doubtful) == 1 else 'were'} left out."
+        )
     sentences += [_describe_undecided_conditions(conditions, check.search_count) for conditions in stage.undecided]
     if chain.parameters:
         sentences.append(GENERIC_LENGTHS_NOTE)
@@ -472,7 +479,7 @@ def _singular_text(chain: Chain, robot: Robot, parts: list[Part], explained: set
             if not blocks[0]:
                 title = "Singular configurations"
             elif stage.singular is not None:
-                title = "Test in numbers"  # for more than six joints; for other arms, the test comes later
+                title = "Numeric test"  # for more than six joints; for other arms, the test comes later
         new_remarks, earlier_remarks = stage.remarks.removeprefix(earlier_remarks).strip(), stage.remarks
         if new_remarks:
             blocks.append(f"## {number}. {title}\n\n{new_remarks}\n")
@@ -491,7 +498,7 @@ def _singular_section(
     else:
         text = _render_section(chain, SECTIONS[-1], parts, explained)
     beyond = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
-    remarks = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
+    remarks = [f"The joint limits rule out {'; '.join(beyond)}."] if beyond else []
     remarks += [CONDITIONS_ROUNDED_NOTE] if singularities.singular and robot.is_table_rounded else []
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
 
@@ -565,7 +572,7 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
         position, rpy = written_arm.base
         angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
         base = f"at ${coordinates_with_unit(position)}$" + (
-            f", turned by roll, pitch and yaw of {angles}" if any(rpy) else ""
+            f", rotated by roll, pitch and yaw of {angles}" if any(rpy) else ""
         )
     return _ArmDescription(
         written_arm.convention, [_cells(written_arm.convention, row) for row in written_arm.rows], base

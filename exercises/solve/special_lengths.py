@@ -94,7 +94,7 @@ def find_special_lengths(
 ) -> Iterator[str | SpecialLength]:
     """Yield descriptions of the next step, and each special length whose singular set differs from the generic one."""
     for length, value in length_relations(chain, generic_components):
-        yield f"whether anything differs where {length} = {value}"
+        yield f"whether {length} = {value} is special"
         special_chain = substitute_arm_lengths(chain, {length: value})
         known_components = [_substitute_lengths(component, {length: value}) for component in generic_components]
         try:

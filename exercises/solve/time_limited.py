@@ -71,9 +71,9 @@ def write_solution(
                 show_progress,
             )
     except OutOfTime:
-        progress.end_reason = f"the {seconds:g} seconds of processor time were over (`--time` gives it more)"
+        progress.end_reason = f"the {seconds:g} seconds of processor time were used up (`--time` allows more)"
     except KeyboardInterrupt as error:
-        progress.end_reason, stop = "it was stopped", error
+        progress.end_reason, stop = "it was interrupted", error
     if output_format == "json":
         write(data_json(_make_data(robot, progress)))
     elif output_format == "latex":
@@ -148,10 +148,10 @@ def _is_square(chain: Chain) -> bool:
 
 
 _RESULT_DESCRIPTIONS = {
-    SINGULAR_SET: "in which configurations that is so, and what they look like",
-    DESCRIPTION: "what these configurations look like",
-    NUMERIC_TEST: "the test of these conditions in numbers",
-    SPECIAL_LENGTHS: "what holds for special lengths only",
+    SINGULAR_SET: "these configurations and their geometry",
+    DESCRIPTION: "the geometry of these configurations",
+    NUMERIC_TEST: "the numeric test of these conditions",
+    SPECIAL_LENGTHS: "the case of special lengths",
 }
 
 
@@ -170,14 +170,14 @@ def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
         else [_RESULT_DESCRIPTIONS[name] for name in progress.missing]
     )
     known_results = [progress.partial_result.render_markdown()] if progress.partial_result is not None else []
-    return [*known_results, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_explain_end(progress)}\n"]
+    return [*known_results, f"## What is missing\n\nNot derived: {'; '.join(missing)}. {_explain_end(progress)}\n"]
 
 
 def _explain_end(progress: _Progress) -> str:
     """Return a sentence on why results are missing, and what that means."""
     return (
-        f"This ended because {progress.end_reason}, at work on {progress.current_step}. What is told was worked out to "
-        "its end, and holds; of what is missing, nothing is claimed."
+        f"qdot stopped because {progress.end_reason}, at this step: {progress.current_step}. All results given here "
+        "are complete."
     )
 
 

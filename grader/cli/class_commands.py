@@ -17,7 +17,7 @@ from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
@@ -40,22 +40,22 @@ from qdot.grader.statistics.shared_answers import describe_shared_answers
 
 
 def generate(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder made by `qdot init`.")],
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Write a class's notebooks, with solutions and certificates.
 
-    A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`. One
-    that does not is drawn anew for its student, which DIR/redrawn.csv tells; where no draw passes, the student is left
-    out, all others have their notebooks, and the command leaves with code 2 and says which problems to change.
-    Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
-    to date are kept, so that a run that was stopped goes on where it was.
+    Each student gets released/STUDENT/KEY.ipynb; the staff get solutions/STUDENT/KEY.ipynb. Only problems that pass
+    their certificate are written; the certificates are stored in certificates/STUDENT/KEY.json for `qdot verify`. If a
+    problem does not pass, it is regenerated for the student and recorded in DIR/redrawn.csv. If no attempt passes, the
+    student is left out; the command then exits with code 2 and says which problems to change. Notebooks that are up
+    to date are not written again, so a stopped run continues where it was.
 
     Examples:
       qdot generate homework
-          a notebook for everybody on the roster
+          a notebook for each student on the roster
       qdot generate homework --jobs 2
-          on two processes, where memory is short
+          with two processes, if memory is short
     """
     assignment = load_class(folder)
     for message in assignment.notes:
@@ -70,22 +70,30 @@ def generate(
             for slot in released.failed_slots:
                 note(str(slot))
             if released.failed_slots and (old := notebook_path(assignment, released.student)).exists():
-                note(f"{old} is of an older assignment; do not hand it out")
+                note(f"{old} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
         released_assignment = release_notebooks(
             assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student
         )
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    say(f"{len(assignment.roster)} students: {outcomes}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
+    say(
+        f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; distribute {folder / 'released'}, keep "
+        f"{folder / 'solutions'} private"
+    )
     if counts["rewritten"]:
-        note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
+        note(
+            "The assignment, the secret or qdot has changed since the notebooks were written: distribute the new ones."
+        )
     for message in (*describe_redraws(assignment, released_assignment), *describe_shared_answers(released_assignment)):
         note(message)
     if former := find_former_students(released_assignment):
         name_list = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
-        note(f"{released} still has notebooks of who is not on the roster ({name_list}): hand these out to nobody")
+        note(
+            f"{released} still has notebooks of students who are not on the roster ({name_list}): do not distribute "
+            "these"
+        )
     raise_failed_slots(released_assignment, failed_slots)
 
 
@@ -94,34 +102,34 @@ def verify(
         list[str],
         typer.Argument(
             metavar="PROBLEM… | DIR",
-            help="Problems, or an assignment folder.",
+            help="Problems (FAMILY/SEED) or an assignment folder.",
             autocompletion=complete_names(FAMILIES, suffix="/1"),
         ),
     ] = [],  # noqa: B006
     family: Annotated[
-        str, name_option("Sweep over problems of this family, or of `all` …", names=[*FAMILIES, "all"])
+        str, name_option("Verify problems of this family, or of `all` families.", names=[*FAMILIES, "all"])
     ] = "",
-    count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
+    count: Annotated[int, typer.Option(min=1, help="With --family: how many problems, with seeds 0, 1, 2, …")] = 100,
     first: Annotated[
-        int, typer.Option("--first-seed", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
+        int, typer.Option("--first-seed", metavar="SEED", min=0, max=1 << 62, help="With --family: the first seed.")
     ] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
     twist_order: TwistOrderOption = "",
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Certify problems: their references hold in numbers.
+    """Certify problems, or check that an assignment is unchanged.
 
-    The Jacobian by four routes agrees, singular sets are sound and complete, and the references get full marks from
-    the grader. For an assignment folder, the problems are compared with the certificates that `qdot generate` kept: are
-    they still the same? One without a certificate fails. Leaves with code 1 if a problem fails; each failure is printed
-    with what was found.
+    Checks that four derivations of the Jacobian agree, that the singular configurations are correct and complete, and
+    that the references get full marks. For an assignment folder, also checks that problems and notebooks still match
+    the certificates written by `qdot generate`; a problem without a certificate fails. Prints each failure with its
+    cause, and exits with code 1 if a problem fails.
 
     Examples:
       qdot verify planar-2r/7
           one problem
       qdot verify homework
-          a class: are its problems and notebooks still what was handed out?
+          a class: do problems and notebooks still match what was distributed?
       qdot verify --family all --count 1000
           a sweep over all families
     """
@@ -150,13 +158,13 @@ def verify(
             say(f"{name:<20} {number} passed")
     seconds = time.monotonic() - started
     kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failed.items()))
-    say(f"{len(tasks)} problems verified, {failed.total()} failed{': ' if kinds else ''}{kinds}")
+    say(f"{count_noun(len(tasks), 'problem')} verified, {failed.total()} failed{': ' if kinds else ''}{kinds}")
     note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
     if failed:
         raise typer.Exit(1)
 
 
-NO_FOLDER_HINT = "; there is no folder of that name, either"
+NO_FOLDER_HINT = "; there is no folder with that name either"
 """The end of the message about an argument that is neither a problem nor a folder."""
 
 
@@ -173,11 +181,12 @@ def _list_tasks(
     the number of seeds evenly, each beginning at the first seed. Raises QdotError.
     """
     if not family and not problems_or_folders:
-        raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
+        raise QdotError(
+            "give problems (planar-2r/7), an assignment folder, or --family FAMILY (or --family all) with --count"
+        )
     if family and problems_or_folders:
         raise QdotError(
-            f"--family sweeps over a family, and {problems_or_folders[0]!r} is verified without it: "
-            "give one or the other"
+            f"--family verifies a whole family; give either --family or {problems_or_folders[0]!r}, not both"
         )
     families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
@@ -190,8 +199,8 @@ def _list_tasks(
             tasks.append(make_task(ProblemId.parse(item, NO_FOLDER_HINT)))
         elif has_variation:
             raise QdotError(
-                "--variation, --convention and --twist-order are for problems; "
-                f"{item}/assignment.toml says how its arms vary and are told"
+                f"--variation, --convention and --twist-order apply to problems only; {item}/assignment.toml sets "
+                "them for an assignment"
             )
         else:
             tasks += _list_tasks_of_folder(Path(item))
@@ -202,44 +211,55 @@ def _list_tasks_of_folder(folder: Path) -> list[VerificationTask]:
     """Return the tasks for the problems of an assignment, and print a note on each former student."""
     assignment = load_class(folder)
     for student in find_former_students(assignment):
-        note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
+        note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
     return list_tasks(assignment)
 
 
 def compare(
-    student: Annotated[str, typer.Argument(metavar="STUDENT", help="The answer, as text.")] = "",
-    reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="What it is compared with.")] = "",
+    student: Annotated[str, typer.Argument(metavar="STUDENT", help="The student's answer, as text.")] = "",
+    reference: Annotated[
+        str, typer.Argument(metavar="REFERENCE", help="The reference to compare it with, as text.")
+    ] = "",
     type: Annotated[
         str,
         name_option(
-            f"One of {', '.join(COMPARISON_TYPES)}; default: by the reference.", "--type", names=COMPARISON_TYPES
+            f"How to compare: {', '.join(COMPARISON_TYPES)}. Default: chosen from the reference.",
+            "--type",
+            names=COMPARISON_TYPES,
         ),
     ] = "",
-    joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",
+    joints: Annotated[
+        str, typer.Option(help="The joint variables of a set of angles or conditions, separated by commas.")
+    ] = "",
     batch: Annotated[
-        str, typer.Option("--batch", metavar="FILE.jsonl", help="Many, one JSON object a line; - reads standard input.")
+        str,
+        typer.Option(
+            "--batch",
+            metavar="FILE.jsonl",
+            help="A file with one comparison per line, as JSON; - reads standard input.",
+        ),
     ] = "",
 ) -> None:
     """Compare two answers as the grader does.
 
-    It says how sure it is.
+    Prints the verdict and how certain it is.
 
     Examples:
       qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
-          an answer and what is right
+          an answer and its reference
       qdot compare --batch answers.jsonl
-          many, a JSON object a line
+          many comparisons, one JSON object per line
     """
     if batch:
         refused: list[str] = []
         for answer in compare_lines(_read_lines(batch), refused):
             say(answer)
         if refused:
-            others_clause = f", and {len(refused) - 1} more lines are no requests" if len(refused) > 1 else ""
-            raise QdotError(f"{refused[0]}{others_clause}; all others were compared")
+            others_clause = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{others_clause}; all other lines were compared")
         return
     if not reference:
-        raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
+        raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
     kind = type or guess_type(reference)
     texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
@@ -261,14 +281,14 @@ def _read_lines(batch: str) -> Iterable[str]:
 
 
 def doctor(as_json: JsonOption = False) -> None:
-    """Show what this machine enforces while students' code runs.
+    """Show what this machine's sandbox enforces.
 
-    Each guarantee is tried: a probe runs where a notebook would and attempts to break out. With all of them enforced
-    by the kernel, sandbox = "strict" in assignment.toml can be had here. The code is 0 whatever is found.
+    Tests each guarantee with a probe, which runs in place of a notebook and tries to break out. If the kernel enforces
+    all of them, you can use sandbox = "strict" in assignment.toml. Exits with code 0 whatever it finds.
 
     Examples:
       qdot doctor
-          what holds students' code on this machine
+          what the sandbox of this machine enforces
     """
     from importlib.metadata import version
 
@@ -289,16 +309,18 @@ def doctor(as_json: JsonOption = False) -> None:
     for remedy in guarantees.list_remedies(findings):
         say(remedy)
     verb = "can" if findings.is_strict else "can't"
-    say(f'sandbox = "strict" in assignment.toml {verb} be had on this machine')
+    say(f'this machine {verb} use sandbox = "strict" in assignment.toml')
 
 
 def demo(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put it.")] = Path("qdot-demo"),
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write the demo into.")] = Path(
+        "qdot-demo"
+    ),
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Do the whole loop on a simulated class of 30.
+    """Run everything on a simulated class of 30.
 
-    Makes the folder, generates, hands in what is right, wrong, blank or broken, and grades it.
+    Creates an assignment folder, generates notebooks, submits right, wrong, blank and broken ones, and grades them.
 
     Examples:
       qdot demo

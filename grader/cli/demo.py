@@ -102,14 +102,14 @@ def _loop_forever(code: str, part: Part) -> str:
 
 
 EDITS: Sequence[tuple[str, Edit]] = (
-    ("right", lambda code, _: code), ("right, in another form", _expand), ("a sign wrong throughout", _negate),
+    ("right", lambda code, _: code), ("right, in another form", _expand), ("wrong sign throughout", _negate),
     ("relative for absolute angles", _use_relative_angles), ("matrices transposed", _transpose),
     ("joint 2 forgotten", _forget_joint_2), ("degrees for radians", _use_degrees),
-    ("first singular condition only", _keep_first_condition), ("half of it", _leave_half_blank),
-    ("a cell that raises", _raise_error), ("an endless loop", _loop_forever),
+    ("only the first condition", _keep_first_condition), ("half of the answer", _leave_half_blank),
+    ("a cell with an error", _raise_error), ("an endless loop", _loop_forever),
 )  # fmt: skip
 
-OTHER_SUBMISSION_KINDS = ("blank", "cut off", "another assignment", "never handed in")
+OTHER_SUBMISSION_KINDS = ("blank", "cut off", "another assignment", "never submitted")
 """The other kinds of submission in the class: no answer in them is edited."""
 
 EXTRA_CORRECT_STUDENTS = 15
@@ -151,7 +151,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             results = grade_class(assignment, submissions, jobs, limits, lambda _: counter.step())
         with progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
-    say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
+    say(f"{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, list_submission_kinds(), results, strict=True):
         say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {work_status(result)}")
     first_student = assignment.roster[0].id
@@ -164,7 +164,7 @@ def run_demo(folder: Path, jobs: int) -> None:
         note(missing)
     else:
         write_requested_reports(assignment, results, [("html", str(folder / "graded" / "report.html"))])
-        say(f"the class at a glance  {folder / 'graded' / 'report.html'}")
+        say(f"overview of the class  {folder / 'graded' / 'report.html'}")
 
 
 def _score(result: Result) -> str:
@@ -178,8 +178,8 @@ def _check_is_demo(folder: Path) -> None:
     except QdotError:
         is_demo = False
     if not is_demo:
-        raise QdotError(f"{folder} is there already and is not a demonstration of qdot's; name a new folder")
-    note(f"{folder} is there already; going on with it")
+        raise QdotError(f"{folder} already exists and is not a qdot demonstration; choose another folder")
+    note(f"{folder} already exists; continuing with it")
 
 
 def write_submission(assignment: Assignment, student: str, kind: str) -> None:
@@ -194,7 +194,7 @@ def write_submission(assignment: Assignment, student: str, kind: str) -> None:
         text = text[: len(text) // 2]
     elif kind == "another assignment":
         text = text.replace(f'"assignment": "{assignment.key}"', '"assignment": "trajectories"')
-    if kind != "never handed in":
+    if kind != "never submitted":
         write_atomically(target, text)
 
 

@@ -13,7 +13,7 @@ from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
@@ -23,53 +23,59 @@ from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import compute_earned_share
 
-PASSING_HELP = "so many percent of the points on; without it, nothing is said of passing"
+PASSING_HELP = "this percentage of the points; without it, the package does not report pass or fail"
 
 
 def export(
     folder: FolderArgument,
     to: Annotated[
         list[str],
-        name_option(f"One of {', '.join(EXPORT_FORMATS)}; repeatable.", names=EXPORT_FORMATS, metavar="OUTLET"),
+        name_option(f"Export format: {', '.join(EXPORT_FORMATS)}. Repeatable.", names=EXPORT_FORMATS, metavar="OUTLET"),
     ] = [],  # noqa: B006
-    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Output folder. Default: DIR/exports/FORMAT.")
+    ] = None,
     variants: Annotated[
-        int, typer.Option(min=1, max=10_000, help="How many variants of each problem a bank has.")
+        int, typer.Option(min=1, max=10_000, help="Question banks: how many variants of each problem.")
     ] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
-        bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
+        bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
     ] = False,
     sheet: Annotated[
         str,
-        name_option(f"Paper and screen: {', '.join(SHEET_KINDS)} (docs/paper.md).", names=SHEET_KINDS, metavar="SHEET"),
+        name_option(
+            f"Paper and HTML: kind of sheet, {', '.join(SHEET_KINDS)} (docs/paper.md).",
+            names=SHEET_KINDS,
+            metavar="SHEET",
+        ),
     ] = SHEET_KINDS[0],
     versions: Annotated[
         int,
         typer.Option(
-            min=0, max=len(VERSION_LETTERS), help="Paper: so many versions A, B, … without names, for an exam hall."
+            min=0, max=len(VERSION_LETTERS), help="Paper: number of versions A, B, … without names, for an exam hall."
         ),
     ] = 0,
     page: Annotated[
-        str, name_option(f"PDF and LaTeX: {' or '.join(PAPER_SIZES)}.", names=PAPER_SIZES, metavar="SIZE")
+        str, name_option(f"PDF and LaTeX: paper size, {' or '.join(PAPER_SIZES)}.", names=PAPER_SIZES, metavar="SIZE")
     ] = PAPER_SIZES[0],
     passing: Annotated[
         int | None,
-        typer.Option("--pass", min=1, max=100, metavar="PERCENT", help=f"SCORM: passed from {PASSING_HELP}."),
+        typer.Option("--pass", min=1, max=100, metavar="PERCENT", help=f"SCORM: students pass with {PASSING_HELP}."),
     ] = None,
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Write an assignment for other platforms, or for paper.
 
-    Quizzes for learning platforms, handouts and exams, repositories and autograders that grade by themselves.
+    Writes quizzes for learning platforms, handouts and exams, and repositories and autograders that grade on their own.
 
-    Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
-    problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
-    Of several outlets, one that can't be made, as PDF where its library is missing, keeps no other from being written.
+    For platforms that choose each student's problem from a question bank, the bank has --variants certified variants
+    of each problem. Handouts are written for each student on the roster. docs/outlets.md describes the export formats.
+    If one of several formats can't be written, the others still are.
 
     Examples:
       qdot export homework --to html --sheet exam
-          an exam on paper for everybody
+          an exam on paper for each student
       qdot export homework --to pdf --sheet exam --versions 4
           four versions for an exam hall
       qdot export homework --to moodle --variants 30
@@ -77,7 +83,9 @@ def export(
     """
     names = list(dict.fromkeys(to))
     if not names:
-        raise QdotError(f"--to says what to write, as in --to html; known: {', '.join(EXPORT_FORMATS)}")
+        raise QdotError(
+            f"--to is missing; give an export format, such as --to html. Known: {', '.join(EXPORT_FORMATS)}"
+        )
     _check_options(names, sheet, page, variation)
     assignment = load_class(folder)
     if variation:
@@ -107,25 +115,30 @@ def export(
 
 def report(
     folder: FolderArgument,
-    out: Annotated[Path | None, typer.Option(metavar="PATH", help="Default: DIR/graded/report.html.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="PATH", help="Output file. Default: DIR/graded/report.html.")
+    ] = None,
     report: Annotated[
-        list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
+        list[str],
+        typer.Option(
+            metavar="FORMAT=PATH", help="Write the results as FORMAT=PATH instead. Repeatable; - is standard output."
+        ),
     ] = [],  # noqa: B006
 ) -> None:
-    """Show the class at a glance, on a page for the staff.
+    """Write an overview of the class, on a page for the staff.
 
-    It is made from the results of the last `qdot grade`.
+    Uses the results of the last `qdot grade`; nothing is graded again.
 
-    Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, equal wrong answers
-    together with the key by which overrides.csv marks them, right answers in unusual forms, whether some variants were
-    harder, late and missing work, wrong answers that are nearly the same (docs/report.md). With --report, nothing but
-    the formats named is written (docs/outlets.md); nobody is graded.
+    The page shows the distribution of scores, difficulty and discrimination of each part, mistakes and who made them,
+    equal wrong answers with their key for overrides.csv, right answers in unusual forms, whether some variants were
+    harder, late and missing work, and wrong answers that are nearly the same (docs/report.md). With --report, only
+    the named formats are written (docs/outlets.md).
 
     Examples:
       qdot report homework
-          a page on the class, from the last results
+          an overview page, from the last results
       qdot report homework --report csv=-
-          the marks once more, for another program
+          the marks for another program
     """
     from qdot.grader.grading.history import read_last_results
     from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
@@ -135,13 +148,13 @@ def report(
     assignment, results = read_last_results(whole_class)
     left_out = [student.id for student in whole_class.roster if student not in assignment.roster]
     if left_out:
-        note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")
+        note(f"{', '.join(left_out)}: on the roster but not yet graded; left out")
     if not reports or out is not None:
         reports.append(("html", str(out or folder / "graded" / "report.html")))
     write_requested_reports(assignment, results, reports)
     if all(path != STDOUT for _, path in reports):
         for name, path in reports:
-            say(f"{name}: {path}, {len(results)} students")
+            say(f"{name}: {path}, {count_noun(len(results), 'student')}")
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
@@ -151,7 +164,9 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
             raise unknown_name("outlet", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].contains_bank:
             banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.contains_bank)
-            raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
+            raise QdotError(
+                f"--variation applies to question banks only ({banks}); for {name}, assignment.toml sets the variation"
+            )
     for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
         if value not in choices:
             raise unknown_name(description, value, list(choices))
@@ -178,8 +193,8 @@ def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
     """Return a message that names the export formats that were not written, with the reasons."""
     if len(names) == 1:
         return failed[names[0]]
-    verb = "is" if len(failed) == 1 else "are"
-    others_clause = "; all others are" if len(failed) < len(names) else ""
+    verb = "was" if len(failed) == 1 else "were"
+    others_clause = "; all other formats were written" if len(failed) < len(names) else ""
     reasons = ". ".join(f"{name}: {error}" for name, error in failed.items())
     return f"{', '.join(failed)} {verb} not written{others_clause}. {reasons}"
 

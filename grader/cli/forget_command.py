@@ -10,31 +10,38 @@ from qdot.exercises.common.console import say
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.forgetting import plan_forgetting
 
-NOT_REACHED = "not reached: learning platforms, repositories, e-mail, backups, and copies made elsewhere"
+NOT_REACHED = "qdot can't remove copies on learning platforms, in repositories, e-mail, backups or elsewhere"
 
 
 def forget(
     student: Annotated[
-        str, typer.Argument(metavar="STUDENT", help="The roster's identifier, or a name or email of one student only.")
+        str,
+        typer.Argument(
+            metavar="STUDENT",
+            help="The student's identifier in the roster, or a name or email address that only this student has.",
+        ),
     ],
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="An assignment folder, or a folder with several. Default: here.")
+        Path,
+        typer.Argument(
+            metavar="FOLDER", help="An assignment folder, or a folder with several. Default: the current folder."
+        ),
     ] = Path(),
-    yes: Annotated[bool, typer.Option("--yes", help="Remove without asking.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be removed, and remove nothing.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Remove without asking for confirmation.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be removed, but remove nothing.")] = False,
 ) -> None:
     """Remove everything that is stored about one student.
 
     Submissions, notebooks, certificates, feedback, results and history, the student's own exported files, and the
-    student's lines in roster.csv, overrides.csv, redrawn.csv and the results. First lists it, with other files that
-    name the student, and asks. Nobody else's problems or marks change. The same command finishes what was
-    interrupted. docs/privacy.md says what is stored where.
+    student's lines in roster.csv, overrides.csv, redrawn.csv and the results. Lists these first, with other files that
+    name the student, and asks for confirmation. Other students' problems and marks do not change. If interrupted, run
+    the same command again. docs/privacy.md says what is stored where.
 
     Examples:
       qdot forget s001 homework --dry-run
-          what there is of a student
+          list what is stored about a student
       qdot forget ada@example.org course --yes
-          removed from every assignment of a course, without asking
+          remove a student from every assignment of a course, without asking
     """
     plans = plan_forgetting(folder, student)
     for plan in plans:
@@ -55,5 +62,5 @@ def forget(
 def _confirm() -> bool:
     """Ask at the terminal whether to remove everything. Raises QdotError if there is no terminal."""
     if not sys.stdin.isatty():
-        raise QdotError("there is no terminal to ask: --yes removes it, --dry-run only lists it")
+        raise QdotError("can't ask for confirmation without a terminal: use --yes to remove, or --dry-run to list only")
     return typer.confirm("Remove this permanently?", err=True)

@@ -12,7 +12,7 @@ import typer
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, progress, say
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.grader.cli.options import (
     FolderArgument,
     JobsOption,
@@ -48,63 +48,73 @@ def grade(
     folder: FolderArgument,
     submissions: Annotated[
         Path | None,
-        typer.Argument(metavar="SUBMISSIONS", help="A folder, or a platform's zip. Default: DIR/submitted."),
+        typer.Argument(metavar="SUBMISSIONS", help="A folder, or a zip file from a platform. Default: DIR/submitted."),
     ] = None,
     jobs: JobsOption = CORE_COUNT,
     fail_under: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less, or no mark.")
+        float,
+        typer.Option(
+            metavar="PERCENT", help="Exit with code 1 if a student has less than this percentage, or no mark."
+        ),
     ] = 0.0,
     seconds: SecondsOption = Limits.seconds,
-    diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
+    diff: Annotated[
+        bool, typer.Option("--diff", help="List the students whose marks changed since the last run, and why.")
+    ] = False,
     allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
+        bool,
+        typer.Option("--allow-missing", help="Remove the marks of students who have nothing in SUBMISSIONS any more."),
     ] = False,
     report: Annotated[
-        list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
+        list[str],
+        typer.Option(
+            metavar="FORMAT=PATH", help="Also write the results as FORMAT=PATH. Repeatable; - is standard output."
+        ),
     ] = [],  # noqa: B006
     student: Annotated[
-        str, typer.Option(metavar="ID", help="Grade this student alone; SUBMISSIONS is their notebook or folder.")
+        str,
+        typer.Option(metavar="ID", help="Grade only this student; SUBMISSIONS is the student's notebook or folder."),
     ] = "",
     received: Annotated[
-        str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
+        str, typer.Option(metavar="TIME", help="With --student: time of submission, if the file does not have it.")
     ] = "",
     executor: Annotated[
-        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on the cluster of this Dask scheduler.")
+        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on the cluster with this Dask scheduler.")
     ] = "",
 ) -> None:
-    """Grade what a class has handed in, and write feedback.
+    """Grade the submissions of a class, and write feedback.
 
-    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster, or what Moodle, Canvas
-    and Gradescope let you download, as a folder or as the zip (docs/submissions.md). Writes
-    DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
-    has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
-    stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by
-    hand; with the column group, those of all equal wrong answers, by the key that `qdot report` shows.
-    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports.
+    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) for each student on the roster, or a download from
+    Moodle, Canvas or Gradescope, as a folder or as the zip (docs/submissions.md). Writes
+    DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. Unchanged submissions are
+    not graded again, so a stopped run continues where it was. Earlier results are stored in
+    DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand; its column
+    group sets those of all equal wrong answers, by the key that `qdot report` shows.
+    The formats of --report are in docs/outlets.md. With --student, only these reports are written.
 
     Examples:
       qdot grade homework
-          what lies in homework/submitted
+          the submissions in homework/submitted
       qdot grade homework moodle.zip
-          a download of Moodle, Canvas or Gradescope
+          a download from Moodle, Canvas or Gradescope
       qdot grade homework --diff
-          and whose mark moved since the last run
+          also list whose marks changed since the last run
       qdot grade homework --report canvas=canvas.csv --report xlsx=grades.xlsx
-          marks to go elsewhere
+          marks for other programs
       qdot grade homework late.ipynb --student s001 --report json=-
-          one student's, and nothing is written
+          only one student; no files are written
     """
     from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
 
     reports = parse_report_options(report, bool(student))
     if received and not student:
-        raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
+        raise QdotError("--received applies to one student's notebook: add --student ID")
     assignment = load_assignment(folder)
     print_line = note if any(path == STDOUT for _, path in reports) else say
     if student and executor:
-        raise QdotError("--student is graded here; --executor is for a class")
+        raise QdotError("--executor applies to a whole class; leave it out with --student")
     if allow_missing and student:
-        raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
+        raise QdotError("--allow-missing applies to a whole class; leave it out with --student")
     if student:
         results = [_grade_student(assignment, submissions, student, received, make_limits(seconds))]
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
@@ -122,7 +132,8 @@ def grade(
     failed = [result.student for result in results if result.percent < fail_under]
     if failed:
         note(
-            f"{len(failed)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(failed)}"
+            f"{len(failed)} of {count_noun(len(results), 'student')} below {fail_under:g} %, or without a mark: "
+            f"{', '.join(failed)}"
         )
         raise typer.Exit(1)
 
@@ -160,7 +171,7 @@ def _grade_class(
         note(message)
     ownerless = len(submitted.uncertain_owners) + len(submitted.not_on_roster)
     if not ownerless and all(result.submission is None for result in results):
-        note(f"nobody has handed in anything: put what comes back into {source}, as STUDENT/{assignment.key}.ipynb")
+        note(f"there are no submissions: put them into {source}, as STUDENT/{assignment.key}.ipynb")
     return earlier, results, _summarize(results, assignment.folder, ownerless)
 
 
@@ -178,9 +189,9 @@ def _check_nobody_missing(
     if missing:
         listing = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise QdotError(
-            f"{source}: nothing is here of {len(missing)} of {len(names)} students, who had handed in at "
-            f"the last run: {listing}; put theirs with the rest, everybody's into one folder or zip, or say "
-            "--allow-missing to take their marks away"
+            f"{source}: submissions of {len(missing)} of {count_noun(len(names), 'student')} graded in the last run "
+            f"are missing: {listing}; put all submissions into one folder or zip, or add --allow-missing to remove "
+            "these marks"
         )
 
 
@@ -189,8 +200,8 @@ def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None
     for message in submitted.uncertain_owners:
         note(message)
     for name in submitted.not_on_roster:
-        hint = f"; whose is it? it is told by the folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
-        note(f"{name}: no student of that name is on the roster; not graded{hint}")
+        hint = f"; put it into the student's folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
+        note(f"{name}: the roster has no student with this name; not graded{hint}")
 
 
 def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
@@ -216,14 +227,14 @@ def _check_graded(results: list[Result]) -> None:
     over_limit = [result.student for result in results if work_status(result) == "over limit"]
     if over_limit:
         note(
-            "without a mark, for what they handed in takes more to grade than a limit allows: "
-            f"{', '.join(over_limit[:5])}{', …' if len(over_limit) > 5 else ''}; feedback says which, and "
-            "overrides.csv can set points"
+            "no mark, because the submission exceeds a limit: "
+            f"{', '.join(over_limit[:5])}{', …' if len(over_limit) > 5 else ''}; the feedback says which limit, and "
+            "you can set points in overrides.csv"
         )
     if any(work_status(result) == "ungraded" for result in results):
         raise QdotError(
-            "qdot failed on some answers, which have no mark: feedback and grades.csv say 'ungraded', and why; "
-            "please report it"
+            "qdot failed on some answers, which have no mark; feedback and grades.csv mark them as 'ungraded' and "
+            "give the reason. Please report it"
         )
 
 
@@ -247,8 +258,9 @@ def _print_staff_notes(results: list[Result]) -> None:
     outdated = sum(OTHER_VERSION in result.staff_notes for result in results)
     if outdated:
         note(
-            f"WARNING: {outdated} of {submitted} notebooks were made from another assignment.toml, redrawn.csv or "
-            "secret: hand out the new ones, or put the old ones back"
+            f"WARNING: {outdated} of {count_noun(submitted, 'notebook')} {'was' if outdated == 1 else 'were'} made "
+            "from another assignment.toml, redrawn.csv or secret: distribute the new notebooks, or restore the old "
+            "files"
         )
 
 
@@ -260,8 +272,8 @@ def _summarize(results: list[Result], folder: Path, ownerless: int) -> str:
         for result in results
         if result.submission is not None and work_status(result) not in UNMARKED_STATES
     ]
-    mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""
-    not_graded = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
+    mean = f"mean {fmean(percents):.1f} % of submitted work; " if percents else ""
+    not_graded = f"{count_noun(ownerless, 'file')} without a certain owner on the roster; " if ownerless else ""
     overridden = sum(map(count_overridden, results))
     by_hand = f"{overridden} set by {OVERRIDES_FILE}; " if overridden else ""
-    return f"{len(results)} students: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"
+    return f"{count_noun(len(results), 'student')}: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"

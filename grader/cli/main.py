@@ -22,15 +22,15 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 if TYPE_CHECKING:
     import typer
 
-HELP = """Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
+HELP = """Generate velocity-kinematics problems for each student of a class, write notebooks, and grade them.
 
-Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`. `qdot COMMAND --help` tells of
-each command, with examples."""
+Start with `qdot demo`, which runs everything on a simulated class; then `qdot init DIR`. `qdot COMMAND --help` explains
+a command, with examples."""
 
 STOP_MESSAGES = {
-    **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to continue"),
     "forget": "stopped; run the same command again to remove the rest",
-    "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
+    "verify": "stopped; the same command starts again with the first problem; --first-seed SEED starts a sweep later",
 }
 """The messages that are printed when Ctrl-C or SIGTERM stops a command; for other commands it is "stopped"."""
 
@@ -74,7 +74,9 @@ def make_program(only: str = "") -> "typer.Typer":
 
     @app.callback(invoke_without_command=True)
     def _top(
-        show_version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version.")] = False,
+        show_version: Annotated[
+            bool, typer.Option("--version", is_eager=True, help="Print the version and exit.")
+        ] = False,
     ) -> None:
         if show_version:
             from qdot.exercises.common.extras import qdot_version
@@ -95,7 +97,7 @@ def make_program(only: str = "") -> "typer.Typer":
         if only not in COMMANDS or name == only:
             add(app, name, module, name.replace("-", "_"))
     if only not in COMMANDS:
-        site = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
+        site = typer.Typer(no_args_is_help=True, help="Build the web site, or serve it on this machine.")
         for name, function in SITE_COMMANDS.items():
             add(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
@@ -151,7 +153,9 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
             if (cause := open_files_error(error)) is not None:
                 _exit_with_message(str(cause), 2)
             cause_text = f"{type(error).__name__}: {error}"
-            _exit_with_message(f"qdot itself failed: {cause_text}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
+            _exit_with_message(
+                (f"qdot itself failed: {cause_text}. Please report it; set QDOT_TRACEBACK=1 to see where"), 2
+            )
 
     return run
 

@@ -19,15 +19,20 @@ def name_option(
 
 def _convention_option(default: str) -> Any:
     choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
-    return name_option(f"How arms are told: {choices}.", "--convention", names=CONVENTIONS)
+    return name_option(f"How arms are described: {choices}.", "--convention", names=CONVENTIONS)
 
 
 def _twist_order_option(default: str) -> Any:
     choices = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
-    return name_option(f"Of arms told by their axes: {choices}.", "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
+    return name_option(
+        f"Order of twists, for arms described by screw axes: {choices}.",
+        "--twist-order",
+        names=TWIST_ORDERS,
+        metavar="ORDER",
+    )
 
 
-DEFAULT_FROM_ID = "what the id says, else "
+DEFAULT_FROM_ID = "that of the problem's id, else "
 """The beginning of the default in the help text of options that a problem's identifier can set, too."""
 ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
 TwistOrderOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
@@ -36,7 +41,7 @@ SiteTwistOrderOption = Annotated[str, _twist_order_option("")]
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-SecondsOption = Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")]
+SecondsOption = Annotated[float, typer.Option(min=1, help="Processor time for each notebook.")]
 JobsOption = Annotated[
-    int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
+    int, typer.Option("--jobs", "-j", min=1, help="Number of parallel processes.", show_default="cores")
 ]

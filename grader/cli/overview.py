@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.generation import find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -16,14 +17,14 @@ ARM_KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Arms of five to seven joints", lambda chain: chain.n >= 5),
     ("Wrists", lambda chain: not chain.linear_rows),
     ("Planar arms", lambda chain: len(chain.linear_rows) < 3),
-    ("Spatial arms with slides", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
+    ("Spatial arms with prismatic joints", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
     ("Spatial arms of revolute joints", lambda _: True),
 )
 """The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""
-RANDOM_KIND = "Arms whose structure is drawn, too"
+RANDOM_KIND = "Arms with a random structure"
 """The kind of the families with random structures."""
 KIND_ORDER = (
-    "Planar arms", "Spatial arms of revolute joints", "Spatial arms with slides", "Wrists",
+    "Planar arms", "Spatial arms of revolute joints", "Spatial arms with prismatic joints", "Wrists",
     "Arms of five to seven joints", RANDOM_KIND,
 )  # fmt: skip
 """The kinds of arms in the order in which they are listed."""
@@ -46,24 +47,27 @@ def _find_kind(family: Family) -> str:
 
 def describe_families() -> str:
     """Return a text that lists all families by kind, each with the number of questions that apply to it."""
-    lines = ["The families: joints, difficulty from 0 to 4, and what they are an example of:"]
+    lines = ["The families: joints, difficulty from 0 to 4, title and source:"]
     for kind, families in group_families().items():
         lines += ["", kind, ""]
         for family in families:
             listing = find_listing(family.name)
             prefix = f"  {family.name:<20}{listing.kinds or 'varied':<9}{listing.difficulty:<8}"
-            lines += _wrap(prefix, f"{family.title}; {family.source}; {len(listing.questions)} questions")
-    lines += ["", "What can be asked of one of them: qdot families NAME. Drawings of all: docs/families.md"]
+            lines += _wrap(prefix, f"{family.title}; {family.source}; {count_noun(len(listing.questions), 'question')}")
+    lines += ["", "The questions for one of them: qdot families NAME. Drawings of all: docs/families.md"]
     return "\n".join(lines)
 
 
 def describe_robots() -> str:
     """Return a text that lists the robots of the library: name, joints, convention, description and source."""
-    lines = ["Real robots: name, joints, convention, what it is, and where its numbers are from:", ""]
+    lines = ["Real robots: name, joints, convention, title and source of the data:", ""]
     for robot in robots().values():
         prefix = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
         lines += _wrap(prefix, f"{robot.title}; {robot.source}")
-    lines += ["", "All that is derived of one: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
+    lines += [
+        "",
+        ("Everything derived for one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"),
+    ]
     return "\n".join(lines)
 
 
@@ -75,21 +79,21 @@ def describe_family(family: Family, convention: str = "") -> str:
     listing = find_listing(family, convention)
     joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {listing.difficulty}", ""]
-    lines += _wrap("can be asked     ", ", ".join(name for name in QUESTIONS if name in listing.questions))
+    lines += _wrap("questions        ", ", ".join(name for name in QUESTIONS if name in listing.questions))
     by_reason: dict[str, list[str]] = {}
     for name, reason in list_refusals(family, convention).items():
         by_reason.setdefault(reason, []).append(name)
     if by_reason:
-        lines += ["", f"can't be asked{' of any, as of this one,' if family.has_varied_structure else ''}"]
+        lines += ["", f"not applicable{' to arms such as this one' if family.has_varied_structure else ''}"]
     for reason, names in by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
     if family.robot_argument:
         advice = (
-            f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot_argument}"
+            f"To use it, set robot in assignment.toml. Everything derived for it: qdot solve {family.robot_argument}"
         )
     else:
         problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
-        advice = f"Short questions for quizzes: qdot questions. One such arm: qdot show {problem} --solution"
+        advice = f"Short questions for quizzes: qdot questions. An example: qdot show {problem} --solution"
     lines += ["", advice]
     return "\n".join(lines)
 
@@ -98,7 +102,9 @@ def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
     missing = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    return {name: QUESTIONS[name].find_obstacle(chain) or "other arms of the family can't be asked" for name in missing}
+    return {
+        name: QUESTIONS[name].find_obstacle(chain) or "does not apply to other arms of the family" for name in missing
+    }
 
 
 def _wrap(prefix: str, text: str) -> list[str]:

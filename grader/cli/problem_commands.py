@@ -34,21 +34,21 @@ SOLVE_FORMATS = ("text", "latex", "json")
 
 
 def init(
-    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="The folder to make.")] = None,
-    title: Annotated[str, typer.Option(help="The assignment's title; default: the set's.")] = "",
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="The folder to create.")] = None,
+    title: Annotated[str, typer.Option(help="The assignment's title. Default: that of the set.")] = "",
     key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
     roster: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
+        Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or an export from Canvas or Moodle.")
     ] = None,
     problems: Annotated[
-        str, name_option("Begin with a ready-made set of problems.", "--set", names=SETS)
+        str, name_option("Start with a ready-made set of problems.", "--set", names=SETS)
     ] = DEFAULT_SET,
-    list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
+    list_sets: Annotated[bool, typer.Option("--list", help="List the sets and exit.")] = False,
 ) -> None:
-    """Make a new assignment folder.
+    """Create a new assignment folder.
 
-    In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
-    assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
+    It contains assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
+    assignment.toml and roster.csv, then run `qdot generate DIR`. Existing files are not overwritten.
 
     Examples:
       qdot init homework
@@ -56,7 +56,7 @@ def init(
       qdot init homework --set singularities --roster canvas.csv
           a ready-made set, for a class from Canvas
       qdot init --list
-          which sets there are
+          list the sets
     """
     if list_sets:
         for problem_set in SETS.values():
@@ -67,13 +67,15 @@ def init(
             )
         return
     if folder is None:
-        raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
+        raise QdotError(
+            "give the folder to create, as in 'qdot init homework', or list the sets with 'qdot init --list'"
+        )
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
     init_assignment(folder, title or chosen_set.title, key, roster=roster, problems=chosen_set)
     next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
-    say(f"made {folder}: {next_step}, then run: qdot generate {folder}")
+    say(f"created {folder}: {next_step}, then run: qdot generate {folder}")
 
 
 def families(
@@ -81,34 +83,34 @@ def families(
         str,
         typer.Argument(
             metavar="NAME",
-            help="One of them, a real robot or a file: what it can be asked, and why not the rest.",
+            help="A family, a real robot or a file: list the questions that apply, and why the others do not.",
             autocompletion=complete_names(FAMILIES, library),
         ),
     ] = "",
     convention: Annotated[
-        str, name_option(f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
+        str, name_option(f"With NAME: the convention, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
     as_json: JsonOption = False,
 ) -> None:
-    """List the robot families and what each can be asked.
+    """List the robot families and the questions for each.
 
-    The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
-    family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
-    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
-    it is of a real robot (ur5) and of your own ROBOT.toml or URDF, which may take a minute.
+    The difficulty, from 0 to 4, says how much work such an arm is by hand. Use a family's name in assignment.toml
+    (family = "planar-2r") or before a seed: `qdot show planar-2r/7`. With the NAME of a family or a real robot (ur5),
+    or with your own ROBOT.toml or URDF, lists the questions that apply, and why the others do not. This may take a
+    minute.
 
     Examples:
       qdot families
-          all arms, and what each can be asked
+          all families
       qdot families planar-2r
-          one of them: why not the rest
+          one of them: which questions apply, and why not the others
       qdot families ur5 --convention modified-dh
-          a real robot, told by a modified table
+          a real robot, described by a modified table
     """
     if convention:
         find_convention(convention)
         if not name:
-            raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
+            raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:
         family = _find_family(name)
         _derive_questions(family, convention)
@@ -139,7 +141,7 @@ def _derive_questions(family: Family, convention: str) -> None:
     if family.has_varied_structure or not (family.robot_argument or convention):
         return
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    with progress(f"looking at what {family.name} can be asked", len(QUESTIONS)) as counter:
+    with progress(f"finding the questions for {family.name}", len(QUESTIONS)) as counter:
         for question in QUESTIONS.values():
             question.find_obstacle(chain)
             counter.step()
@@ -154,10 +156,10 @@ def _family_as_json(family: Family, convention: str = "") -> dict[str, Any]:
 
 
 def questions(as_json: JsonOption = False) -> None:
-    """List the questions that can be asked.
+    """List all questions.
 
-    They stand in the chapter's order, with the equation that each is about; behind them the short ones for quizzes.
-    Their names go into assignment.toml: questions = ["position", "jacobian"].
+    They follow the chapter's order, each with its equation; the short questions for quizzes come last.
+    Use their names in assignment.toml: questions = ["position", "jacobian"].
 
     Examples:
       qdot questions
@@ -170,7 +172,7 @@ def questions(as_json: JsonOption = False) -> None:
         return
     for name, question in ASKED.items():
         if name == next(iter(QUIZZES)):
-            say('\nShort questions for quizzes; questions = "quiz" asks one of each form:\n')
+            say('\nShort questions for quizzes; questions = "quiz" uses one of each form:\n')
         say(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
 
 
@@ -179,37 +181,40 @@ def show(
         str,
         typer.Argument(
             metavar="PROBLEM",
-            help="FAMILY/SEED, as in planar-2r/7.",
+            help="A problem as FAMILY/SEED (planar-2r/7), or an assignment folder.",
             autocompletion=complete_names(FAMILIES, suffix="/1"),
         ),
     ],
-    solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
+    solution: Annotated[
+        bool, typer.Option("--solution", help="Add the reference answers and the worked steps.")
+    ] = False,
     format: Annotated[
-        str, name_option(f"One of {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
+        str, name_option(f"Output format: {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
     ] = "text",
     ask: Annotated[
         str | None,
         typer.Option(
             "--questions",
-            help="Names with commas between, or quiz; default: all that apply but short ones.",
+            help="Question names separated by commas, or quiz. Default: all that apply, except short ones.",
             autocompletion=complete_names(ASKED, ["quiz"], separator=","),
         ),
     ] = None,
-    hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
+    hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
     convention: ConventionOption = "",
     twist_order: TwistOrderOption = "",
 ) -> None:
-    """Show one problem, with hints or solution if wanted.
+    """Show one problem, optionally with hints or solution.
 
-    It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
-    notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
+    Prints the statement, the figure and the questions. --hints adds three hints to each question, from gentle to nearly
+    complete; in HTML and notebooks, students open them one by one (JSON always has them). --solution adds the answers
+    and their derivations.
     The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
     FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
 
     Examples:
       qdot show planar-2r/7
-          a problem as a student has it
+          a problem as students see it
       qdot show planar-2r/7 --solution
           with answers and worked steps
       qdot show elbow-3r/3@full --questions jacobian,determinant --format html > problem.html
@@ -237,19 +242,19 @@ def _split_names(text: str) -> tuple[str, ...]:
     """Return the names in a text with commas between them. Raises QdotError if there are none."""
     names = tuple(name.strip() for name in text.split(","))
     if not any(names):
-        raise QdotError("--questions names no question; leave the option out to ask all that apply")
+        raise QdotError("--questions is empty; leave it out to use all questions that apply")
     return names
 
 
 def robots(as_json: JsonOption = False) -> None:
     """List the real robots that `qdot solve NAME` knows.
 
-    Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
-    solve panda --convert dh > arm.toml` makes a file of it that you can change.
+    Capital letters and hyphens in a name don't matter. To use a robot in assignment.toml, write robot = "panda". `qdot
+    solve panda --convert dh > arm.toml` writes it to a file that you can edit.
 
     Examples:
       qdot robots
-          all real robots, with who publishes their numbers
+          all real robots, with the source of their data
     """
     if as_json:
         say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
@@ -262,43 +267,45 @@ def solve(
         str,
         typer.Argument(
             metavar="ROBOT",
-            help="Your arm: ROBOT.toml or a URDF; or the name of a real one: panda.",
+            help="Your arm as ROBOT.toml or URDF, or the name of a real robot (panda).",
             autocompletion=complete_names(library),
         ),
     ],
     format: Annotated[
-        str, name_option(f"One of {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
+        str, name_option(f"Output format: {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
     ] = "text",
-    tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
+    tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the last link, if the robot has several ends.")] = "",
     convert: Annotated[
-        str, name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
+        str,
+        name_option(f"Only write the arm as ROBOT.toml, in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
     ] = "",
     time: Annotated[
-        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {MIN_SECONDS:g} or more.")
+        str, typer.Option(metavar="SECONDS", help=f"Maximum processor time in seconds, {MIN_SECONDS:g} or more.")
     ] = f"{SECONDS:g}",
 ) -> None:
-    """Derive all the book would for your own arm or a real one.
+    """Derive the velocity kinematics of your own arm or a real one.
 
-    That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
-    ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
-    "P", theta, d, a, alpha; lengths in metres, angles in radians. With convention = "modified-dh" the rows are those of
-    the modified table (Craig), with convention = "screws" joints are given by their axes: docs/robots.md.
+    Derives the position, the Jacobian in two ways, the determinant and the singularities. ROBOT.toml has a name,
+    optionally task = ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table:
+    kind = "R" or "P", theta, d, a, alpha; lengths in metres, angles in radians. With convention = "modified-dh", the
+    rows are those of the modified table (Craig). With convention = "screws", joints are described by their axes:
+    docs/robots.md.
 
-    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
-    names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
-    `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
-    in every one; `note` says so in words. Arms that are told by their axes have `space_jacobian` and `body_jacobian`.
+    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` is 6 x n. `determinant` and `singular` are
+    those of its rows named in `task`. `determinant` is null if these rows are not square. `singular` is null if they
+    have less than full rank in every configuration, and empty if they always have full rank; `note` explains this in
+    words. Arms described by screw axes have `space_jacobian` and `body_jacobian`.
 
-    Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
-    has `missing` then, a list of what was not worked out.
+    Results are printed as soon as they are ready. --time or Ctrl-C ends the derivation early; the output then says what
+    is missing, in JSON as the list `missing`.
 
     Examples:
       qdot solve arm.toml
           your own arm: position, Jacobian, determinant, singularities
       qdot solve panda --time 300
-          a real one, with more time
+          a real robot, with more time
       qdot solve panda --convert dh > arm.toml
-          as a file of your own
+          write it to a file that you can edit
     """
     check_choice(format, SOLVE_FORMATS, "--format")
     from qdot.exercises.solve.time_limited import write_solution
@@ -310,7 +317,7 @@ def solve(
     if convert:
         check_choice(convert, CONVENTIONS, "--convert")
         if format != "text":
-            raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
+            raise QdotError("--convert writes a ROBOT.toml and --format writes what is derived; give only one of them")
         say(robot_text(parsed_robot, convert).rstrip())
         return
     write_solution(parsed_robot, format, seconds, say, show_status)

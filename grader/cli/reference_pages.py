@@ -79,7 +79,7 @@ def library_page() -> str:
     sorted_names = sorted(homes, key=str.casefold)
     packages = [
         (title, [_describe(name, homes[name]) for name in sorted_names if homes[name].startswith(package)])
-        for title, package in (("What is asked", "exercises"), ("What is handed in", "grader"))
+        for title, package in (("The question", "exercises"), ("The answer", "grader"))
     ]
     return render("docs/library.md.j2", packages=packages)
 

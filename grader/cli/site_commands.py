@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assi
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest as BankOrder
@@ -39,20 +39,21 @@ VARIANTS_PER_PROBLEM = 5
 
 def build_site(
     context: typer.Context,
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to write_site it.")] = SITE_FOLDER,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="The folder to write the site into.")] = SITE_FOLDER,
     assignment: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Build a site for your own course, with the problems of this assignment."),
     ] = None,
     families: Annotated[
-        str, name_option("Names with commas between; default: all.", names=FAMILIES, metavar="NAMES", between=",")
+        str, name_option("Families separated by commas. Default: all.", names=FAMILIES, metavar="NAMES", between=",")
     ] = "",
     variants: Annotated[
         int | None,
         typer.Option(
             min=1,
             max=MAX_ARMS,
-            help="Arms of each family, or variants of a problem.",
-            show_default=f"{ARMS_PER_STEP} at every step of variation; {VARIANTS_PER_PROBLEM} of a problem",
+            help="Number of arms of each family, or of variants of each problem.",
+            show_default=f"{ARMS_PER_STEP} at each step of variation; {VARIANTS_PER_PROBLEM} for a problem",
         ),
     ] = None,
     variation: SiteVariationOption = "",
@@ -61,7 +62,7 @@ def build_site(
     feedback: Annotated[
         str,
         name_option(
-            f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
+            f"Level of feedback: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
             names=FEEDBACK,
             metavar="LEVEL",
         ),
@@ -70,11 +71,11 @@ def build_site(
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
-    Any file server can serve the folder, or GitHub Pages; there is nothing to install on it. What is up to date is
-    kept, so that a build that was stopped goes on where it was. With --convention, all arms are told as a course of
-    another book has them. With --assignment, the problems are variants of the
-    assignment's, none of which a student has, and what is told of a wrong answer is what its feedback says; the bank
-    has solutions only where that is "solutions". The page judges by itself, with right values in its bank.
+    You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it was. With
+    --convention, all arms are described in that convention. With --assignment, the problems are variants of the
+    assignment's; no student has one of them. The assignment's feedback level then applies to wrong answers, and the
+    bank has solutions only if the level is "solutions". The page grades in the browser, so its bank contains values
+    of the right answers.
 
     Examples:
       qdot site build
@@ -99,14 +100,17 @@ def build_site(
     left_out: list[FailedSlot] = []
     with progress("building the site", len(problems)) as counter:
         totals = write_site(order, counter.step, left_out.append)
-    say(f"{totals['problems']} problems with {totals['questions']} questions in {out}; see them: qdot site serve {out}")
+    say(
+        f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')} in {out}; "
+        f"to see them: qdot site serve {out}"
+    )
     for slot in left_out:
         note(str(slot))
     if left_out:
         named = ", ".join(dict.fromkeys(slot.family for slot in left_out))
         raise QdotError(
-            f"not on the site, as no draw passed its certificate: {len(left_out)} of {named}. All others are on it; "
-            "please report it"
+            f"left out of the site, because no attempt passed its certificate: {len(left_out)} of {named}. All "
+            "others are there; please report it"
         )
 
 
@@ -126,8 +130,8 @@ def _problems_of_assignment(
 ) -> SiteProblems:
     if any(frames):
         raise QdotError(
-            "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
-            'convention = "screws" in assignment.toml'
+            "--convention and --twist-order apply to a site of families only; for an assignment, set them in "
+            'assignment.toml, as in convention = "screws"'
         )
     if variation:
         assignment = assignment.with_variation(variation)
@@ -138,23 +142,23 @@ def _problems_of_assignment(
 
 def serve(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE_FOLDER,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 uses any free port.")] = 8000,
 ) -> None:
-    """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it.
+    """Serve a built site on this machine only, until Ctrl-C.
 
     Examples:
       qdot site serve
-          look at it at http://127.0.0.1:8000
+          open it at http://127.0.0.1:8000
     """
     if not (folder / "index.html").is_file():
-        raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
+        raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' builds one")
     handler = functools.partial(_QuietHandler, directory=str(folder))
     try:
         server = http.server.ThreadingHTTPServer(("127.0.0.1", port), handler)
     except OSError as error:
         raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
     with server:
-        say(f"the site is at http://127.0.0.1:{server.server_port}/ until Ctrl-C")
+        say(f"the site is at http://127.0.0.1:{server.server_port}/; stop it with Ctrl-C")
         server.serve_forever()
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.common.console import say
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.grader.grading.check import check_notebook
 
 
@@ -15,21 +15,22 @@ def check(
     report: Annotated[
         str,
         typer.Option(
-            metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations; - is stdout."
+            metavar="github=PATH",
+            help="Also write a GitHub Actions job summary with annotations (github=PATH); - is standard output.",
         ),
     ] = "",
 ) -> None:
-    """Show what will be read from each answer of a notebook.
+    """Show how qdot reads each answer of a notebook.
 
-    For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
+    For students: it gives no marks and needs no key. Exits with code 1 if an answer is blank or can't be read.
 
     Examples:
       qdot check velocity.ipynb
-          before you hand in: what will be read of each answer
+          before you submit: how qdot reads each answer
     """
     report_format, _, summary = report.partition("=")
     if report and (report_format != "github" or not summary):
-        raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
+        raise QdotError(f"--report {report}: expected github=PATH, as in github=summary.md")
     checked = check_notebook(notebook)
     rows = checked.rows
     for message in checked.notes:
@@ -45,6 +46,9 @@ def check(
         if annotations:
             say(annotations)
     unreadable = sum(not row.is_readable for row in rows)
-    say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
+    say(
+        f"{len(rows) - unreadable} of {count_noun(len(rows), 'answer')} can be read; qdot does not check here "
+        "whether they are right"
+    )
     if unreadable:
         raise typer.Exit(1)

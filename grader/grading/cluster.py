@@ -42,7 +42,7 @@ IDLE_TIMEOUT = 300.0
 """Seconds after which an idle worker drops the assignment."""
 DASK_LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
 """Dask's loggers, which are silenced because they print a traceback for errors that qdot reports in one line."""
-RESUME_HINT = "what has been graded is stored: run the same command again to go on"
+RESUME_HINT = "what has been graded is stored: run the same command again to continue"
 SAME_VERSIONS_HINT = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 

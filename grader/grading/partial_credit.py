@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Number
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ONE, ZERO, multiply_nodes, split_factors
 from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
@@ -262,15 +263,11 @@ def _credit_factors(answer: AnswerToCredit) -> _PartialCredit | None:
     for missing, surplus in error_counts:
         share = share_of_product(len(expected_factors), missing, surplus)
         if share and _is_product_without(answer, given_factors, expected_factors, missing, surplus):
-            surplus_words = f", and {_count_in_words(surplus, 'other')}" if surplus > missing else ""
+            surplus_words = f", and {count_noun(surplus, 'other')}" if surplus > missing else ""
             correct_count = len(expected_factors) - missing
-            summary = f"{correct_count} of {_count_in_words(len(expected_factors), 'factor')} with joints"
+            summary = f"{correct_count} of {count_noun(len(expected_factors), 'factor')} with joints"
             return _PartialCredit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{surplus_words}")
     return None
-
-
-def _count_in_words(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _list_factors(reference: sp.Expr) -> list[sp.Expr]:

@@ -93,7 +93,7 @@ def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterato
     yield Figure("each notebook more, mixed answers", each, "its cells, in a fork of a warm process", cells, 1.5)
     run = sum(processor for _, processor in floor(assignment, many, checked=False)) / len(floors)
     yield Figure("the same", each, "those of its cells that are run, without its checks of itself", run, 1.5)
-    hand_in(replace(assignment, roster=assignment.roster[:1]), folder / "changed", ("a sign wrong throughout",))
+    hand_in(replace(assignment, roster=assignment.roster[:1]), folder / "changed", ("wrong sign throughout",))
     (many / "s00000.ipynb").write_bytes((folder / "changed" / "s00000.ipynb").read_bytes())
     again = graded(assignment, many, anew=False)
     yield Figure(f"{STUDENTS} notebooks graded again, one of them changed", again, "a class of one", start, 1.3)

@@ -20,8 +20,8 @@ family = "planar-2r"
 questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
 """
 MIX = (
-    "right", "right, in another form", "right", "a sign wrong throughout", "right", "relative for absolute angles",
-    "right, in another form", "matrices transposed", "joint 2 forgotten", "first singular condition only",
+    "right", "right, in another form", "right", "wrong sign throughout", "right", "relative for absolute angles",
+    "right, in another form", "matrices transposed", "joint 2 forgotten", "only the first condition",
     "half of it", "blank",
 )  # fmt: skip
 """What notebooks of a class are like; an endless loop and the like are none of it, for they cost what they may."""

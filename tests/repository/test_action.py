@@ -92,7 +92,7 @@ def test_the_example_is_graded_on_github(machine: Machine, clone: Path) -> None:
 def test_without_the_secret_nothing_is_graded_and_it_is_said_why(machine: Machine, clone: Path) -> None:
     job = runner(machine, clone)
     assert not job.job(clone / ".github" / "workflows" / "grade.yml")
-    assert "without the secret the students' problems can't be regenerated" in "".join(job.said)
+    assert "without the secret, qdot can't regenerate the students' problems" in "".join(job.said)
 
 
 @pytest.mark.parametrize(

@@ -211,7 +211,7 @@ def test_a_class_is_graded_in_it_as_outside(engine: Engine, course: Assignment, 
 def test_it_is_strict_with_all_rights_dropped_and_no_filter_of_its_own(engine: Engine, tmp_path: Path) -> None:
     found = json.loads(engine.succeeds("grader doctor --json", tmp_path))
     assert found["strict"], found
-    assert "can be had on this machine" in engine.succeeds("podman run --rm --network none qdot", tmp_path)
+    assert "this machine can use sandbox" in engine.succeeds("podman run --rm --network none qdot", tmp_path)
 
 
 def refusing(names: list[str], folder: Path) -> list[str]:

@@ -46,7 +46,7 @@ def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "typst", None)
     assert (
         explain_missing("pdf", "PDF")
-        == "PDF needs typst, not installed here; get it with: pip install 'qdot-robotics[pdf]'"
+        == "PDF needs typst, which is not installed; install it with: pip install 'qdot-robotics[pdf]'"
     )
 
 
@@ -78,7 +78,7 @@ def test_a_library_that_is_missing_is_told_before_anything_is_done(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, module, None)
     said = fails(*(word.format(hw=made.folder) for word in command)).splitlines()[-1]
-    assert f"needs {module}, not installed here; get it with: pip install '.[" in said
+    assert f"needs {module}, which is not installed; install it with: pip install '.[" in said
     assert not (made.folder / "graded" / "results.jsonl").exists() and not list(tmp_path.glob("x.*"))
 
 
@@ -124,7 +124,7 @@ EXAMPLES = {name: re.findall(r"(?m)^  (qdot .*)$", command_named(name).epilog) f
 
 def test_every_command_has_examples() -> None:
     assert all(EXAMPLES.values())
-    assert "Examples:\n    qdot show planar-2r/7\n        a problem as a student has it" in run("show", "--help")
+    assert "Examples:\n    qdot show planar-2r/7\n        a problem as students see it" in run("show", "--help")
 
 
 @pytest.mark.parametrize("typed", [typed for examples in EXAMPLES.values() for typed in examples])

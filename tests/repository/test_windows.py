@@ -89,7 +89,7 @@ def test_what_is_asked_and_solved() -> None:
     assert "?" in run("show", "polar-rp/1", encoding="ascii")[0]
     assert json.loads(run("show", "polar-rp/1", "--format", "json")[0])["id"] == "polar-rp/1"
     assert "determinant" in run("solve", ROOT / "tests/data/archives/unreleased/arm.toml")[0].lower()
-    assert "1 problems verified, 0 failed" in run("verify", "polar-rp/1")[0]
+    assert "1 problem verified, 0 failed" in run("verify", "polar-rp/1")[0]
     assert json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)")[0])["outcome"] == "correct"
 
 

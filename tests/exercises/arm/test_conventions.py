@@ -233,7 +233,7 @@ def test_a_urdf_leads_where_its_origins_and_axes_do(urdf: Callable[..., Path]) -
     robot = read_robot_file(path, tip="tool")
     assert robot.chain.title == "three" and [joint.kind for joint in robot.chain.joints] == ["R", "R", "P"]
     assert robot.limits[0] is None and robot.limits[1] == (-1, sp.Rational(5, 2))
-    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is taken for pi/2",)
+    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is read as pi/2",)
     stream = Stream("urdf")
     for _ in range(4):
         q = [stream.uniform(-2, 2) for _ in range(3)]
@@ -260,14 +260,14 @@ def urdf(tmp_path: Path) -> Callable[..., Path]:
     [
         ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
         ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
-        ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar'"),
-        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which is not there"),
-        ('<child link="b"/>', "", "joint 'elbow': .* no child"),
-        ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis has no length"),
+        ('type="revolute"', 'type="planar"', "joint 'elbow': unknown type 'planar'"),
+        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which does not exist"),
+        ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
+        ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it repeats"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it copies"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
-        ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is the child of joint 'mount', too"),
+        ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
     ],
 )  # fmt: skip
 def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(
@@ -279,12 +279,12 @@ def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(
 
 def test_limits_of_a_urdf_are_rounded_as_its_angles_are(urdf: Callable[..., Path]) -> None:
     robot = read_robot_file(urdf('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'), tip="tool")
-    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken for pi" in note for note in robot.notes)
+    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is read as pi" in note for note in robot.notes)
 
 
 @pytest.mark.parametrize(
     ("tip", "said"),
-    [("", r"several links: tool, camera; .*--tip LINK"), ("tol", "unknown link 'tol'"), ("base", "is the root")],
+    [("", r"several last links: tool, camera; .*--tip LINK"), ("tol", "unknown link 'tol'"), ("base", "is the root")],
 )
 def test_the_end_of_a_urdf_is_its_only_one_or_named(tip: str, said: str, urdf: Callable[..., Path]) -> None:
     with pytest.raises(QdotError, match=said):
@@ -311,27 +311,27 @@ MODIFIED, AT = HEAD + 'convention = "modified-dh"\n', "point = [1, 0, 0]\n"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (HEAD + 'convention = "crag"\n' + ROW, 'line 2: convention = "crag": it is "dh" or "modified-dh" or "screws"'),
-        *((f'{HEAD}convention = "{other}"\n{ROW}', f'that is "{ours}"') for other, ours in OTHER_NAMES.items()),
-        (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": it is "radians" or "degrees"'),
+        (HEAD + 'convention = "crag"\n' + ROW, 'line 2: convention = "crag": expected "dh" or "modified-dh"'),
+        *((f'{HEAD}convention = "{other}"\n{ROW}', f'did you mean "{ours}"?') for other, ours in OTHER_NAMES.items()),
+        (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": expected "radians" or "degrees"'),
         (HEAD + 'angles = "degrees"\n' + row(alpha='"pi/2"'), "in degrees"),
-        (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "its angles are numbers"),
-        (MODIFIED + row(alpha='"alpha1"'), "the first one turns the base"),
+        (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "the angles must be numbers"),
+        (MODIFIED + row(alpha='"alpha1"'), "the first alpha rotates the base"),
         (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "{position = [x, y, z]}"),
         (HEAD + 'point = "O1"\ntool = {position = [0, 0, 1]}\n' + ROW, "the point of interest is the tool's origin"),
         (HEAD + "point = {frame = 2, offset = [0, 0, 0]}\n" + ROW, 'a frame, "O0"'),
         (HEAD + row("2 - 2*theta1"), '"-theta1"'), (HEAD + row("q2"), "q2"),
-        (HEAD + ROW + "limits = [1]\n", "they are two numbers, the lower first"),
-        (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
-        (HEAD + ROW + "limits = [true, 1]\n", "limits = [true, 1]: it is a number"),
-        (HEAD + ROW + "limits = [-inf, 2]\n", "limits = [-inf, 2]: it is a finite number"),
+        (HEAD + ROW + "limits = [1]\n", "expected two numbers, the lower one first"),
+        (HEAD + ROW + 'limits = ["pi", 0]\n', "expected two numbers, the lower one first"),
+        (HEAD + ROW + "limits = [true, 1]\n", "limits = [true, 1]: expected a number"),
+        (HEAD + ROW + "limits = [-inf, 2]\n", "limits = [-inf, 2]: expected a finite number"),
         (HEAD + ROW + "limits = [-170, 170]\n", "-170 degrees would be"),
         (HEAD + 'angles = "degrees"\n' + row(a='"cos(60)"'), "sqrt(3)/2"),
-        (SCREWS + SCREW, "the key 'point' is missing"), (SCREWS + "tool = {}\n" + SCREW, "with screws, it is `point`"),
-        (SCREWS + AT + ROW, 'is of a DH table, and the file says convention = "screws"'),
-        (HEAD + AT + SCREW, "line 5: joint 1: the key 'axis' is of an arm told by its axes"),
-        (MODIFIED + SCREW, 'the file says convention = "modified-dh"'),
-        (SCREWS + AT + screw(kind="p"), 'line 5: joint 1: kind = "p": it is "R" (revolute) or "P" (prismatic)'),
+        (SCREWS + SCREW, "the key 'point' is missing"), (SCREWS + "tool = {}\n" + SCREW, "with screws, use `point`"),
+        (SCREWS + AT + ROW, 'belongs to a DH table, but the file has convention = "screws"'),
+        (HEAD + AT + SCREW, "line 5: joint 1: the key 'axis' belongs to an arm described by screw axes"),
+        (MODIFIED + SCREW, 'the file has convention = "modified-dh"'),
+        (SCREWS + AT + screw(kind="p"), 'line 5: joint 1: kind = "p": expected "R" (revolute) or "P" (prismatic)'),
         (SCREWS + AT + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
         (SCREWS + AT + screw("[0, 0, 0]"), "the direction of the axis"),
         *((HEAD + row(a=f'"{typed}"'), meant) for typed, meant in DECIMALS.items()),
@@ -385,7 +385,7 @@ def test_skew_axes_stay_exact(tmp_path: Path) -> None:
 def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:
     chain = Chain("m", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("R", "theta2", 0, "a2", 0)), ("vx",))
     assert "alpha1" in robot_text(Robot(chain), "modified-dh")
-    with pytest.raises(QdotError, match="axis 2 of m is turned by an angle that is open"):
+    with pytest.raises(QdotError, match="axis 2 of m is rotated by a symbolic angle"):
         robot_text(Robot(chain), "screws")
 
 

@@ -44,12 +44,12 @@ D2 = sp.Symbol("d2")
         (planar, "at least one joint"),
         (lambda: planar(Joint("R", T2, 0, A1, 0)), "theta is theta2, but must be theta1 plus a constant"),
         (lambda: planar(FIRST, Joint("R", 2 * T2, 0, A2, 0)), "must be theta2 plus a constant"),
-        (lambda: planar(FIRST, Joint("R", T2, 0, T1, 0)), "holds theta1, which is the variable of a joint"),
-        (lambda: planar(FIRST, Joint("P", 0, D2, D2, 0)), "holds d2"),
-        (lambda: planar(Joint("R", T1, D2, A1, 0), Joint("P", 0, D2, 0, 0)), "holds d2"),
+        (lambda: planar(FIRST, Joint("R", T2, 0, T1, 0)), "contains theta1, the variable of a joint"),
+        (lambda: planar(FIRST, Joint("P", 0, D2, D2, 0)), "contains d2"),
+        (lambda: planar(Joint("R", T1, D2, A1, 0), Joint("P", 0, D2, 0, 0)), "contains d2"),
         (lambda: Joint("X", T1, 0, A1, 0), "'R' or 'P', not 'X'"),
         *((lambda task=task: planar(FIRST, task=task), "task") for task in ((), ("vx", "vx"), ("x",))),
-        (lambda: planar(FIRST, tool=Point(2)), "no frame O2; the last one is O1"),
+        (lambda: planar(FIRST, tool=Point(2)), "there is no frame O2; the last frame is O1"),
     ],
 )
 def test_an_arm_that_makes_no_sense_is_refused(make: Callable[[], object], said: str) -> None:

@@ -76,7 +76,7 @@ WRONG_TOML = [
     (TOML.replace('["position"]', '["position", "position"]'), "line 6 … twice"),
     (TOML.replace('["position"]', "[]"), "line 6 … questions = []"),
     (TOML.replace('"position"', '"quiz", "rank"'), 'questions = "quiz"'),
-    (TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'), "name the questions"),
+    (TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'), "list questions"),
     (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
     (TOML.replace('["position"]', '"position"'), 'questions = "position" … questions = ['),
     (TOML + "points = [1, 2]\n", "line 7 … points = [1, 2] … 2 numbers for 1 question"),
@@ -129,7 +129,7 @@ WRONG_ROSTERS = [
     ("name\tstudent\nA\ts1\n", "line 1 … first column … 'name' … 'student'"),
     ("sep=;\nname;student\n", "line 2 … first column … 'name' … 'student'"),
     ("", "empty"),
-    ("student\n", "no student"),
+    ("student\n", "the roster is empty"),
     ("student,name\n,Ada\n", "line 2 … empty"),
     ("student\n../s1\n", "line 2 … '../s1'"),
     ("student\n.\n", "line 2 … '.'"),
@@ -164,7 +164,7 @@ def test_names_of_people_are_students(folder: Path) -> None:
 
 def test_a_folder_or_file_in_an_assignment_is_told_from_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for inside in (folder / "submitted", folder / "assignment.toml"):
-        with pytest.raises(QdotError, match=f"in an assignment's folder.* {re.escape(str(folder))}$"):
+        with pytest.raises(QdotError, match=f"inside an assignment folder.* {re.escape(str(folder))}$"):
             load_assignment(inside)
     monkeypatch.chdir(folder / "submitted")
     with pytest.raises(QdotError, match=r"^\. .* \.\.$"):
@@ -234,7 +234,7 @@ def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     with_file = load_assignment(folder)
     (folder / "secret.txt").unlink()
     monkeypatch.delenv("QDOT_SECRET", raising=False)
-    with pytest.raises(QdotError, match=r"secret\.txt: .*no such file"):
+    with pytest.raises(QdotError, match=r"secret\.txt: .*file not found"):
         load_assignment(folder)
     monkeypatch.setenv("QDOT_SECRET", secret)
     assert load_assignment(folder).digest == with_file.digest

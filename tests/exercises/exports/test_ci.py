@@ -260,4 +260,4 @@ def test_a_check_takes_one_report_which_may_be_standard_output(tmp_path: Path, m
     assert "github=PATH" in fails("check", "mine.md", "--report", "junit=x")
     (tmp_path / "mine.md").write_text("```python\np1_determinant = 'a1*a2'\n```")
     said = run("check", "mine.md", "--report", "github=-")
-    assert "| p1.determinant | can be read |" in said and [path.name for path in tmp_path.iterdir()] == ["mine.md"]
+    assert "| p1.determinant | parsed |" in said and [path.name for path in tmp_path.iterdir()] == ["mine.md"]

@@ -367,7 +367,8 @@ def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
         for by in ("", "entries", "columns", "whole")
     }
     assert (
-        "Each of the 4 entries: 0.5." in rules[""] and "one other mistake explains all that is wrong: 1." in rules[""]
+        "Each of the 4 entries: 0.5." in rules[""]
+        and "one other mistake explains everything that is wrong: 1." in rules[""]
     )
     assert rules["entries"] and rules[""].startswith(rules["entries"]) and "one other mistake" not in rules["entries"]
     assert rules["columns"].startswith("Each right column: 1.") and rules["whole"] == "0 points."
@@ -382,7 +383,7 @@ def test_versions_have_no_names_and_are_no_students_problems(order: ExportReques
     assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
     assert EXPORT_FORMATS["html"].count_steps(replace(order, version_count=2)) == 2
-    with pytest.raises(QdotError, match="needs the grader"):
+    with pytest.raises(QdotError, match="written by the command line"):
         files(replace(order, sheet="marking"), "html")
 
 

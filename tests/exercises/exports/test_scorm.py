@@ -234,7 +234,7 @@ def test_what_a_browser_judges_otherwise_is_told(order: ExportRequest, patched: 
     other = an_order(tmp_path, toml, 1)
     exported(replace(other, report=notes.append))
     assert [note.partition(":")[0] for note in notes] == ["p1", "p2"]
-    assert "credit of determinant" in notes[0] and "decimals" in notes[1] and "position" in notes[1]
+    assert "partial credit for determinant" in notes[0] and "decimals" in notes[1] and "position" in notes[1]
 
 
 def test_more_questions_than_are_kept_are_refused_before_anything_is_written(order: ExportRequest) -> None:

@@ -114,7 +114,8 @@ def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter
     ("name", "chain", "why"),
     [
         *((name, Chain("flat", revolute(*[(0, A1, 0)] * 4), ("vx", "vy", "vz")), "full rank") for name in NAMES),
-        ("gram-determinant", RPR, "common unit"), ("least-norm-rates", RPR, "common unit"), ("self-motion", RPR, ""),
+        ("gram-determinant", RPR, "different units"), ("least-norm-rates", RPR, "different units"),
+        ("self-motion", RPR, ""),
         ("gram-determinant", LBR, "too long"),
         ("self-motion", Chain("4R", revolute(*((0, a, 0) for a in (A1, A2, A3, A4))), ("vx", "vy")), "2 dimensions"),
         ("self-motion", Chain("idle", revolute((0, A1, ALPHA2), (0, A2, H), (0, A2, H)), ("wy", "wz")), "alpha2"),

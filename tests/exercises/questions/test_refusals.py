@@ -15,16 +15,16 @@ REDUNDANT = ("gram-determinant", "least-norm-rates", "self-motion")
 BLOCKS = ("arm-block", "wrist-block", "block-determinants")
 OF_THE_BOOKS = [
     (RANK, "elbow_RRR", ""), (RANK, "cartesian_PPP", "no singular configuration"),
-    (RANK[1:2], "pan_tilt_2R", "more than its 2 joints"), (RANK[1:2], "PUMA560", "6 rows"),
+    (RANK[1:2], "pan_tilt_2R", "its 2 joints can never"), (RANK[1:2], "PUMA560", "6 rows"),
     (RANK[2:3], "orthogonal_3R", "no line of the arm"),
     (("unreachable-velocity",), "planar_2R", ""), (("unreachable-velocity",), "PUMA560", "6 components"),
     (("unreachable-velocity",), "cartesian_PPP", "no singular configuration"),
-    (PATH, "planar_3R_pose", "linear velocities only"), (PATH, "SCARA_RRRP", "linear velocities only"),
+    (PATH, "planar_3R_pose", "only linear velocities"), (PATH, "SCARA_RRRP", "only linear velocities"),
     (PATH, "planar_3R_position", "not square"), (PATH, "pan_tilt_2R", "not square"),
-    (PATH, "cartesian_PPP", "the same everywhere"),
-    (PERFORMANCE, "planar_3R_pose", "common unit"), (PERFORMANCE, "PUMA560", "common unit"),
+    (PATH, "cartesian_PPP", "its Jacobian is constant"),
+    (PERFORMANCE, "planar_3R_pose", "different units"), (PERFORMANCE, "PUMA560", "different units"),
     (PERFORMANCE, "pan_tilt_2R", "singular everywhere"), (PERFORMANCE, "cartesian_PPP", "the same in every"),
-    (PERFORMANCE[:1], "planar_RP", ""), (PERFORMANCE[1:], "planar_RP", "common unit"),
+    (PERFORMANCE[:1], "planar_RP", ""), (PERFORMANCE[1:], "planar_RP", "different units"),
     (REDUNDANT, "planar_2R", "more joints than rows"), (REDUNDANT, "pan_tilt_2R", "more joints than rows"),
     (REDUNDANT, "Scorbot_5R_task_xyz_pitch_roll_at_P", "does not move"),
 ]  # fmt: skip

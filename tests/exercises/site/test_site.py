@@ -245,7 +245,7 @@ def test_a_site_is_told_in_the_convention_of_a_course(built: Path, few_pages: No
     assert "position-vectors" not in told
     assert "Denavit" not in record["statement"]
     assert {"space-jacobian", "body-twist"} <= set(loaded(site, "index")["families"][0]["problems"][0]["questions"])
-    assert "told by their axes" in fails(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
+    assert "described by screw axes" in fails(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
     assignment = a_class(tmp_path / "hw", [Student("ada")])
     said = fails(*ordered(site, "--assignment", assignment.folder, "--convention", "screws"))
     assert 'convention = "screws" in assignment.toml' in said

@@ -117,11 +117,11 @@ def _keys(robot: Robot, stop: str) -> dict[str, Any]:
 
 
 LOOKS, TEST, SPECIAL = (
-    "what these configurations look like", "the test of these conditions in numbers",
-    "what holds for special lengths only",
+    "the geometry of these configurations", "the numeric test of these conditions",
+    "the case of special lengths",
 )  # fmt: skip
 OPEN, GIVEN = TWO_R, [(0, 0.4, 0), (0, 0.3, 0)]
-LOOKING = "what the configurations look like in which J loses rank"
+LOOKING = "the geometry of the configurations in which J loses rank"
 KINDS = ["type", "uniform", "meaning"]
 STOPS = [
     ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", "Singular configurations", ["singular"]),
@@ -130,8 +130,8 @@ STOPS = [
     (LOOKING, GIVEN, "s₂ = 0", f"{LOOKS}; {TEST}", [*KINDS, "tested"]),
     (TEST, OPEN, "folded back", f"{TEST}; {SPECIAL}", ["tested", "special_lengths"]),
     (TEST, GIVEN, "folded back", TEST, ["tested"]),
-    ("lengths of a special relation to each other", OPEN, "folded back", SPECIAL, ["special_lengths"]),
-    ("whether anything differs where a1 = a2", OPEN, "folded back", SPECIAL, ["special_lengths"]),
+    ("special lengths", OPEN, "folded back", SPECIAL, ["special_lengths"]),
+    ("whether a1 = a2 is special", OPEN, "folded back", SPECIAL, ["special_lengths"]),
 ]
 
 
@@ -142,7 +142,9 @@ def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
     robot = _robot(tmp_path, rows)
     text = _stopped(robot, "text", stop)
     assert there in text
-    assert re.search(rf"Not worked out: {re.escape(missing)}.* stopped, at work on {re.escape(stop)}\.", text)
+    assert re.search(
+        rf"Not derived: {re.escape(missing)}.* stopped because .*, at this step: {re.escape(stop)}\.", text
+    )
     assert "What is missing" in _stopped(robot, "latex", stop)
     content = _keys(robot, stop)
     assert content["missing"] == keys and stop in content["note"]
@@ -177,7 +179,7 @@ def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Pa
     with pytest.raises(KeyboardInterrupt):
         write_solution(_robot(tmp_path, TWO_R), "text", 60, say, lambda _: nullcontext())
     text = " ".join("".join(said).split())
-    assert "Not worked out: Jacobian by differentiation; Cartesian velocity" in text
+    assert "Not derived: Jacobian by differentiation; Cartesian velocity" in text
 
 
 def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
@@ -246,7 +248,7 @@ def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str,
 def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> None:
     _robot(tmp_path, TWO_R)
     said = fails("solve", tmp_path / "arm.toml", f"--time={text}")
-    assert said.startswith(f"qdot: --time {text!r} ") and "0.1 to 100000000" in said and "\n" not in said
+    assert said.startswith(f"qdot: --time {text!r}: ") and "0.1 to 100000000" in said and "\n" not in said
 
 
 def test_times_are_read_as_numbers() -> None:

@@ -50,9 +50,9 @@ def _reads_well(hint: str, name: str) -> None:
     assert 40 < len(hint.strip()) < 2200, f"{name}: {hint}"
     assert not re.search(r"\bNone\b|Undefined|\{\{|\{%|\[\]|\(\)|\n\n\n|\.\.|,,|\$\$\$", hint), f"{name}: {hint}"
     plain = re.sub(r"\$\$.+?\$\$|\$[^$]+\$", "F", hint, flags=re.DOTALL)
-    assert not re.search(r"  | [.,;:]|(?<!other )(?<!revolute )(?<!prismatic )\bjoints (?:and|,)|\bjoint ,|^\W*$|[a-z]\. [a-z]", plain), (
-        f"{name}: {plain}"
-    )
+    assert not re.search(
+        r"  | [.,;:]|(?<!other )(?<!revolute )(?<!prismatic )\bjoints (?:and|,)|\bjoint ,|^\W*$|[a-z]\. [a-z]", plain
+    ), f"{name}: {plain}"
     assert all(line[0].isupper() or line[0] in "(" or formula_led for line, formula_led in _starts(plain)), plain
     assert hint.count("$$") % 2 == 0 and hint.replace("$$", "").count("$") % 2 == 0
     for formula in re.findall(r"\$\$(.+?)\$\$|\$([^$]+)\$", hint, re.DOTALL):

@@ -107,11 +107,11 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
         (("show", "planar-2r/7", "--format", "pdf"), "text, latex, html, json, ipynb"),
         (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
-        (("show", "planar-2r/7", "--questions", ""), "names no question"),
-        (("show", "planar-2r/7", "--questions", " , "), "names no question"),
+        (("show", "planar-2r/7", "--questions", ""), "--questions is empty"),
+        (("show", "planar-2r/7", "--questions", " , "), "--questions is empty"),
         (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
         (("solve", "nowhere.toml"), "nowhere.toml"),
-        (("verify",), "name problems"),
+        (("verify",), "give problems"),
         (("verify", "planar-2r/3", "--family", "elbow-3r"), "'planar-2r/3'"),
         (("verify", "--family", "x"), "unknown family 'x'"),
         (("verify", "nodir"), "'nodir'"),
@@ -219,7 +219,7 @@ def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pyt
 
 @pytest.mark.parametrize(
     ("command", "said"),
-    [(["verify", "--family", "planar-2r"], "--first-seed"), (["grade", "."], "again to go on"), (["families"], "")],
+    [(["verify", "--family", "planar-2r"], "--first-seed"), (["grade", "."], "again to continue"), (["families"], "")],
 )
 def test_ctrl_c_says_what_is_true_of_the_command(
     monkeypatch: pytest.MonkeyPatch, command: list[str], said: str
@@ -236,7 +236,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
     result = runner.invoke(app, command)
     assert result.exit_code == 130
     assert result.stderr.startswith("qdot: stopped") and said in result.stderr
-    assert ("again to go on" in result.stderr) == ("again to go on" in said)
+    assert ("again to continue" in result.stderr) == ("again to continue" in said)
 
 
 @pytest.fixture(scope="module")
@@ -267,7 +267,7 @@ def test_generate_grade_and_check(folder: Path) -> None:
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
     result = runner.invoke(app, ["grade", str(folder), str(folder / "in"), "--fail-under", "50"])
-    assert result.exit_code == 1 and "1 of 2 students have less than 50 %, or no mark: s002" in result.stderr
+    assert result.exit_code == 1 and "1 of 2 students below 50 %, or without a mark: s002" in result.stderr
 
 
 def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:
@@ -280,7 +280,7 @@ def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp
 def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
     (folder / "solutions" / "s002" / "hw.ipynb").unlink()
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-    assert result.stdout.startswith("2 students: 1 completed, 1 kept; hand out")
+    assert result.stdout.startswith("2 students: 1 completed, 1 kept; distribute")
     assert result.stderr == ""
 
 
@@ -372,7 +372,7 @@ def is_alive(process: psutil.Process, group: int) -> bool:
         return False
 
 
-GO_ON = b"run the same command again to go on"
+GO_ON = b"run the same command again to continue"
 BEGIN_AGAIN = b"--first-seed SEED"
 STOPS: list[tuple[str, str, signal.Signals, float | str]] = [
     ("generate", "group", signal.SIGINT, AT_WORK),

@@ -13,7 +13,7 @@ from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.suites import several
 
 NAMES = {
-    "a sign wrong throughout": {
+    "wrong sign throughout": {
         "sign", "determinant-sign", "determinant-plus",  # of two by two, these may give the same rates
         "singular-taken-for-regular", "regular-taken-for-singular",  # for a letter "A" is given
     },
@@ -21,7 +21,7 @@ NAMES = {
     "matrices transposed": {"transposed"},
     "joint 2 forgotten": {"joint-left-out"},
     "degrees for radians": {"angles-in-degrees", "rates-in-degrees"},
-    "first singular condition only": {"one-root-only", "shoulder-missed", "condition-missed"},
+    "only the first condition": {"one-root-only", "shoulder-missed", "condition-missed"},
 }  # fmt: skip
 STUDENTS = ("s003", "s004", "s005", "s006", "s007", "s008")
 

@@ -73,7 +73,7 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
         ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
         ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 "), ("s1,,2.8,", "points = 2.8: the total has 2.7 "),
         ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' is set on line 2 "),
-        ("s1,p1.position,1,well, now", "line 2: 5 cells, and the header has 4"), ("s1,p1.position", "line 2: "),
+        ("s1,p1.position,1,well, now", "line 2: 5 cells, but the header has 4"), ("s1,p1.position", "line 2: "),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_overrides_is_told(folder: Path, line: str, said: str) -> None:
@@ -116,7 +116,7 @@ def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
         ("late = {per_day = 10}", "per_day: "), ("late = {per_day = nan}", "per_day: "),
         ("late = {per_day = true}", "per_day: "), ('late = {per_day = "10%"}', "per_day: "),
         ("late = {at_most = 0.5}", "per_day, until"), ("late = {per_day = 0.1, at_most = 2}", "at_most: "),
-        ("late = {at_most = 0.5, until = 2027-01-25T12:00:00Z}", "at_most limits what per_day takes off"),
+        ("late = {at_most = 0.5, until = 2027-01-25T12:00:00Z}", "at_most limits the deduction of per_day"),
         ("late = {per_day = 0.1, grace = 15}", 'grace = "15 min"'),
         ('late = {per_day = 0.1, grace = "15 minutes"}', "s, min, h, day, days"),
         ("late = {until = 2027-01-25}", "until: "), ("late = {until = 2027-01-10T12:00:00Z}", "until: "),
@@ -214,7 +214,7 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
     scores = {one.file: one.score for one in found["s1"].attempts}
     counted = ["hw-3.ipynb", *(f"later-{k}.ipynb" for k in range(1, 5))]
     assert [name for name, score in scores.items() if score is not None] == counted
-    assert found["s1"].notes[0].endswith(" within 10 min the last is taken, 5 attempts count at most")
+    assert found["s1"].notes[0].endswith(" within 10 min, only the last counts; at most 5 attempts count")
     (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
     assert file_of(run(folder)[0]["s1"]) == "later-5.ipynb"
 

@@ -83,7 +83,7 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
         packed.write(late / "hw.ipynb", "s2/hw.ipynb")
     for given, missing in ((folder / "submitted", "s2"), (tmp_path / "late.zip", "s1")):
         message = fails("grade", folder, given)
-        assert message.startswith(f"qdot: {given}: nothing is here of 1 of 3 students") and f" {missing}; " in message
+        assert message.startswith(f"qdot: {given}: submissions of 1 of 3 students") and f" {missing}; " in message
         assert results_path(load_assignment(folder)).read_bytes() == before
     gone, _ = run(folder, "--allow-missing")
     kept_for_staff = [path for path in (folder / "graded").glob("[gr]*.*") if path.is_file()]
@@ -94,7 +94,9 @@ def test_nobody_loses_a_mark_by_a_run_that_was_given_less(folder: Path, released
 
 
 def test_marks_are_taken_away_of_a_whole_class_only(folder: Path) -> None:
-    assert "--allow-missing is about a whole class;" in fails("grade", str(folder), "--allow-missing", "--student=ada")
+    assert "--allow-missing applies to a whole class;" in fails(
+        "grade", str(folder), "--allow-missing", "--student=ada"
+    )
 
 
 @pytest.mark.whole

@@ -200,7 +200,9 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
     assignment: Assignment, mix: Result
 ) -> None:
     text, page = page_of(assignment, mix)
-    assert "in your answer, but not singular" in text and "singular, but not in your answer" in text  # the two drawn arms
+    assert (
+        "in your answer, but not singular" in text and "singular, but not in your answer" in text
+    )  # the two drawn arms
     tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
     examples = [
         part.certificate.counterexample
