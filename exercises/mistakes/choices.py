@@ -103,8 +103,8 @@ _SINGULARITY_TYPES = {"boundary", "internal"}
 
 MISTAKES = (
     Mistake("boundary-and-internal", "Boundary and internal confused",
-            "Boundary and internal singularities seem to be confused: is the point at the edge of what it can reach, "
-            "or inside?", "below 6.7",
+            "You seem to have confused boundary and internal singularities. Is the point at the boundary of the "
+            "workspace, or inside it?", "below 6.7",
             answers=_combine(
                 _confuse_meanings(
                     "singularity-type", KIND_OPTIONS, {("boundary", "internal"), ("internal", "boundary")}
@@ -112,7 +112,8 @@ MISTAKES = (
                 _confuse_statements(is_same_meaning=True),
             )),
     Mistake("singular-taken-for-regular", "A singular configuration taken for a regular one",
-            "The configuration seems to be taken for a regular one. Put its values into det J, or look at the rank.",
+            "You seem to have taken a singular configuration for a regular one. Substitute its values into det J, or "
+            "check the rank.",
             "6.8",
             answers=_combine(
                     _confuse_meanings(
@@ -121,7 +122,8 @@ MISTAKES = (
                     _confuse_meanings("invertibility", INVERTIBILITY_ANSWERS, {("singular", "regular")}),
                 )),
     Mistake("regular-taken-for-singular", "A regular configuration taken for a singular one",
-            "The configuration seems to be taken for a singular one. Put its values into det J, or look at the rank.",
+            "You seem to have taken a regular configuration for a singular one. Substitute its values into det J, or "
+            "check the rank.",
             "6.8",
             answers=_combine(
                     _confuse_meanings(
@@ -129,71 +131,82 @@ MISTAKES = (
                     ),
                     _confuse_meanings("invertibility", INVERTIBILITY_ANSWERS, {("regular", "singular")}),
                 )),
-    Mistake("shape-of-jacobian", "Shape of J not looked at",
-            "Count the rows and the columns of J first: only a square matrix can have an inverse.", "6.7",
+    Mistake("shape-of-jacobian", "Shape of J not considered",
+            "You seem not to have considered the shape of J. Count its rows and columns first: only a square matrix "
+            "can have an inverse.", "6.7",
             answers=_confuse_meanings(
                     "invertibility", INVERTIBILITY_ANSWERS,
                     {(a, b) for a in INVERTIBILITY_ANSWERS for b in INVERTIBILITY_ANSWERS if a != b}
                     - {("singular", "regular"), ("regular", "singular")},
                 )),
     Mistake("other-meaning", "Another meaning of a singularity",
-            "That is not what the arm looks like there. Draw it with these joint values.", "below 6.7",
+            "Your option does not describe the arm in this configuration. Draw the arm with these joint values.",
+            "below 6.7",
             answers=_confuse_statements(is_same_meaning=False)),
     Mistake("direction-not-lost", "A direction that is not lost",
-            "Along that line the arm can still move. Look for the direction that no column of J has a part along.",
+            "The arm can still move along the line that you chose. Look for the direction along which no column of J "
+            "has a component.",
             "6.8", answers=_answers_with_option("lost-motion", lambda *_: True)),
-    Mistake("reachable-and-not", "What can be produced and what can't confused",
-            "A velocity can be produced where it has no part along the lost direction. Look at the scalar products.",
+    Mistake("reachable-and-not", "Velocities that can and can't be produced confused",
+            "You seem to have confused velocities that the arm can and can't produce. It can produce a velocity that "
+            "has no component along the lost direction: check the scalar products.",
             "6.8", answers=_answers_with_option("unreachable-velocity", lambda *_: True)),
-    Mistake("motion-turned-round", "Motion of a joint in the other sense",
-            "The component seems to have the other sign: a positive rate turns counterclockwise as seen from the tip "
-            "of the axis, or slides along it.", "6.12"),
-    Mistake("joint-without-effect", "A joint that changes nothing there",
-            "A change of {joint} alone, with all other joints at rest, changes nothing there.", "6.4"),
+    Mistake("motion-turned-round", "Motion of a joint in the wrong direction",
+            "The component seems to have the wrong sign. A positive rate rotates the links counterclockwise as seen "
+            "from the tip of the axis, or moves them along the axis.", "6.12"),
+    Mistake("joint-without-effect", "Joint that has no effect there",
+            "If only {joint} changes and all other joints are at rest, nothing changes there.", "6.4"),
     Mistake("column-of-other-joint", "Column of another joint",
-            "A column seems to be given to another joint: it is what a unit rate of its own joint gives, while all "
-            "others rest.", "6.12"),
+            "You seem to have assigned a column to the wrong joint. A column is the velocity for a unit rate of its "
+            "own joint, with all other joints at rest.", "6.12"),
     Mistake("size-transposed", "Rows and columns exchanged",
-            "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for "
-            "each joint.", "6.4",
+            "You seem to have exchanged the rows and the columns of J. J has one row for each component of velocity "
+            "and one column for each joint.", "6.4",
             answers=_answers_with_numbers("jacobian-size", lambda chain, part: [[chain.n, _task_size(part)]])),
     Mistake("size-of-own-task", "Size for another task",
-            "The rows seem to be counted for another task than the one that is asked about.", "6.6",
+            "You seem to have counted the rows for another task. Check which components of velocity this question "
+            "asks for.", "6.6",
             answers=_answers_with_numbers("jacobian-size", lambda chain, _: [[len(chain.task), chain.n]])),
-    Mistake("size-six-rows", "Six rows whatever the task",
-            "J seems to be given all six rows: it has one for each component of velocity that counts.", "6.6",
+    Mistake("size-six-rows", "Six rows for every task",
+            "You seem to have given J all six rows. J has one row for each component of velocity in the task.", "6.6",
             answers=_answers_with_numbers("jacobian-size", lambda chain, _: [[6, chain.n]])),
-    Mistake("size-square", "J taken for square",
-            "J seems to be taken for square: it has a row for each component of velocity and a column for each joint.",
+    Mistake("size-square", "Jacobian assumed to be square",
+            "You seem to have assumed that J is square. J has one row for each component of velocity and one column "
+            "for each joint.",
             "6.4",
             answers=_answers_with_numbers(
                     "jacobian-size", lambda chain, part: [[size, size] for size in (chain.n, _task_size(part))]
                 ), rare=True),
     Mistake("rank-full", "Full rank given",
-            "The rank seems to be that of a regular configuration. Are the columns independent here?", "6.8",
+            "You seem to have given the rank for a regular configuration. How many columns are linearly independent "
+            "here?", "6.8",
             answers=_answers_with_numbers("rank", lambda chain, _: [[_full_rank(chain)]])),
-    Mistake("rank-of-shape", "Number of rows or columns for the rank",
-            "The rank seems to be counted from the size of J: it is at most the smaller of the two, and less where J "
-            "is singular.", "6.8",
+    Mistake("rank-of-shape", "Number of rows or columns instead of the rank",
+            "You seem to have given the number of rows or columns. The rank is at most the smaller of the two, and "
+            "less if J is singular.", "6.8",
             answers=_answers_with_numbers("rank", lambda chain, _: [[chain.n], [len(chain.task)]])),
     Mistake("rank-less", "Rank of a singular configuration given",
-            "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
+            "You seem to have given the rank for a singular configuration. How many columns are linearly independent "
+            "here?", "6.8",
             answers=_answers_with_numbers(
                     "rank",
                     lambda chain, part: [[_correct_rank(part) - 1]] if _correct_rank(part) == _full_rank(chain) else [],
                 )),
     Mistake("rank-of-one-condition", "Only one of several conditions counted",
-            "One seems to be taken off the full rank. Does more than one condition hold in this configuration?", "6.8",
+            "You seem to have subtracted one from the full rank. Does more than one condition hold in this "
+            "configuration?", "6.8",
             answers=_answers_with_numbers(
                     "rank",
                     lambda chain, part: (
                         [[_full_rank(chain) - 1]] if _correct_rank(part) < _full_rank(chain) - 1 else []
                     ),
                 ), rare=True),
-    Mistake("rank-zero", "Rank zero where the determinant is",
-            "A determinant that is zero says only that the rank is less than full: count the independent columns.",
+    Mistake("rank-zero", "Rank zero because the determinant is zero",
+            "You seem to have given rank zero because the determinant is zero. This only shows that the rank is less "
+            "than full: count the independent columns.",
             "6.8", answers=_answers_with_numbers("rank", lambda chain, part: [[0]]), rare=True),
     Mistake("size-of-kinds", "Orientation counted as one component",
-            "Position or orientation seems to be counted as one component: J has a row for each component that "
-            "counts.", "6.6", answers=_answers_with_numbers("jacobian-size", _miscount_rows), rare=True),
+            "You seem to have counted the position or the orientation as one component. J has one row for each "
+            "component of velocity in the task.",
+            "6.6", answers=_answers_with_numbers("jacobian-size", _miscount_rows), rare=True),
 )  # fmt: skip

@@ -123,7 +123,7 @@ def _rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     for line, joint in _lines_without_offsets(chain, details):
-        extra_words = ", and the constant of a joint to be left out" if joint else ""
+        extra_words = ", and to have left out the constant of a joint" if joint else ""
         yield _compute_rates(line, float(details.distance), float(details.seam.speed) * float(line.length)), extra_words
 
 
@@ -168,49 +168,58 @@ _SIGN_ALTERNATIVE = ", or all rates have the wrong sign, as with a wrong sign of
 
 _ALL_MISTAKES = (
     Mistake("rates-at-start", "Joint rates at the start of the path",
-            "The Jacobian seems to be that at A: it is wanted where P is by then, with the joint values there.", "6.7",
+            "You seem to have used the Jacobian at A. Use the joint values at the position that P has reached by then.",
+            "6.7",
             answers=_answers_with_path_rates(_rates_at_start), rare=True),
-    Mistake("direction-not-unit", "Direction of the path without length 1",
-            "B - A seems to be multiplied by the speed as it is{more}: it is to be divided by its length first.", "6.7",
+    Mistake("direction-not-unit", "Direction of the path not normalized",
+            "You seem to have multiplied B - A by the speed{more}. First divide B - A by its length.", "6.7",
             answers=_answers_with_path_rates(_skip_normalization), rare=True),
-    Mistake("path-turned-round", "Path in the other direction",
-            "P seems to move from B to A instead of from A to B{more}.", "6.7",
+    Mistake("path-turned-round", "Path in the wrong direction",
+            "You seem to have moved P from B to A instead of from A to B{more}.", "6.7",
             answers=_answers_with_path_rates(_reverse_path), rare=True),
     Mistake("offset-forgotten-on-path", "Joint offset left out along the path",
-            "The constant that the table adds to the variable of joint {more} seems to be left out.", "6.1",
+            "You seem to have left out the constant that the table adds to the variable of joint {more}.", "6.1",
             answers=_answers_with_path_rates(_drop_offset), rare=True),
-    Mistake("degrees-as-radians", "Degrees taken for radians",
-            "The angles seem to be put into sine and cosine in degrees: they must be turned into radians first.", "6.1",
+    Mistake("degrees-as-radians", "Degrees used as radians",
+            "You seem to have used angles in degrees as if they were radians. Convert them before you take sines and "
+            "cosines.", "6.1",
             _use_degrees),
     Mistake("rates-in-degrees", "Rates in degrees per second",
-            "The rates of revolute joints seem to be in degrees per second: rad/s is asked for.", "6.5",
+            "The rates of revolute joints seem to be in degrees per second. Give them in rad/s.", "6.5",
             _scale_revolute_entries(float(180 / np.pi))),
     Mistake("rates-in-turns", "Rates in revolutions",
-            "The rates of revolute joints seem to be in revolutions per second: rad/s is asked for.", "6.5",
+            "The rates of revolute joints seem to be in revolutions per second. Give them in rad/s.", "6.5",
             _scale_revolute_entries(float(0.5 / np.pi))),
-    Mistake("millimetres", "Millimetres for metres",
-            "The result is a thousand times too large: are lengths in millimetres?", "6.4", _scale_result(1000.0)),
+    Mistake("millimetres", "Millimetres instead of metres",
+            "Your result is a thousand times too large. Did you use lengths in millimetres?",
+            "6.4", _scale_result(1000.0)),
     Mistake("thousandth", "A thousandth of the result",
-            "The result is a thousand times too small: are lengths in millimetres?", "6.4", _scale_result(0.001)),
-    Mistake("centimetres", "Centimetres for metres",
-            "The result is a hundred times too large: are lengths in centimetres?", "6.4", _scale_result(100.0)),
-    Mistake("root-forgotten", "Root forgotten", "The square root of det(J J^T) seems to be forgotten.", "below 6.8",
+            "Your result is a thousand times too small. Did you use lengths in millimetres?",
+            "6.4", _scale_result(0.001)),
+    Mistake("centimetres", "Centimetres instead of metres",
+            "Your result is a hundred times too large. Did you use lengths in centimetres?",
+            "6.4", _scale_result(100.0)),
+    Mistake("root-forgotten", "Root forgotten", "You seem to have forgotten the square root of det(J J^T).",
+            "below 6.8",
             single_variant({"manipulability": lambda w, _: w["gram determinant"]})),
-    Mistake("components-added", "Components added for the speed",
-            "The components of the velocity seem to be added: the speed is the root of the sum of their squares.",
+    Mistake("components-added", "Components added instead of the speed",
+            "You seem to have added the components of the velocity. The speed is the square root of the sum of their "
+            "squares.",
             "6.4"),
-    Mistake("component-alone", "One component for the speed",
-            "One component of the velocity seems to be given: the speed is made of all of them.", "6.4"),
+    Mistake("component-alone", "One component instead of the speed",
+            "You seem to have given one component of the velocity. The speed depends on all components.", "6.4"),
     Mistake("speed-squared", "Square of the speed",
-            "The square root seems to be forgotten: the speed is the root of the sum of the squares of the components.",
+            "You seem to have forgotten the square root. The speed is the square root of the sum of the squares of "
+            "the components.",
             "6.4"),
     Mistake("value-sign", "Value of a joint with the wrong sign",
-            "The value of {variable} seems to be put in with the wrong sign.", "6.1", _flip_value, rare=True),
-    Mistake("ratio-turned-over", "Ratio the wrong way round",
-            "The condition number is the largest singular value over the smallest, so at least 1.", "below 6.8",
+            "You seem to have substituted the value of {variable} with the wrong sign.", "6.1", _flip_value, rare=True),
+    Mistake("ratio-turned-over", "Inverted ratio",
+            "You seem to have inverted the ratio. The condition number is the largest singular value divided by the "
+            "smallest one, so it is at least 1.", "below 6.8",
             single_variant({"condition number": lambda w, value: 1 / value})),
-    Mistake("eigenvalues-for-singular-values", "Eigenvalues of J J^T for singular values",
-            "The eigenvalues of J J^T are the squares of the singular values of J: the root seems to be forgotten.",
+    Mistake("eigenvalues-for-singular-values", "Eigenvalues of J J^T instead of singular values",
+            "You seem to have used the eigenvalues of J J^T. They are the squares of the singular values of J.",
             "below 6.8", single_variant({"condition number": lambda w, value: value**2})),
 )  # fmt: skip
 

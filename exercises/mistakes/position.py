@@ -158,33 +158,37 @@ def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[Mistake
 
 
 _ALL_MISTAKES = (
-    Mistake("relative-angle", "Relative angle for absolute",
-            "For link {link}, the angle of its own joint seems to stand where its absolute angle is due: the angles of "
-            "parallel joints before it turn it, too.", "Example 6.1", _use_relative_angle),
+    Mistake("relative-angle", "Relative instead of absolute angle",
+            "For link {link}, you seem to have used only the angle of its own joint. The parallel joints before it "
+            "also rotate this link.", "Example 6.1", _use_relative_angle),
     Mistake("all-relative-angles", "Relative angles throughout",
-            "Each link seems to be turned by its own joint only: the angles of parallel joints add up from link to "
-            "link.", "Example 6.1", _use_relative_angles),
-    Mistake("sine-for-cosine", "Sine for cosine",
-            "In what link {link} adds, sine and cosine seem to be exchanged: the angle is counted from the x axis.",
+            "You seem to have rotated each link by its own joint only. The angles of parallel joints add up from link "
+            "to link.", "Example 6.1", _use_relative_angles),
+    Mistake("sine-for-cosine", "Sine instead of cosine",
+            "In the contribution of link {link}, you seem to have exchanged sine and cosine. The angle is measured "
+            "from the x axis.",
             "Example 6.1", _change_links(_swap_coordinates, _has_angle)),
-    Mistake("all-sines-for-cosines", "Sines for cosines throughout",
-            "Sines and cosines seem to be exchanged throughout: angles are counted from the x axis.", "Example 6.1",
+    Mistake("all-sines-for-cosines", "Sines instead of cosines throughout",
+            "You seem to have exchanged sines and cosines throughout. Angles are measured from the x axis.",
+            "Example 6.1",
             _swap_all_coordinates),
-    Mistake("link-subtracted", "Link with the wrong sign", "What link {link} adds seems to have the wrong sign.", "6.1",
+    Mistake("link-subtracted", "Link with the wrong sign",
+            "The contribution of link {link} seems to have the wrong sign.", "6.1",
             _change_links(lambda w, links, link: -links[link])),
     Mistake("link-left-out", "Link left out",
-            "What link {link} adds seems to be left out: the links add up from the base to the point.", "6.1",
+            "You seem to have left out the contribution of link {link}. Add the links from the base to the point.",
+            "6.1",
             _change_links(lambda w, links, link: links[link] * 0, lambda chain, _: len(moving_links(chain)) > 1)),
-    Mistake("link-not-rotated", "Link vector not turned into the base frame",
-            "The vector of link {link} seems to be taken as its own frame sees it: it must be turned into the base "
-            "frame before it is added.", "6.13",
+    Mistake("link-not-rotated", "Link vector not rotated into the base frame",
+            "You seem to have used the vector of link {link} in the coordinates of its own frame. Rotate it into the "
+            "base frame before you add it.", "6.13",
             _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0)),
-    Mistake("links-not-rotated", "Link vectors not turned into the base frame",
-            "The link vectors seem to be taken as their own frames see them: each must be turned into the base frame "
-            "before it is added.", "6.13", _skip_all_rotations),
-    Mistake("slides-in-order", "Slides along x, y, z in order",
-            "Joints {joint} seem to slide along {axis} in this order: each slides along its own z axis, which the "
-            "twists before it turn.", "Example 6.1", _slide_along_axes_in_order, rare=True),
+    Mistake("links-not-rotated", "Link vectors not rotated into the base frame",
+            "You seem to have used the link vectors in the coordinates of their own frames. Rotate each of them into "
+            "the base frame before you add it.", "6.13", _skip_all_rotations),
+    Mistake("slides-in-order", "Prismatic joints along x, y, z in order",
+            "You seem to have moved joints {joint} along {axis}, in this order. Each of them moves along its own z "
+            "axis, which depends on the twists before it.", "Example 6.1", _slide_along_axes_in_order, rare=True),
 )  # fmt: skip
 
 FRAME_MISTAKES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})

@@ -232,98 +232,101 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 _ALL_MISTAKES = (
     Mistake("screw-sign", "Screw with the wrong sign of its velocity",
-            "The halves v of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
+            "The parts v of your screws seem to have the wrong sign. The point at the origin moves at -omega x q.",
             SECTION, _variants_in_each_stage(_flip_linear_parts, *SCREW_STAGES)),
-    Mistake("screw-point", "Point on the axis for the velocity of a screw",
-            "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.", SECTION,
+    Mistake("screw-point", "Point on the axis instead of the velocity of a screw",
+            "You seem to have used points on the axes as the parts v of the screws. These parts are velocities, "
+            "-omega x q.", SECTION,
             _variants_in_each_stage(
                     _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
                 )),
     Mistake("twist-rows-exchanged", "Halves of a twist exchanged",
-            "The upper and the lower half seem to be exchanged: the question says in which order the rows stand.",
+            "You seem to have exchanged the upper and the lower half. The question states the order of the rows.",
             SECTION, _variants_in_each_stage(_exchange_halves, *SCREW_STAGES, "geometric")),
-    Mistake("slide-above", "Direction of a slide for its angular velocity",
-            "The direction of a slide seems to stand in the half omega of its screw: a slide turns nothing, and its "
-            "direction is v.", SECTION, _move_slide_to_angular_rows),
-    Mistake("screws-at-home", "Screws as they are at home",
-            "The columns seem to be the screws at home: each is carried along by other joints, of the space Jacobian "
-            "by those before it, of the body Jacobian by those behind.", SECTION, _use_home_screws),
+    Mistake("slide-above", "Direction of a prismatic joint used as angular velocity",
+            "You seem to have used the direction of a prismatic joint as omega. A prismatic joint does not rotate the "
+            "links after it; its direction is v.", SECTION, _move_slide_to_angular_rows),
+    Mistake("screws-at-home", "Screws of the home configuration",
+            "Your columns seem to be the screws of the home configuration. Other joints move each screw: in the space "
+            "Jacobian those before its joint, in the body Jacobian those after it.", SECTION, _use_home_screws),
     Mistake("other-twist-frame", "Space and body frame exchanged",
-            "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SECTION,
+            "Your answer seems to be for the {taken} frame. The question asks for the {wanted} frame.", SECTION,
             _use_other_frame),
     Mistake("velocity-of-p", "Velocity of P in the space frame",
-            "The half v seems to be the velocity of P: in the space frame it is that of the point of the last link "
-            "that is at the origin.", SECTION,
+            "You seem to have used the velocity of P as v. In the space frame, v is the velocity of the point of the "
+            "last link that is at the origin.", SECTION,
             single_variant({"space jacobian": lambda w, _: _reorder_geometric_rows(w)})),
-    Mistake("body-not-turned", "Body frame's velocities in the coordinates of the space frame",
-            "The velocities seem to be left in the coordinates of the space frame: the body frame sees them turned by "
-            "the transposed rotation.", SECTION,
+    Mistake("body-not-turned", "Body velocities left in the coordinates of the space frame",
+            "You seem to have left the velocities in the coordinates of the space frame. The transposed rotation "
+            "matrix takes them into the body frame.", SECTION,
             single_variant({"body jacobian": lambda w, _: _reorder_geometric_rows(w)})),
-    Mistake("body-turned-the-other-way", "Turned by the rotation of the body frame for its transpose",
-            "The velocities seem to be turned by the rotation of the body frame: its transpose takes them into that "
-            "frame.", SECTION,
+    Mistake("body-turned-the-other-way", "Multiplied by the rotation matrix of the body frame instead of its transpose",
+            "You seem to have multiplied the velocities by the rotation matrix of the body frame. Its transpose takes "
+            "them into that frame.", SECTION,
             single_variant({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w))}),
             rare=True),
     Mistake("body-about-origin", "Reference point not moved to the body frame",
-            "The space Jacobian seems to be turned into the body frame only: its velocities are those of another "
-            "point, and are to be moved to P.", SECTION,
+            "You seem to have only rotated the space Jacobian into the body frame. Its velocities v belong to another "
+            "point: move them to P.", SECTION,
             single_variant({
                     "body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])
                 }), rare=True),
     Mistake("adjoint-of-inverse", "Adjoint of the inverse",
-            "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.",
+            "You seem to have given the adjoint of T_bs, which takes twists into the body frame. The question asks "
+            "for the adjoint of T_sb.",
             SECTION, _change_adjoint(_adjoint_of_inverse)),
     Mistake("adjoint-block-above", "[P] R in the wrong block",
-            "The block [P] R seems to stand in the wrong corner: it takes omega to v, and stands in the rows of v and "
+            "The block [P] R seems to be in the wrong corner. It takes omega to v, so it belongs in the rows of v and "
             "the columns of omega.", SECTION,
             _change_adjoint(
                     lambda turn, place: _stack_blocks(turn, matrix_product(_skew_matrix(place), turn), 0 * turn, turn)
                 )),
-    Mistake("adjoint-order", "R [P] for [P] R",
-            "The block beside the two rotations seems to be R [P]: R turns vectors into the space frame first, and "
+    Mistake("adjoint-order", "Product R [P] instead of [P] R",
+            "The block beside the two rotations seems to be R [P]. R rotates vectors into the space frame first, so "
             "[P] is on its left.", SECTION,
             _change_adjoint(
                     lambda turn, place: _stack_blocks(turn, 0 * turn, matrix_product(turn, _skew_matrix(place)), turn)
                 )),
     Mistake("adjoint-sign", "[P] R with the wrong sign",
-            "The block [P] R of the adjoint seems to have the wrong sign: the point at the origin moves at v + P x "
+            "The block [P] R of the adjoint seems to have the wrong sign. The point at the origin moves at v + P x "
             "omega.", SECTION, _change_adjoint(lambda turn, place: adjoint_matrix(turn, -place))),
-    Mistake("adjoint-without-p", "Twist turned, and not moved",
-            "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another "
-            "point, for which there is [P] R.", SECTION,
+    Mistake("adjoint-without-p", "Twist rotated, but not moved",
+            "You seem to have only rotated the two halves of the twist. In the space frame, v belongs to another "
+            "point, and the block [P] R accounts for that.", SECTION,
             _change_adjoint(lambda turn, place: adjoint_matrix(turn, 0 * place))),
-    Mistake("adjoint-not-turned", "[P] for [P] R",
-            "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.", SECTION,
+    Mistake("adjoint-not-turned", "Block [P] instead of [P] R",
+            "You seem to have used [P] instead of [P] R. The factor R rotates the angular velocity first.", SECTION,
             _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _skew_matrix(place), turn))),
     Mistake("rotation-transposed", "Rotation of the body frame transposed",
-            "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees "
-            "them.", SECTION,
+            "You seem to have transposed R. The columns of R_sb are the axes of the body frame, in the coordinates of "
+            "the space frame.", SECTION,
             _change_adjoint(lambda turn, place: adjoint_matrix(turn.swapaxes(0, 1), place)), rare=True),
     Mistake("exponentials-reversed", "Exponentials in the wrong order",
-            "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SECTION,
+            "You seem to have multiplied the exponentials in the wrong order. The exponential of joint 1 is on the "
+            "left.", SECTION,
             _reverse_order),
-    Mistake("home-pose-left", "M on the left",
-            "The pose at home seems to stand on the left of the exponentials: with screws in the space frame it "
-            "stands on the right.", SECTION,
+    Mistake("home-pose-left", "Home pose M on the left",
+            "You seem to have put the home pose M on the left of the exponentials. With screws in the space frame, M "
+            "is on the right.", SECTION,
             single_variant({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]})),
-    Mistake("home-pose-forgotten", "M left out",
-            "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SECTION,
+    Mistake("home-pose-forgotten", "Home pose M left out",
+            "You seem to have left out the home pose M. Multiply the product of the exponentials by it.", SECTION,
             single_variant({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]})),
-    Mistake("exponential-about-origin", "(I - R) q left out of an exponential",
-            "The exponential of joint {joint} seems to turn about the origin: the axis goes through q, so that beside "
-            "R there is the column (I - R) q.", SECTION, _drop_translation),
-    Mistake("points-at-home", "Points of the axes as they are at home",
-            "The points on the axes seem to be those at home: the joints before an axis carry it along, its points, "
-            "too.", SECTION,
+    Mistake("exponential-about-origin", "Term (I - R) q left out of an exponential",
+            "The exponential of joint {joint} seems to rotate about the origin. The axis passes through q, so the "
+            "column beside R is (I - R) q.", SECTION, _drop_translation),
+    Mistake("points-at-home", "Points on the axes in the home configuration",
+            "You seem to have used points on the axes in the home configuration. The joints before an axis move it, "
+            "and its points with it.", SECTION,
             _variants_in_each_stage(
                     _replace_linear_parts(
                         lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))
                     ),
                     "space jacobian",
                 ), rare=True),
-    Mistake("joints-in-degrees", "Degrees for radians in exponentials",
-            "Degrees and radians seem to be mixed up: joint angles are in radians, and stand under sine and cosine as "
-            "they are.", SECTION, _confuse_degrees, rare=True),
+    Mistake("joints-in-degrees", "Degrees instead of radians in exponentials",
+            "You seem to have mixed up degrees and radians. Joint angles are in radians: use them in sine and cosine "
+            "without conversion.", SECTION, _confuse_degrees, rare=True),
 )  # fmt: skip
 
 MISTAKES = restrict_to_feature(HAS_SCREWS, _ALL_MISTAKES)

@@ -388,72 +388,75 @@ def _exchange_sines_and_cosines(condition: sp.Expr) -> Iterator[sp.Expr]:
 
 _ALL_MISTAKES = (
     Mistake("one-root-only", "Only one of two roots",
-            "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than "
-            "once in a turn.", "6.8", answers=_keep_one_root),
-    Mistake("shoulder-missed", "Condition that ties several joints missed",
-            "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
-            "axis{instead}: {every}.", "6.8 and Example 6.3", answers=_miss_tied_conditions),
-    Mistake("component-missed", "Part of the singular set missed",
-            "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8",
+            "You seem to have given only one of several values of a joint. A sine or cosine can take the same value "
+            "more than once in a full turn.", "6.8", answers=_keep_one_root),
+    Mistake("shoulder-missed", "Condition that involves several joints missed",
+            "You seem to have left out a condition that involves several joints, for example that the point lies on "
+            "the first axis{instead}: {every}.", "6.8 and Example 6.3", answers=_miss_tied_conditions),
+    Mistake("component-missed", "Part of the singular configurations missed",
+            "You seem to have left out part of the singular configurations, namely {kind}: {every}.", "6.8",
             answers=_miss_component),
     Mistake("condition-of-several-forgotten", "One of several conditions forgotten",
-            "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the "
-            "same time. J is not square, and loses rank only where all its minors are zero.", "6.8",
+            "You seem to have forgotten a condition that must hold together with the one for {joint}. J is not "
+            "square: it loses rank only if all of its maximal minors are zero.", "6.8",
             answers=_keep_some_conditions),
-    Mistake("quarter-turn-singular", "Sine for cosine in the condition",
-            "The angles seem to be a quarter turn off: where does the sine vanish, and where the cosine?", "6.8",
+    Mistake("quarter-turn-singular", "Sine instead of cosine in the condition",
+            "Your angles seem to be off by 90°. For which angles is the sine zero, and for which the cosine?", "6.8",
             answers=_shift_quarter_turn),
-    Mistake("joint-called-singular", "A joint called singular that is not",
-            "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example "
-            "6.3.)", "6.8", answers=_add_joint),
-    Mistake("value-called-singular", "A value called singular that is not",
-            "{joint} = {values} seems to be called singular: {zero}?", "6.8"),
-    Mistake("all-joints-straight", "All joints at 0 or pi called singular",
-            "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8", answers=_call_all_singular),
+    Mistake("joint-called-singular", "Condition for a joint that does not matter",
+            "You seem to have given {joint} as singular at {values}: {zero}? (The book makes this mistake in its own "
+            "Example 6.3.)", "6.8", answers=_add_joint),
+    Mistake("value-called-singular", "Value that is not singular",
+            "You seem to have given {joint} = {values} as singular: {zero}?", "6.8"),
+    Mistake("all-joints-straight", "All joints given as singular at 0 or pi",
+            "You seem to have given every joint as singular at 0 or pi: {zero}?", "6.8", answers=_call_all_singular),
     Mistake("condition-for-other-joint", "Condition for another joint",
-            "The condition seems to be given for {joint}, and it is one for another joint.", "6.8",
+            "You seem to have given a condition for {joint} that applies to another joint.", "6.8",
             answers=_use_other_joint),
-    Mistake("angles-in-degrees", "Degrees where radians are due",
-            "The angles seem to be given in degrees: radians are due.", "6.8", answers=_scale_angles(180 / sp.pi)),
-    Mistake("relative-angle-in-condition", "Relative angle for absolute in the condition",
-            "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is "
-            "due.", "6.8", answers=_change_tied_condition(_use_relative_angle)),
-    Mistake("sign-in-condition", "Sign in the condition",
-            "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8",
+    Mistake("angles-in-degrees", "Degrees instead of radians in the conditions",
+            "You seem to have given the angles in degrees. Give them in radians.",
+            "6.8", answers=_scale_angles(180 / sp.pi)),
+    Mistake("relative-angle-in-condition", "Relative instead of absolute angle in the condition",
+            "In the condition that involves several joints, you seem to have used a joint's own angle instead of an "
+            "absolute angle.", "6.8", answers=_change_tied_condition(_use_relative_angle)),
+    Mistake("sign-in-condition", "Wrong sign in the condition",
+            "In the condition that involves several joints, one term seems to have the wrong sign.", "6.8",
             answers=_change_tied_condition(lambda condition: (condition - 2 * term for term in condition.args))),
-    Mistake("term-lost-in-condition", "Term of the condition lost",
-            "The condition that ties several joints seems to lack a term.", "6.8",
+    Mistake("term-lost-in-condition", "Term missing from the condition",
+            "In the condition that involves several joints, one term seems to be missing.", "6.8",
             answers=_change_tied_condition(lambda condition: (condition - term for term in condition.args))),
     Mistake("waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
-            "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
+            "In the condition that involves several joints, you seem to have exchanged sine and cosine.", "6.8",
             answers=_change_tied_condition(_exchange_sines_and_cosines)),
     Mistake("offset-forgotten-in-set", "Joint offset left out of the conditions",
-            "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the "
-            "joint variable itself.", "6.8", answers=_misuse_offsets(1), rare=True),
+            "You seem to have left out the constant that is added to {joint}. Give the conditions for the joint "
+            "variable itself.", "6.8", answers=_misuse_offsets(1), rare=True),
     Mistake("offset-sign-in-set", "Joint offset on the wrong side",
-            "The constant that is added to {joint} seems to have the wrong sign: solve for the joint variable, which "
-            "takes it to the other side.", "6.8", answers=_misuse_offsets(2), rare=True),
-    Mistake("or-for-and", "Or for and in the conditions",
-            "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its "
-            "minors are zero.", "6.8", answers=_split_conjunction, rare=True),
+            "The constant that is added to {joint} seems to have the wrong sign. Solve for the joint variable: the "
+            "constant moves to the other side.", "6.8", answers=_misuse_offsets(2), rare=True),
+    Mistake("or-for-and", '"Or" instead of "and" in the conditions',
+            "You seem to have given conditions as alternatives that must hold together. J loses rank only if all of "
+            "its maximal minors are zero.", "6.8", answers=_split_conjunction, rare=True),
     Mistake("one-root-of-each", "One root of several joints",
-            "Only one of several values seems to be given for more than one joint: a sine or cosine takes the same "
-            "value more than once in a turn.", "6.8", answers=_keep_one_root_each, rare=True),
-    Mistake("and-for-or", "And for or in the conditions",
-            "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
+            "For more than one joint, you seem to have given only one of several values. A sine or cosine can take "
+            "the same value more than once in a full turn.", "6.8", answers=_keep_one_root_each, rare=True),
+    Mistake("and-for-or", '"And" instead of "or" in the conditions',
+            "You seem to have given alternatives as conditions that hold together. Each of them is enough by itself.",
+            "6.8",
             answers=_join_alternatives, rare=True),
     Mistake("condition-too-many", "Condition that is not needed",
-            "A condition for {joint} seems to be added to one that is enough without it.", "6.8",
+            "You seem to have added a condition for {joint} to one that is enough by itself.", "6.8",
             answers=_add_condition,
             rare=True),
-    Mistake("values-in-wrong-radians", "Values turned into the wrong radians",
-            "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
+    Mistake("values-in-wrong-radians", "Values converted to the wrong radians",
+            "You seem to have doubled or halved the angles when you converted them. Note that 180° is pi.", "6.8",
             answers=_scale_angles(sp.S.Half, sp.S(2)), rare=True),
-    Mistake("tangent-turned-over", "Tangent turned over",
-            "The tangent seems to be turned over: which of the two factors stands before the sine, and which before "
-            "the cosine?", "6.8", answers=_invert_tangent, rare=True),
+    Mistake("tangent-turned-over", "Inverted tangent",
+            "You seem to have inverted the tangent. Which of the two factors multiplies the sine, and which one the "
+            "cosine?", "6.8", answers=_invert_tangent, rare=True),
     Mistake("value-sign-in-set", "Value of a joint with the wrong sign",
-            "A value of {joint} seems to have the wrong sign.", "6.8", answers=_flip_values, rare=True),
+            "A value of {joint} seems to have the wrong sign. Check it in your condition.",
+            "6.8", answers=_flip_values, rare=True),
 )  # fmt: skip
 
 TABLE_MISTAKES = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})

@@ -390,86 +390,96 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 _ALL_MISTAKES = (
     Mistake("offset-forgotten", "Joint offset left out",
-            "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
-            "table says, not {variable} alone.", "6.1", _drop_offsets),
+            "You seem to have left out the constant that the table adds to the variable of joint {joint}. Use the "
+            "whole entry of the table, not only {variable}.", "6.1", _drop_offsets),
     Mistake("offset-sign", "Joint offset with the wrong sign",
-            "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the "
+            "You seem to have used the constant {degrees} that the table adds to the angle of joint {joint} with the "
             "wrong sign.", "6.1", _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)), rare=True),
-    Mistake("slide-offset-sign", "Offset of a slide with the wrong sign",
-            "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
+    Mistake("slide-offset-sign", "Offset of a prismatic joint with the wrong sign",
+            "You seem to have used the constant that the table adds to the variable of joint {joint} with the wrong "
+            "sign.",
             "6.1", _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"), rare=True),
     Mistake("offset-in-degrees", "Constant angle typed in degrees",
-            "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
-            "{degrees} is to be turned into a part of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True),
+            "You seem to have typed the constant {degrees} of the table in degrees. Sine and cosine take radians: "
+            "convert {degrees} to a multiple of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True),
     Mistake(
-        "wrong-radians", "Degrees turned into the wrong radians",
-        "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
-        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
+        "wrong-radians", "Degrees converted to the wrong radians",
+        "You seem to have converted the constant {degrees} of the table to the wrong radians. 180° is pi, so 30° "
+            "is pi/6, 45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
         _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30° becomes pi/3, 60° pi/6, 45° pi/2 or pi/8
     ),
     Mistake("fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
-            "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1",
+            "You seem to have left out a constant angle. Joint {joint} is prismatic, but its row in the table also "
+            "has an angle.", "6.1",
             _change_each_row(lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0})),
-    Mistake("length-forgotten", "Length a left out", "The length a in row {link} of the table seems to be left out.",
+    Mistake("length-forgotten", "Length a left out",
+            "You seem to have left out the length a in row {link} of the table.",
             "6.1", _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0})),
     Mistake("distance-forgotten", "Distance d left out",
-            "The distance d in row {link} of the table seems to be left out.", "6.1",
+            "You seem to have left out the distance d in row {link} of the table.", "6.1",
             _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0})),
     Mistake("variable-forgotten", "Joint variable left out",
-            "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
+            "You seem to have left out the angle of joint {joint}. It rotates every link after it.", "6.1",
             _add_to_variable(lambda chain, i: -chain.q[i], "R"), rare=True),
-    Mistake("row-misread", "Entry of another row of the table",
-            "For row {joint} of the table, the {entry} of row {other} seems to be taken.", "Example 6.1",
+    Mistake("row-misread", "Entry from another row of the table",
+            "For row {joint} of the table, you seem to have used the {entry} of row {other}.", "Example 6.1",
             _use_other_row, rare=True),
     Mistake("lengths-exchanged", "Lengths exchanged",
-            "The lengths a of rows {joint} and {other} of the table seem to be exchanged.", "Example 6.1",
+            "You seem to have exchanged the lengths a in rows {joint} and {other} of the table.", "Example 6.1",
             _exchange_lengths, rare=True),
     Mistake("point-forgotten", "Offset of the point left out",
-            "The result is that of the last frame's origin. The point of interest stands off it: look at its "
-            "coordinates in that frame.", "6.1", _drop_point_offset),
-    Mistake("other-point", "Another frame's origin for the point",
-            "The result seems to be that of the origin O{frame}. Look again at which point is asked for.", "6.13",
+            "Your result seems to be for the origin of the last frame. The point of interest is offset from it: look "
+            "at its coordinates in that frame.", "6.1", _drop_point_offset),
+    Mistake("other-point", "Origin of another frame instead of the point",
+            "Your result seems to be for the origin O{frame}. Check which point the question asks for.", "6.13",
             _use_other_origin, rare=True),
     Mistake("base-forgotten", "Base left out",
-            "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1",
+            "You seem to have left out the base. The arm's base is not at the origin of the world frame.", "6.1",
             _drop_base),
     Mistake("base-not-rotated", "Rotation of the base left out",
-            "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1",
+            "You seem to have left out the rotation of the base. The base is rotated in the world frame.", "6.1",
             _skip_base_rotation, rare=True),
     Mistake("twist-sign", "Twist with the wrong sign",
-            "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from "
-            "one z axis to the next, counted about the x axis between them.", "Example 6.1",
+            "You seem to have used the twist alpha in row {joint} of the table with the wrong sign. It is the angle "
+            "from one z axis to the next, measured about the x axis between them.", "Example 6.1",
             _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha})),
     Mistake("all-twists-sign", "All twists with the wrong sign",
-            "All twists alpha seem to be taken with the wrong sign: each is counted about x from one z to the next.",
+            "You seem to have used all twists alpha with the wrong sign. Each one is measured about x, from one z "
+            "axis to the next.",
             "Example 6.1", _flip_all_twists),
     Mistake("twist-forgotten", "Twist left out",
-            "The twist alpha of row {joint} seems to be left out: the axes behind it are turned by it.", "Example 6.1",
+            "You seem to have left out the twist alpha in row {joint} of the table. It rotates the axes after it.",
+            "Example 6.1",
             _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})),
     Mistake("modified-dh", "Another Denavit-Hartenberg convention",
-            "The table seems to be read in the other (modified) convention. Here a frame is reached by turning and "
-            "moving along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _read_as_modified, rare=True),
-    Mistake("link-behind", "Length and twist of the link behind a joint",
-            "Each transform seems to have the length and the twist of link i, as a row of the standard table has: in "
-            "a modified one, those of link i-1 stand before joint i.", "Example 6.1", _use_next_links, rare=True),
+            "You seem to have read the table in the other (modified) convention. Here, you reach a frame by rotating "
+            "about z and moving along z first, then moving along x and rotating about x: Rz Tz Tx Rx.",
+            "Example 6.1", _read_as_modified, rare=True),
+    Mistake("link-behind", "Length and twist of the link after a joint",
+            "In each transform, you seem to have used the length and the twist of link i, as in the standard "
+            "convention. In the modified convention, those of link i-1 come before joint i.",
+            "Example 6.1", _use_next_links, rare=True),
     Mistake("standard-dh", "The standard Denavit-Hartenberg convention",
-            "The table seems to be read in the standard (distal) convention. Here a frame is reached by turning and "
-            "moving along x first, and along z after that: Rx Tx Rz Tz.", "Example 6.1", _read_as_standard, rare=True),
+            "You seem to have read the table in the standard (distal) convention. Here, you reach a frame by rotating "
+            "about x and moving along x first, then rotating about z and moving along z: Rx Tx Rz Tz.",
+            "Example 6.1", _read_as_standard, rare=True),
     Mistake("a-and-d-exchanged", "a and d exchanged",
-            "In row {link} of the table, a and d seem to be exchanged: d is measured along z, a along x.",
+            "You seem to have exchanged a and d in row {link} of the table. The distance d is measured along z, and "
+            "the length a along x.",
             "Example 6.1", _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
             rare=True),
-    Mistake("joint-turns-other-way", "A joint that turns the other way",
-            "Joint {joint} seems to turn the other way: its angle counts counterclockwise about its z axis.", "6.1",
+    Mistake("joint-turns-other-way", "Joint that rotates the other way",
+            "You seem to have rotated joint {joint} in the wrong direction. Its angle is positive counterclockwise "
+            "about its z axis.", "6.1",
             _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}), rare=True),
-    Mistake("quarter-turn", "A quarter turn too much",
-            "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the "
-            "one behind.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True),
+    Mistake("quarter-turn", "Angle off by 90°",
+            "The angle of joint {joint} seems to be off by 90°. It is measured from the x axis before the joint to "
+            "the one after it.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True),
     Mistake("lengths-in-centimetres", "Lengths in another unit",
-            "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _use_other_units,
+            "The numeric lengths seem to be in {unit}. Give them in metres.", "6.1", _use_other_units,
             rare=True),
-    Mistake("degrees", "Degrees for radians",
-            "The angles seem to be turned from degrees into radians. They are in radians already.", "6.1",
+    Mistake("degrees", "Degrees instead of radians",
+            "You seem to have converted the angles from degrees to radians. They are already in radians.", "6.1",
             _convert_again, rare=True),
 )  # fmt: skip
 

@@ -115,7 +115,7 @@ PHRASES = (
     "the point",
     "centimetres",
     "millimetres",
-    ", and the constant of a joint to be left out",
+    ", and to have left out the constant of a joint",
     "one that depends on the joints",
     "In your answer",  # begins the sentence on a mistake in finished formulas
     "a length",

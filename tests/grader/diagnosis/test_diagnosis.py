@@ -99,7 +99,7 @@ def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
         ("singular-angles", "[theta2 = 0, theta2 = pi, theta2 = pi/2]", "value-called-singular: theta2 = pi/2"),
         ("singular-angles", "[theta2 = 0, theta1 = 1]", "joint-called-singular and one-root-only: theta1|1"),
         ("determinant", "a1*a2*sqrt(1 - cos(theta2)^2)", "sign-lost"),
-        ("velocity", f"[-a1*qd1*{S1} - a2*qd1*qd2*{S12}, a1*qd1*{C1} + a2*qd1*qd2*{C12}]", "sum-multiplied: rates"),
+        ("velocity", f"[-a1*qd1*{S1} - a2*qd1*qd2*{S12}, a1*qd1*{C1} + a2*qd1*qd2*{C12}]", "sum-multiplied: Rates"),
     ],
 )  # fmt: skip
 def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
@@ -149,26 +149,26 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
     [
         ("scara/4@modified-dh", "own-frame-velocity",  # left in the base frame, each of these
          "[-a1*qd1*c1 + (qd1 + qd2)*s12/2, -a1*qd1*s1 - (qd1 + qd2)*c12/2, -qd3, 0, 0, qd1 + qd2]",
-         "rows-not-turned: The vectors"),
+         "rows-not-turned: the vectors"),
         ("planar-2r/12@modified-dh", "own-frame-velocity",
-         "[-a1*qd1*sin(theta1 + pi/4), a1*qd1*cos(theta1 + pi/4), 0, 0, 0, qd1 + qd2]", "rows-not-turned: The vectors"),
+         "[-a1*qd1*sin(theta1 + pi/4), a1*qd1*cos(theta1 + pi/4), 0, 0, 0, qd1 + qd2]", "rows-not-turned: the vectors"),
         ("spherical/3", "tool-jacobian", f"[{D3_ROWS}, [0, -c1, 0], [0, -s1, 0], [1, 0, 0]]",
-         "rows-not-turned: The vectors"),
+         "rows-not-turned: the vectors"),
         ("spherical/3", "tool-jacobian", f"[{D3_ROWS}, [c2, 0, 0], [0, 1, 0], [s2, 0, 0]]",
-         "rows-not-turned: The linear vectors"),
+         "rows-not-turned: the linear vectors"),
         ("wrist-zyz/47", "jacobian", "[[0, -s1, c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
-         "offset-forgotten: joint 1, 2,|not theta1, theta2 alone"),  # the constant of joint 3 changes nothing
+         "offset-forgotten: joint 1, 2.|not only theta1, theta2"),  # the constant of joint 3 changes nothing
         ("spherical/29", "position", f"[{D3_20}*s1*{C2_45}, -{D3_20}*c1*{C2_45}, {D3_20}*sin(theta2 + pi/4) + 0.65]",
          "wave-throughout"),  # and no two signs of constants
-        ("scara/83@full", "determinant", "7/20*a1*sin(theta2 + pi/3)", "offset-sign: The constant -60° |joint 2"),
+        ("scara/83@full", "determinant", "7/20*a1*sin(theta2 + pi/3)", "offset-sign: the constant -60° |joint 2"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = pi/2, theta2 = -pi/2", "offset-forgotten-in-set"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = 2*pi/3, theta2 = -pi/3", "offset-sign-in-set"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = pi/3, theta2 = -2*pi/3, theta2 = -pi/5",
-         "value-called-singular: theta2 = -pi/5 seems"),
+         "value-called-singular: given theta2 = -pi/5 as singular"),
         ("cartesian/5@frames", "position", "[d1 + 0.8, d2 - 0.7, d3 - 0.25 + 0.35]", "slides-in-order: along x, y, z"),
-        ("anthropomorphic-6r/1@chapter", "wrist-block", WRIST, "rows-not-turned: The vectors"),
+        ("anthropomorphic-6r/1@chapter", "wrist-block", WRIST, "rows-not-turned: the vectors"),
         ("elbow-3r/21@modified-dh", "own-frame-velocity", f"[{OF_P}, qd1*s23, qd1*c23, qd2 + qd3]",
-         "velocity-of-other-frame: that of the point"),
+         "velocity-of-other-frame: the velocity of the point"),
         ("wrist-zyz/1@chapter", "jacobian", "[[-s2*c3, s3, 0], [s2*s3, c3, 0], [c2, 0, 1]]",
          "tool-frame: the base frame"),
         ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "wave-and-sign"),
@@ -210,7 +210,7 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
          "[-(d3 - 0.2)*s1*cos(theta2 + pi/4), (d3 - 0.2)*c1*cos(theta2 + pi/4), (d3 - 0.2)*sin(theta2 + pi/4) + 0.45]",
          "link-left-out and base-forgotten: link 1"),
         ("polar-rp/13@lengths", "jacobian", "[[d2*c1 - 0.15*s1, c1], [d2*s1 + 0.15*c1, s1]]",
-         "wrong-axis-of-joint: joint 2, the x"),
+         "wrong-axis-of-joint: joint 2|the x"),
         ("elbow-lateral/17@lengths", "determinant", "-0.6*a3*(a3*s23 + 0.6*s2)*s3", "waves-in-factor"),
         ("planar-2r/15@lengths@screws", "home-screws",
          "[[0, 0], [0, 0], [1, 1], [0, 0], [0, a1], [0, 0]]", "screw-sign"),
