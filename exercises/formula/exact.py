@@ -388,7 +388,7 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.program import compile_program
-    >>> program = compile_program([parse_formula("2*sin(x)*cos(x)"), parse_formula("sin(2*x)"), parse_formula("sin(x)")])
+    >>> program = compile_program([parse_formula(text) for text in ("2*sin(x)*cos(x)", "sin(2*x)", "sin(x)")])
     >>> double, same, single = fingerprint_results(program, "s")
     >>> double == same, double == single
     (True, False)
