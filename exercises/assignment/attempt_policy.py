@@ -42,7 +42,7 @@ class AttemptPolicy:
             if self.min_interval
             else ""
         )
-        return f"{apart}at most {count_noun(self.best_of, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
+        return f"{apart}at most {count_noun(self.best_of or 1, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
         """Return the indices of the notebooks that count, from their times of receipt; if times are equal, the first.

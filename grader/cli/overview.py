@@ -66,7 +66,7 @@ def describe_robots() -> str:
         lines += _wrap(prefix, f"{robot.title}; {robot.source}")
     lines += [
         "",
-        ("Everything derived for one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"),
+        "Everything about one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml",
     ]
     return "\n".join(lines)
 

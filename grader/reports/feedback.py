@@ -151,7 +151,7 @@ def _describe_decisions(result: Result) -> list[str]:
         notes.append(f"Submitted {describe_duration(late.seconds)} after the due date")
         if late.penalty:
             share = f"{100 * late.penalty:.4g} %"
-            notes[-1] += f": {share} of your {_format_points(late.points_before)} points are deducted"
+            notes[-1] += f": {share} of your {_format_points(late.points_before)} are deducted"
     if result.override is not None:
         notes.append(_describe_override(result.override, "Total"))
     if result.obstacle is not None:
@@ -166,7 +166,7 @@ def _describe_override(override: AppliedOverride, subject: str) -> str:
     if override.points is None:
         return f"Your instructor says: {comment}"
     comment = f": {comment}" if comment else ""
-    return f"{subject}: your instructor gave {_format_points(override.points)} points{comment}"
+    return f"{subject}: your instructor gave {_format_points(override.points)}{comment}"
 
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
@@ -265,7 +265,7 @@ def _is_blank(answer: str) -> bool:
 
 
 def _format_points(points: float) -> str:
-    return f"{round(points, 2):g}"
+    return f"{round(points, 2):g} {'point' if points == 1 else 'points'}"
 
 
 def _show_reason(part: PartResult, without_numbers: bool) -> str:

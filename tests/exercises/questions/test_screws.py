@@ -184,7 +184,9 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
         ProblemId(family, 1, tuple(applicable_questions(arm)), variation="full", convention="screws")
     ).parts:
         said |= {mistake.sentence(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
-    table = re.compile(r"\b(table|frames?|rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d")
+    table = re.compile(
+        r"\b(table|frames?|(?<!exchanged )rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d"
+    )
     assert not [sentence for sentence in said if table.search(sentence)]
 
 

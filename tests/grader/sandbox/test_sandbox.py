@@ -191,8 +191,8 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    program = "import sys; from qdot.grader.sandbox.own_folder import own_folder\n"
-    program += "print(own_folder('qdot-own-').path, flush=True); "
+    program = "import sys; from qdot.grader.sandbox.own_folder import make_temporary_folder\n"
+    program += "print(make_temporary_folder('qdot-own-').path, flush=True); "
     with subprocess.Popen(
         [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env={"TMPDIR": str(tmp_path)},

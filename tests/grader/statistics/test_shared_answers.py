@@ -50,7 +50,7 @@ def test_a_robot_has_no_other_variation_than_its_lengths(folder: Path) -> None:
     lines = runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).stderr.splitlines()
     shared = [line for line in lines if "share" in line]
     assert len(shared) == 3 and all(line.endswith(": 6 in jacobian") for line in shared)
-    begins = ("p1 (planar-2r, one arm", "p2 (drawn, lengths", "p3 (drawn, variation base)")
+    begins = ("p1 (planar-2r, the same arm for all", "p2 (drawn, lengths", "p3 (drawn, variation base)")
     assert all(line.startswith(begin) for line, begin in zip(shared, begins, strict=True))
 
 
