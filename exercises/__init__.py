@@ -5,11 +5,12 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
 
     common/                     errors, files, processes, the terminal
     formula/                    text to a tree, a tree to numbers; are two expressions, or two sets, the same
-    arm/                        a DH table, all that follows from it, and where it is singular
-    answers/                    the types of answers, a class each
+    arm/                        a DH table, and all that follows from it
+    singularities/              where an arm is singular, and which motion it loses there
+    answer_types/               the types of answers, a class each
     problem/                    identity, problem, part; what half an answer earns
     questions/, mistakes/       what is asked of an arm; what goes wrong in a derivation, and what comes of it
-    quizzes/                    short questions, their wrong options made by mistakes; all that can be asked
+    short_questions/            short questions, their wrong options made by mistakes; all that can be asked
     families/, generation       which arms there are; from an identity to a problem
     verify/                     the certificate of a problem, by ways the reference was not derived by
     writing/                    statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima; languages

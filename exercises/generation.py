@@ -7,7 +7,6 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import QdotError, unknown_name
 from qdot.exercises.common.stream import Stream, derive_seed
@@ -16,7 +15,8 @@ from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.families.listing import FamilyListing, listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
-from qdot.exercises.quizzes import ASKED, QUIZZES
+from qdot.exercises.short_questions import ASKED, QUIZZES
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
 
 MAX_ATTEMPTS = 8
 """Maximum number of arms that are tried until every question finds something to ask about.

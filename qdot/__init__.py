@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
-    from qdot.exercises.answers import Answer as Answer
+    from qdot.exercises.answer_types import Answer as Answer
     from qdot.exercises.arm.chain import Base as Base
     from qdot.exercises.arm.chain import Chain as Chain
     from qdot.exercises.arm.chain import Joint as Joint
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import load_assignment as load_assignment
     from qdot.exercises.common.errors import QdotError as QdotError
     from qdot.exercises.families import FAMILIES as FAMILIES
-    from qdot.exercises.formula.identity import Certificate as Certificate
+    from qdot.exercises.formula.equality import Certificate as Certificate
     from qdot.exercises.generation import generate as generate
     from qdot.exercises.notebook.problem_formats import show as show
     from qdot.exercises.problem.problem import ENGINE as ENGINE
     from qdot.exercises.problem.problem import Part as Part
     from qdot.exercises.problem.problem import Problem as Problem
     from qdot.exercises.problem.problem import ProblemId as ProblemId
-    from qdot.exercises.quizzes import ASKED as ASKED
+    from qdot.exercises.short_questions import ASKED as ASKED
     from qdot.exercises.solve.solver import Solution as Solution
     from qdot.exercises.solve.solver import solve as solve
     from qdot.exercises.verify.certificate import ProblemCertificate as ProblemCertificate
@@ -52,12 +52,12 @@ if TYPE_CHECKING:
     from qdot.grader.judging.verdict import Verdict as Verdict
 
 _HOMES = {
-    "exercises.answers": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
+    "exercises.answer_types": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
     "exercises.arm.robot_file": ("read_robot",), "exercises.assignment.assignment": ("Assignment", "load_assignment"),
     "exercises.common.errors": ("QdotError",), "exercises.families": ("FAMILIES",),
-    "exercises.formula.identity": ("Certificate",), "exercises.generation": ("generate",),
+    "exercises.formula.equality": ("Certificate",), "exercises.generation": ("generate",),
     "exercises.notebook.problem_formats": ("show",),
-    "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.quizzes": ("ASKED",),
+    "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.short_questions": ("ASKED",),
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify.certificate": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
     "grader.grading.check": ("check_notebook",),

@@ -13,7 +13,6 @@ import pydantic
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.difficulty import HARDEST_BAND
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import ATTEMPTS_FORM as SEVERAL
@@ -34,7 +33,7 @@ from qdot.exercises.common.variation import (
 )
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import (
     check_questions,
     generate,
@@ -52,7 +51,8 @@ from qdot.exercises.problem.problem import (
     find_convention,
     find_twist_order,
 )
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
+from qdot.exercises.singularities.difficulty import HARDEST_BAND
 
 ASSIGNMENT_FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name

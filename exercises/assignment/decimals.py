@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, radians
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.credit import settings_by_question
 
 DECIMALS_FORM = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from qdot.exercises.common.errors import unknown_name
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.render import template_folder
 
 

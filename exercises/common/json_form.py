@@ -18,7 +18,7 @@ OMITTED_IF_NONE = {"is_optional": True}
 def as_json(value: Any) -> Any:
     """Convert a value for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
 
-    >>> from qdot.exercises.formula.identity import Certificate
+    >>> from qdot.exercises.formula.equality import Certificate
     >>> as_json((Certificate("exact", 1),))
     [{'method': 'exact', 'points': 1, 'bound': None, 'counterexample': None}]
     """

@@ -11,17 +11,22 @@ from itertools import islice
 
 import numpy as np
 import sympy as sp
+from qdot.exercises.short_questions.wrong import (
+    MAX_JOINTS_FOR_MINORS,
+    NOT_A_NUMBER,
+    derive_simplified_formulas,
+    have_different_values,
+    tidy_entry,
+)
 from sympy.polys.polyerrors import BasePolynomialError
 
-from qdot.exercises.answers import ConditionSet, Number
-from qdot.exercises.arm import classification
+from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import RESULT, Change, numeric_working, symbolic_working, to_sympy_matrix
-from qdot.exercises.arm.singularity import Component
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
+from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.mistakes.base import Mistake, name_chapter
@@ -30,13 +35,8 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.quizzes.wrong import (
-    MAX_JOINTS_FOR_MINORS,
-    NOT_A_NUMBER,
-    derive_simplified_formulas,
-    have_different_values,
-    tidy_entry,
-)
+from qdot.exercises.singularities import classification
+from qdot.exercises.singularities.singularity import Component
 
 SAMPLE_COUNT = 5
 MAX_CHARACTERS = 1500

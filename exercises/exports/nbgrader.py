@@ -21,7 +21,7 @@ from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, notebook_text, points_text
 from qdot.exercises.problem.problem import answer_variable
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.render import render
 
 Cell = dict[str, Any]

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import (
     MISTAKES_FOR_ONE_NUMBER,
@@ -39,6 +38,7 @@ from qdot.exercises.questions.inversion import (
     sample_joint_values,
 )
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
+from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 

@@ -6,13 +6,13 @@ import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
-from qdot.exercises.answers import Answer, Choice, Matching, Number, Selection
+from qdot.exercises.answer_types import Answer, Choice, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.render import render
 
 BANK_FILE = "bank.json"

@@ -24,7 +24,7 @@ from qdot.exercises.exports.marking import MarkingInstructions, explain_marking
 from qdot.exercises.exports.markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.short_answer import short_answer

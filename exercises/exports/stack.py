@@ -20,7 +20,7 @@ from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, mak
 from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render

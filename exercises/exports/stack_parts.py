@@ -11,9 +11,9 @@ from fractions import Fraction
 
 import numpy as np
 import sympy as sp
+from qdot.exercises.short_questions.options import list_blames
 
-from qdot.exercises.answers import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
-from qdot.exercises.arm.singularity import Component
+from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.known_wrong import (
     KnownWrongAnswer,
@@ -30,7 +30,7 @@ from qdot.exercises.exports.stack_maxima import (
     write_substitutions,
 )
 from qdot.exercises.formula.algebra import ONE, multiply_nodes
-from qdot.exercises.formula.identity import READABLE_POINTS
+from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
@@ -49,7 +49,7 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
-from qdot.exercises.quizzes.options import list_blames
+from qdot.exercises.singularities.singularity import Component
 
 MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each adds a node and a question test."""

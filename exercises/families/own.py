@@ -10,8 +10,8 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import are_distinct, metres, substitute_values
 from qdot.exercises.families.base import Family
+from qdot.exercises.families.variations import are_distinct, metres, substitute_values
 
 MAX_TRIES = 50
 """Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""

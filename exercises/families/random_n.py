@@ -20,12 +20,12 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.difficulty import HARDEST_BAND, describe_band, difficulty_band
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import (
+from qdot.exercises.families.base import Family
+from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
+from qdot.exercises.families.variations import (
     ANGLES,
     RIGHT_ANGLES,
     SIGNED_LENGTHS,
@@ -38,10 +38,10 @@ from qdot.exercises.families.axes import (
     shift_zero,
     substitute_values,
 )
-from qdot.exercises.families.base import Family
-from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty_band
+from qdot.exercises.singularities.singularity import singular_set
 
 Band = tuple[int, int]
 ChainTest = Callable[[Chain], bool]

@@ -9,19 +9,19 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint, Point
-from qdot.exercises.families import axes
+from qdot.exercises.families import variations
 from qdot.exercises.families.base import Family, Variation
 
 FAMILIES_FILE = Path(__file__).with_name("families.toml")
 
 RANGES: Mapping[str, Sequence[int]] = {
-    "any angle": axes.ANGLES,
-    "right angle": axes.RIGHT_ANGLES,
-    "hand": axes.HAND_LENGTHS,
-    "height": axes.BASE_HEIGHTS,
-    "slide": axes.PRISMATIC_LENGTHS,
-    "slide both ways": axes.SIGNED_LENGTHS,
-    "short slide both ways": tuple(length for length in axes.SIGNED_LENGTHS if abs(length) <= 50),
+    "any angle": variations.ANGLES,
+    "right angle": variations.RIGHT_ANGLES,
+    "hand": variations.HAND_LENGTHS,
+    "height": variations.BASE_HEIGHTS,
+    "slide": variations.PRISMATIC_LENGTHS,
+    "slide both ways": variations.SIGNED_LENGTHS,
+    "short slide both ways": tuple(length for length in variations.SIGNED_LENGTHS if abs(length) <= 50),
     "offset": (5, 10, 15, 20, 25),
     "shoulder": (10, 15, 20, 25),
     "wide shoulder": (10, 15, 20, 25, 30, 40),
@@ -32,17 +32,17 @@ RANGES: Mapping[str, Sequence[int]] = {
 """The ranges of values that families.toml refers to by name: lengths in centimetres, angles in degrees."""
 
 BASE_VARIATIONS: Mapping[str, Variation] = {
-    "displaced": axes.displace_base,
-    "displaced and rotated": axes.place_in_plane,
-    "raised": axes.raise_base,
-    "raised and rotated": axes.raise_and_rotate_base,
-    "raised and tilted": axes.raise_and_tilt_base,
-    "raised or hung": axes.hang_base,
-    "on floor, ceiling or wall": axes.mount_base,
+    "displaced": variations.displace_base,
+    "displaced and rotated": variations.place_in_plane,
+    "raised": variations.raise_base,
+    "raised and rotated": variations.raise_and_rotate_base,
+    "raised and tilted": variations.raise_and_tilt_base,
+    "raised or hung": variations.hang_base,
+    "on floor, ceiling or wall": variations.mount_base,
 }
 POINT_VARIATIONS: Mapping[str, Variation] = {
-    "in table or frame": axes.place_point,
-    "beyond the slide": axes.place_point_beyond,
+    "in table or frame": variations.place_point,
+    "beyond the slide": variations.place_point_beyond,
 }
 
 
@@ -60,26 +60,28 @@ def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
 
 def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
     lengths = {symbol: _find_range(values) for symbol, values in settings.get("lengths", {}).items()}
-    variations: dict[str, Variation] = {
+    known_variations: dict[str, Variation] = {
         "zeros": partial(
-            axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in settings["zeros"].items()}
+            variations.shift_zeros, ranges={int(i): _find_range(values) for i, values in settings["zeros"].items()}
         ),
-        "senses": partial(axes.reverse_axes, groups=settings["senses"]),
+        "senses": partial(variations.reverse_axes, groups=settings["senses"]),
         "base": BASE_VARIATIONS[settings["base"]],
     }
     if "together" in settings:
-        variations["lengths"] = partial(axes.set_lengths_together, ranges=lengths)
+        known_variations["lengths"] = partial(variations.set_lengths_together, ranges=lengths)
     elif lengths:
-        variations["lengths"] = partial(axes.set_lengths, ranges=lengths, keep_symbolic=settings.get("open", ()))
+        known_variations["lengths"] = partial(
+            variations.set_lengths, ranges=lengths, keep_symbolic=settings.get("open", ())
+        )
     if "frames" in settings:
-        variations["tool"] = partial(axes.choose_frame, frames=settings["frames"])
+        known_variations["tool"] = partial(variations.choose_frame, frames=settings["frames"])
     elif "beside" in settings:
-        variations["tool"] = partial(axes.place_point_beside, ranges=settings["beside"])
+        known_variations["tool"] = partial(variations.place_point_beside, ranges=settings["beside"])
     else:
-        variations["tool"] = POINT_VARIATIONS[settings["point"]]
+        known_variations["tool"] = POINT_VARIATIONS[settings["point"]]
     if "upright" in settings:
-        variations["task"] = axes.stand_upright
-    return variations
+        known_variations["task"] = variations.stand_upright
+    return known_variations
 
 
 def _find_range(values: str | Sequence[int]) -> Sequence[int]:
@@ -99,12 +101,12 @@ def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
         kind, fixed_entry, a, alpha, *joint_offset = row.split()
         if kind == "R":
             theta, d = (
-                sp.Symbol(f"theta{number}") + axes.degrees(int(joint_offset[0]) if joint_offset else 0),
+                sp.Symbol(f"theta{number}") + variations.degrees(int(joint_offset[0]) if joint_offset else 0),
                 _length(fixed_entry),
             )
         else:
-            theta, d = axes.degrees(int(fixed_entry)), sp.Symbol(f"d{number}")
-        joints.append(Joint(kind, theta, d, _length(a), axes.degrees(int(alpha))))
+            theta, d = variations.degrees(int(fixed_entry)), sp.Symbol(f"d{number}")
+        joints.append(Joint(kind, theta, d, _length(a), variations.degrees(int(alpha))))
     return tuple(joints)
 
 

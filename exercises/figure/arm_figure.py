@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
+from qdot.exercises.short_questions.places import find_options_to_draw
 
-from qdot.exercises.answers import LETTERS
+from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
@@ -46,7 +47,6 @@ from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, d
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.places import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 

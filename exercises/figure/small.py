@@ -15,17 +15,17 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
-from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, Vector2D, format_decimal
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_math
+from qdot.exercises.singularities.classification import sample_condition
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import lay_out
 

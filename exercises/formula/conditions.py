@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import DOUBLE_TOLERANCE, Domain, Rounding
+from qdot.exercises.formula.equality import DOUBLE_TOLERANCE, Domain, Rounding
 from qdot.exercises.formula.program import (
     PRECISE_DIGITS,
     Program,

@@ -14,7 +14,7 @@ import numpy as np
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ZERO, multiply_nodes, negate
-from qdot.exercises.formula.identity import READABLE_POINTS, Domain, Rounding, compare_entries
+from qdot.exercises.formula.equality import READABLE_POINTS, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, replace_names
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answers import Answer
+from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
 from qdot.exercises.arm.conventions.base import FRAMES

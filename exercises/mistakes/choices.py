@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Number
+from qdot.exercises.answer_types import Choice, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.mistakes.base import AnswerGenerator, Mistake, MistakenAnswer
 from qdot.exercises.problem.problem import Part

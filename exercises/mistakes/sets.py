@@ -8,11 +8,11 @@ from operator import mul
 
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.singularity import Component
 from qdot.exercises.mistakes.base import AnswerGenerator, Mistake, MistakenAnswer, restrict_to_tables
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.singularities.singularity import Component
 
 Components = tuple[Component, ...]
 JointValues = tuple[sp.Expr, ...]

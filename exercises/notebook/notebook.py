@@ -16,7 +16,7 @@ from qdot.exercises.notebook.self_check import Problems, check_cell, function_ce
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, answer_variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.problem_texts import answer_code, hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.render import render
 

@@ -18,7 +18,7 @@ from qdot.exercises.notebook.notebook import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json, symbol_json
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
 from qdot.exercises.writing.problem_texts import (
     answer_code,

@@ -9,13 +9,13 @@ from typing import TypeVar
 
 import sympy as sp
 
-from qdot.exercises.answers import Answer
+from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, most_similar
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, canonical_name
-from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
 
 AnswerType = TypeVar("AnswerType", bound=Answer)

@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Answer, Choice, Expression, Matrix
+from qdot.exercises.answer_types import Answer, Choice, Expression, Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY

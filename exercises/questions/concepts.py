@@ -9,11 +9,10 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
-from qdot.exercises.arm.directions import lost_direction
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
@@ -33,6 +32,7 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import object_unless_direction_lost
+from qdot.exercises.singularities.directions import lost_direction
 
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum difference of two options, as a fraction of the larger one."""

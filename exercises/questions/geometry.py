@@ -13,17 +13,17 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import NONZERO_THRESHOLD, clear_rank
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_joint_values
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
+from qdot.exercises.singularities.singularity import Component, Values, singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
 MAX_TRIES = 12

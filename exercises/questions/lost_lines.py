@@ -7,9 +7,15 @@ from itertools import compress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.directions import NONZERO_THRESHOLD, ArmLine, candidate_lines, line_directions, lost_direction
-from qdot.exercises.arm.singularity import Component
 from qdot.exercises.questions.geometry import sample_singular_configurations
+from qdot.exercises.singularities.directions import (
+    NONZERO_THRESHOLD,
+    ArmLine,
+    candidate_lines,
+    line_directions,
+    lost_direction,
+)
+from qdot.exercises.singularities.singularity import Component
 
 SAMPLE_COUNT = 8
 """Number of configurations at which lines are compared with the lost direction."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import (
     FLOAT_CONTEXT,
@@ -24,7 +24,6 @@ from qdot.exercises.arm.mpmath_kinematics import (
     round_to_ten_digits,
 )
 from qdot.exercises.arm.path import PathSample, StraightPath
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
@@ -38,6 +37,7 @@ from qdot.exercises.questions.inversion import (
     sample_lengths,
 )
 from qdot.exercises.questions.redundancy import object_to_symbolic_angles
+from qdot.exercises.singularities.singularity import singular_set
 
 STATION_SPACING = 0.02
 """Distance between the points at which a line is examined (m)."""

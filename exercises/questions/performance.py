@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import (
     PRECISE_CONTEXT,

@@ -8,14 +8,9 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Direction, Number
+from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
-from qdot.exercises.arm.meanings import BranchMeanings, Meaning, find_branch_meanings
-from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
@@ -37,6 +32,11 @@ from qdot.exercises.questions.geometry import (
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, find_lost_motion, find_parallel_lines
 from qdot.exercises.questions.singular import object_unless_direction_lost, object_unless_singular
+from qdot.exercises.singularities.classification import representative_samples
+from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
+from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
+from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 MAX_ROWS = 4
 """Maximum number of rows of a Jacobian whose null space is found by hand."""

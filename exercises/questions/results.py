@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive

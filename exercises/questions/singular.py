@@ -8,16 +8,11 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
-from qdot.exercises.arm.axes import Sample
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import classify
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
-from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
@@ -29,6 +24,11 @@ from qdot.exercises.questions.inversion import (
     sample_joint_values,
     sample_lengths,
 )
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import classify
+from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
+from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 KIND_OPTIONS = {
     "boundary": "a boundary singularity",

@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -23,6 +22,7 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import MAX_TERMS, Question, name_joint_rates, object_unless_square
+from qdot.exercises.singularities.appearance import wrist_centre
 
 
 @lru_cache(maxsize=1024)

@@ -15,7 +15,6 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.assignment.draws import FailedSlot, FindFailures
 from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
@@ -24,7 +23,8 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
+from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue

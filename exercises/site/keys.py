@@ -30,12 +30,14 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from qdot.exercises.short_questions.option_mistakes import explain_options
+from qdot.exercises.short_questions.values import RateDetails
 
-from qdot.exercises.answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
+from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, constant_value, evaluate, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
@@ -55,8 +57,6 @@ from qdot.exercises.mistakes.finished import edit_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.quizzes.option_mistakes import explain_options
-from qdot.exercises.quizzes.values import RateDetails
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24

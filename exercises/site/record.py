@@ -12,7 +12,6 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
@@ -21,7 +20,8 @@ from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
+from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex

@@ -7,12 +7,12 @@ reported. If the test fails, only what is true of all singular configurations is
 from collections.abc import Sequence
 from dataclasses import replace
 
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.normalized_arm import normalize_arm
-from qdot.exercises.arm.singularity import Component
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.normalized_arm import normalize_arm
+from qdot.exercises.singularities.singularity import Component
 from qdot.exercises.verify.appearance import all_have_kind, samples_on_component, statement_holds
 from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent

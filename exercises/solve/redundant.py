@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.arm.appearance import find_reason
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Classification
-from qdot.exercises.arm.numeric_rank_check import RankCheck, check_rank_loss
-from qdot.exercises.arm.reciprocal import ReciprocalSet, ReducedCase, polynomial_chain, reciprocal_set
-from qdot.exercises.arm.singularity import Component, solve_conjunction
-from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.arm.trigonometry import substitute
+from qdot.exercises.singularities.appearance import find_reason
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.numeric_rank_check import RankCheck, check_rank_loss
+from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, polynomial_chain, reciprocal_set
+from qdot.exercises.singularities.singularity import Component, solve_conjunction
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certified_component, certified_statement
 from qdot.exercises.verify.appearance import all_have_kind
 from qdot.exercises.writing.solution_steps import SingularComponent

@@ -13,11 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.numeric_rank_check import check_rank_loss
-from qdot.exercises.arm.reciprocal import elimination_applies
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
-from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.sympy_text import matrix_json
@@ -25,6 +21,10 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
+from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
+from qdot.exercises.singularities.reciprocal import elimination_applies
+from qdot.exercises.singularities.singularity import Component, singular_set, special_length_components
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certified_components
 from qdot.exercises.solve.redundant import RedundantSingularities, redundant_stages
 from qdot.exercises.solve.special_lengths import (

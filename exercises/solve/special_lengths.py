@@ -12,13 +12,13 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.existence_conditions import ExistenceCondition, existence_condition
 from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.arm.numeric_rank_check import find_covering_branches
-from qdot.exercises.arm.reciprocal import elimination_applies
-from qdot.exercises.arm.singularity_kinds import can_establish_kind
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.singularities.numeric_rank_check import find_covering_branches
+from qdot.exercises.singularities.reciprocal import elimination_applies
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certified_components
 from qdot.exercises.solve.redundant import RedundantSingularities, redundant_stages
 from qdot.exercises.writing.solution_steps import SingularComponent

@@ -14,12 +14,18 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import Classification, classify, is_one_sided, sample_condition, split_by_value
-from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
-from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.arm.singularity_kinds import are_one_sided, classify_samples
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import (
+    Classification,
+    classify,
+    is_one_sided,
+    sample_condition,
+    split_by_value,
+)
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.singularity import Component, singular_set
+from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from qdot.exercises.answers import Choice
-from qdot.exercises.arm.axes import Sample
+from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.concepts import (
@@ -13,6 +12,7 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
+from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (

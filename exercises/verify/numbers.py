@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Direction, Number
+from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import VelocityDetails, min_conditioning
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement

@@ -11,9 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import domain_of, sample_condition
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
@@ -24,6 +22,8 @@ from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import domain_of, sample_condition
 
 ARM_COUNT, CONFIGURATIONS_PER_ARM = 3, 4
 """Number of choices of the symbolic lengths, and number of configurations for each choice."""

@@ -6,7 +6,7 @@ the joint rates by a second method.
 
 import numpy as np
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR_CONDITIONING, DistanceDetails, RateLimitDetails, WeldingLine

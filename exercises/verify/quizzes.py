@@ -10,20 +10,20 @@ from itertools import combinations
 
 import numpy as np
 import sympy as sp
+from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
+from qdot.exercises.short_questions.drawings import JointStatement, PoseStatement
+from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
+from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails
+from qdot.exercises.short_questions.values import RateDetails
+from qdot.exercises.short_questions.wrong import OptionSubject
 
-from qdot.exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Selection
+from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.geometry import ConfigurationDetails
-from qdot.exercises.quizzes.choice import CHOICE_QUESTIONS, FormulaOptions
-from qdot.exercises.quizzes.drawings import JointStatement, PoseStatement
-from qdot.exercises.quizzes.options import ConfigurationOptions, OfferedOption, Options
-from qdot.exercises.quizzes.selections import EqualForms, Quantity, QuantityDetails
-from qdot.exercises.quizzes.values import RateDetails
-from qdot.exercises.quizzes.wrong import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, reference_numbers

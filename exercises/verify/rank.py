@@ -9,16 +9,16 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Direction, Number
-from qdot.exercises.arm.axes import Sample
+from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.directions import line_directions
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.meanings import Meaning
-from qdot.exercises.arm.singularity_kinds import classify_samples
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.questions.rank import LostDirectionAt, LostDirectionDetails, LostMotionDetails, MeaningDetails
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.directions import line_directions
+from qdot.exercises.singularities.meanings import Meaning
+from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.appearance import side_of_lost_direction, statement_holds
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet
-from qdot.exercises.arm.axes import Sample
+from qdot.exercises.answer_types import Choice, ConditionSet
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.normalized_arm import normalize_arm
-from qdot.exercises.arm.singularity_kinds import RANK_TOLERANCE, classify_samples
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import KIND_OPTIONS, ConfigurationsOfOneKind, KindDetails, find_components_with
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.normalized_arm import normalize_arm
+from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE, classify_samples
 from qdot.exercises.verify.appearance import (
     check_component_statement,
     check_singularity_statements,

@@ -13,9 +13,9 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, object_unless_block_triangular
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 

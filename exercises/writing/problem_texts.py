@@ -8,12 +8,13 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from qdot.exercises.answers import LETTERS
+from qdot.exercises.short_questions.options import ConfigurationOptions, Options
+
+from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes import ASKED
-from qdot.exercises.quizzes.options import ConfigurationOptions, Options
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex_angle
 from qdot.exercises.writing.render import environment

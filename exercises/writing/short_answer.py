@@ -4,7 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.answers import (
+from qdot.exercises.short_questions.options import Options
+
+from qdot.exercises.answer_types import (
     TRUE_FALSE,
     AnswerVisitor,
     Choice,
@@ -16,7 +18,6 @@ from qdot.exercises.answers import (
     Number,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes.options import Options
 from qdot.exercises.writing.problem_texts import add_angle_legend, option_text, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import three_digits

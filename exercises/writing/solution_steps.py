@@ -11,13 +11,10 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
-from qdot.exercises.arm.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
-from qdot.exercises.arm.existence_conditions import ExistenceCondition, existence_condition
 from qdot.exercises.arm.kinematics import frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
-from qdot.exercises.arm.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textbook_form
 from qdot.exercises.problem.problem import Part
@@ -40,6 +37,9 @@ from qdot.exercises.questions.screws import (
 )
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, object_unless_block_triangular
+from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
+from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
+from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing.angles import AngleNames, arm_angles, link_angles, name_angles
 from qdot.exercises.writing.expansion import (
     Expansion,

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
-from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.singularity import Values
-from qdot.exercises.arm.singularity_kinds import can_establish_kind
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.questions.base import name_velocity_components
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.singularity import Values
+from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
 

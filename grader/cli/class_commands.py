@@ -32,8 +32,8 @@ from qdot.grader.cli.options import (
 from qdot.grader.grading.certificates import FailureKind
 from qdot.grader.grading.certify import CERTIFIER, VerificationTask, find_former_students, list_tasks
 from qdot.grader.grading.class_check import load_class
-from qdot.grader.judging.compare import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
-from qdot.grader.judging.compare import compare as compare_texts
+from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
+from qdot.grader.judging.compare_command import compare as compare_texts
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import check_system
 from qdot.grader.statistics.shared_answers import describe_shared_answers

@@ -25,7 +25,7 @@ from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.short_questions import QUIZZES
 from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_option
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from qdot.exercises.short_questions.options import list_blames
 
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.stream import Stream
@@ -29,7 +30,6 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian, is_product
-from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.problem_texts import answer_code
 from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, ComparedFormulas, explain_formulas
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_distinctive, normalize

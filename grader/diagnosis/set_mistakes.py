@@ -11,9 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from qdot.exercises.answers import Answer, ConditionSet
+from qdot.exercises.answer_types import Answer, ConditionSet
 from qdot.exercises.arm.arithmetic import compile_expression
-from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
@@ -29,6 +28,7 @@ from qdot.exercises.mistakes.catalogue import (
 from qdot.exercises.mistakes.configurations import sample_values
 from qdot.exercises.mistakes.sets import name_missed_component, zero_question
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.singularities.singularity import Component
 from qdot.grader.diagnosis.rounding import CONSTANT_TOLERANCE, EXACT_VALUES_ADVICE
 from qdot.grader.judging.answer import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.judge import judge_parsed

@@ -10,7 +10,6 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from qdot.exercises.arm.difficulty import difficulty
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.draws import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
@@ -22,6 +21,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import digests
+from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading.certificates import (
     Failure,

@@ -9,13 +9,13 @@ from typing import TypeGuard
 
 import sympy as sp
 
-from qdot.exercises.answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.answer_types import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import setup_cell_for_names
 from qdot.exercises.problem.problem import answer_variable
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, combine_with_and, read_any
 from qdot.grader.judging.answer_parser import ExpectedForm, read_in_form
 from qdot.grader.judging.formulas import describe_unknown_symbols

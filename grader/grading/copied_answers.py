@@ -11,7 +11,7 @@ from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.generation import sample_chain

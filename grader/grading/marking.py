@@ -11,12 +11,12 @@ import numpy as np
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.diagnosis.diagnosis import Cause, diagnose
-from qdot.grader.diagnosis.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
 from qdot.grader.diagnosis.groups import find_group
 from qdot.grader.diagnosis.term_overlap import has_enough_terms
+from qdot.grader.grading.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
 from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer

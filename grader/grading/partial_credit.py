@@ -14,11 +14,11 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ONE, ZERO, multiply_nodes, split_factors
-from qdot.exercises.formula.identity import READABLE_POINTS, Domain, compare_entries
+from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.scale import ConstantFactor, find_constant_factor
@@ -34,7 +34,7 @@ from qdot.exercises.problem.credit import (
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
-from qdot.grader.diagnosis.follow_through import IsCopied, never_copied
+from qdot.grader.grading.follow_through import IsCopied, never_copied
 from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 

@@ -6,7 +6,7 @@ Points are those of the assignment, to four decimals. Times are ISO 8601 strings
 from dataclasses import dataclass, field
 
 from qdot.exercises.common.json_form import OMITTED_IF_NONE
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.formula.equality import Certificate
 from qdot.grader.judging.verdict import Outcome
 
 EntryFlags = tuple[tuple[bool, ...], ...]

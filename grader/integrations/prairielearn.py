@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.answers import (
+from qdot.exercises.answer_types import (
     LETTERS,
     TRUE_FALSE,
     Answer,
@@ -31,7 +31,7 @@ from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.short_answer import plain_unit

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_claims

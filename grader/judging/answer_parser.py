@@ -3,11 +3,11 @@
 import re
 from dataclasses import dataclass, replace
 
-from qdot.exercises import answers
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises import answer_types
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_power_of_metres
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.judging.answer import (
     ParsedAnswer,
     read_conditions,
@@ -29,7 +29,7 @@ class ExpectedForm:
     determinant is m^`metre_power`.
     """
 
-    answer: answers.Answer
+    answer: answer_types.Answer
     domain: Domain
     joints: tuple[str, ...]
     labels: tuple[str, ...] = ()
@@ -65,7 +65,7 @@ def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> Pa
     if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
         return refuse(text, f"m^3 can't be right here, for m^{expected.metre_power} is due; write the formula alone")
     parsed = expected.answer.accept(_AnswerReader(text, expected))
-    is_formula = isinstance(expected.answer, answers.Expression | answers.Matrix)
+    is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
     if parsed.refusal is not None and is_formula and (with_point := replace_decimal_commas(text)) != text:
         parsed_with_point = expected.answer.accept(
             _AnswerReader(with_point, expected)
@@ -80,40 +80,40 @@ CUBIC_POWER = 3
 
 
 @dataclass(frozen=True)
-class _AnswerReader(answers.AnswerVisitor[ParsedAnswer]):
+class _AnswerReader(answer_types.AnswerVisitor[ParsedAnswer]):
     """Parses a text in the form of the expected answer."""
 
     text: str
     expected: ExpectedForm
 
-    def formula(self, answer: answers.Expression) -> ParsedAnswer:
+    def formula(self, answer: answer_types.Expression) -> ParsedAnswer:
         """Parse a formula."""
         return read_formula(self.text, self.expected.domain, self.expected.labels)
 
-    def matrix(self, answer: answers.Matrix) -> ParsedAnswer:
+    def matrix(self, answer: answer_types.Matrix) -> ParsedAnswer:
         """Parse rows of formulas."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
-    def direction(self, answer: answers.Direction) -> ParsedAnswer:
+    def direction(self, answer: answer_types.Direction) -> ParsedAnswer:
         """Parse a vector."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
-    def numbers(self, answer: answers.Number) -> ParsedAnswer:
+    def numbers(self, answer: answer_types.Number) -> ParsedAnswer:
         """Parse numbers."""
         return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def conditions(self, answer: answers.ConditionSet) -> ParsedAnswer:
+    def conditions(self, answer: answer_types.ConditionSet) -> ParsedAnswer:
         """Parse conditions."""
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def choice(self, answer: answers.Choice) -> ParsedAnswer:
+    def choice(self, answer: answer_types.Choice) -> ParsedAnswer:
         """Parse an option."""
         return read_choice(self.text, answer.options)
 
-    def selection(self, answer: answers.Selection) -> ParsedAnswer:
+    def selection(self, answer: answer_types.Selection) -> ParsedAnswer:
         """Parse letters."""
         return read_selection(self.text, len(answer.options))
 
-    def matching(self, answer: answers.Matching) -> ParsedAnswer:
+    def matching(self, answer: answer_types.Matching) -> ParsedAnswer:
         """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
+from qdot.exercises.formula.equality import Certificate
 from qdot.grader.judging.answer import ParsedAnswer, refuse
 from qdot.grader.judging.verdict import (
     Judgement,

@@ -9,7 +9,7 @@ import numpy as np
 from qdot.exercises.formula.algebra import ZERO, Matrix
 from qdot.exercises.formula.algebra import number as number_node
 from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
-from qdot.exercises.formula.identity import (
+from qdot.exercises.formula.equality import (
     Certificate,
     Comparison,
     Domain,

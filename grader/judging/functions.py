@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import (
+from qdot.exercises.formula.equality import (
     Certificate,
     Comparison,
     Domain,

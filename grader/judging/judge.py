@@ -3,8 +3,8 @@
 import secrets
 from dataclasses import dataclass
 
-from qdot.exercises import answers
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises import answer_types
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
@@ -37,7 +37,7 @@ def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) 
 
 
 @dataclass(frozen=True)
-class _AnswerJudge(answers.AnswerVisitor[Judgement]):
+class _AnswerJudge(answer_types.AnswerVisitor[Judgement]):
     """Judges a parsed answer; each method is for one type of answer."""
 
     problem: Problem
@@ -46,39 +46,39 @@ class _AnswerJudge(answers.AnswerVisitor[Judgement]):
     domain: Domain
     seed: str
 
-    def formula(self, answer: answers.Expression) -> Judgement:
+    def formula(self, answer: answer_types.Expression) -> Judgement:
         """Compare a formula."""
         ((expected,),) = answer.trees(self.domain.roles)
         return judge_expression(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
-    def matrix(self, answer: answers.Matrix) -> Judgement:
+    def matrix(self, answer: answer_types.Matrix) -> Judgement:
         """Compare entry by entry."""
         return judge_matrix(self.parsed, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
 
-    def direction(self, answer: answers.Direction) -> Judgement:
+    def direction(self, answer: answer_types.Direction) -> Judgement:
         """Compare vectors up to a factor."""
         expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
         return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
-    def numbers(self, answer: answers.Number) -> Judgement:
+    def numbers(self, answer: answer_types.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
         return judge_numbers(self.parsed, expected, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
-    def conditions(self, answer: answers.ConditionSet) -> Judgement:
+    def conditions(self, answer: answer_types.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
         expected = answer.group_by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
-    def choice(self, answer: answers.Choice) -> Judgement:
+    def choice(self, answer: answer_types.Choice) -> Judgement:
         """Judge the choice of one option."""
         return judge_choice(self.parsed, answer.options, answer.correct)
 
-    def selection(self, answer: answers.Selection) -> Judgement:
+    def selection(self, answer: answer_types.Selection) -> Judgement:
         """Count the correct options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 
-    def matching(self, answer: answers.Matching) -> Judgement:
+    def matching(self, answer: answer_types.Matching) -> Judgement:
         """Count the correct pairs."""
         return judge_matching(self.parsed, answer.items, answer.correct)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from qdot.exercises.formula.identity import Certificate, EntryDifference
+from qdot.exercises.formula.equality import Certificate, EntryDifference
 
 
 class Outcome(StrEnum):

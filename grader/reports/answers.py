@@ -7,7 +7,7 @@ too deeply nested to be typeset, or if it is no formula (a function, a letter wi
 import re
 from dataclasses import dataclass
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem

@@ -4,7 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from qdot.exercises.formula.identity import Counterexample, EntryDifference, SetDifference
+from qdot.exercises.formula.equality import Counterexample, EntryDifference, SetDifference
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem

@@ -14,7 +14,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.figure.arm_figure import Example, examples_svg
-from qdot.exercises.formula.identity import Counterexample, SetDifference
+from qdot.exercises.formula.equality import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ParseError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem

@@ -16,9 +16,9 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.render import render

@@ -13,7 +13,7 @@ import re
 from dataclasses import replace
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.formula.identity import Certificate, SetDifference
+from qdot.exercises.formula.equality import Certificate, SetDifference
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult
 

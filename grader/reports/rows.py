@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.mistakes.base import name_chapter
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.reports.answers import shorten

@@ -13,8 +13,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.grader.statistics.statistics import holm_correction, permutation_p_value
 
 MIN_GROUP_SIZE = 3

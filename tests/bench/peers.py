@@ -10,7 +10,7 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.assignment.store import load_stored_problems

@@ -14,17 +14,9 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from qdot.exercises.answers import Choice
+from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.difficulty import (
-    BAND_MINIMUMS,
-    HARDEST_BAND,
-    _count_jacobian_terms,
-    _is_multiplied_out,
-    difficulty,
-    difficulty_band,
-)
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.families import FAMILIES
@@ -32,6 +24,14 @@ from qdot.exercises.generation import check_questions, generate, questions_of_fa
 from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS, recursion, screws
+from qdot.exercises.singularities.difficulty import (
+    BAND_MINIMUMS,
+    HARDEST_BAND,
+    _count_jacobian_terms,
+    _is_multiplied_out,
+    difficulty,
+    difficulty_band,
+)
 from tests.support.suites import of_families, several
 
 STUDENTS = several(6, 30)
@@ -221,7 +221,7 @@ def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pyt
     """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
     arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
     assert difficulty(arm) >= BAND_MINIMUMS[-1]
-    monkeypatch.setattr("qdot.exercises.arm.difficulty.singular_set", None)  # called, it fails
+    monkeypatch.setattr("qdot.exercises.singularities.difficulty.singular_set", None)  # called, it fails
     assert difficulty_band(arm) == HARDEST_BAND
 
 

@@ -9,7 +9,7 @@ from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.short_questions import QUIZZES
 from qdot.grader.grading.certify import find_failures
 
 PUMA_560 = "puma-560"

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from tests.platforms.jupyter import TOKEN, jupyter, variables
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered
 from tests.platforms.records import Counts, Record, today

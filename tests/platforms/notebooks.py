@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS

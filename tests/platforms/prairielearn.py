@@ -26,10 +26,9 @@ from urllib.parse import urlencode
 from urllib.request import HTTPCookieProcessor, OpenerDirector, build_opener
 
 import sympy as sp
+from qdot.exercises.answer_types.formulas import type_rows
 
-from qdot.exercises.answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
-from qdot.exercises.answers.formulas import type_rows
-from qdot.exercises.arm.singularity import Component
+from qdot.exercises.answer_types import LETTERS, Answer, ConditionSet, Letters, Matching, Number
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -38,7 +37,8 @@ from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACT_TOLERANCE
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.sympy_text import matrix_rows_as_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
+from qdot.exercises.singularities.singularity import Component
 from qdot.grader.grading.marking import MarkingRules, mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Counts, Record, today

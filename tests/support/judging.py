@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis import diagnosis

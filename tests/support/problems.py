@@ -8,7 +8,7 @@ from functools import cache
 
 import sympy as sp
 
-from qdot.exercises.answers import Answer
+from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.stream import Stream

@@ -89,7 +89,7 @@ EXAMPLES = (
     "exercises/mistakes/test_catalogue.py::test_every_mistake_is_wrong_and_named[elbow-3r]",
     "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
-    "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
+    "exercises/short_questions/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",
     "exercises/writing/test_languages.py",
     "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",

@@ -32,7 +32,7 @@ from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import ENGINE
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certify import CERTIFIER

@@ -24,19 +24,19 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from qdot.exercises.arm.classification import Classification
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.robot_file import Robot, default_task
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import solve
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.verify.appearance import all_have_kind, statement_holds

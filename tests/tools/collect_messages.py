@@ -19,7 +19,7 @@ from babel.messages.pofile import read_po, write_po
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.languages import (
     ARM_HEADING,
     ARM_IN_SENTENCE,

@@ -17,7 +17,7 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
+from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.derivation_graph import RESULT, Working, numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import textbook_form

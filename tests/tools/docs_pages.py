@@ -25,7 +25,7 @@ from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.short_questions import QUIZZES
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT

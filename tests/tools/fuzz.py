@@ -25,14 +25,14 @@ from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import names, trees
 from qdot.exercises.formula import parser as expression
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
 from qdot.grader.judging import answer
 from qdot.grader.judging.answer import assign_values_to_joint, read_conditions
-from qdot.grader.judging.compare import compare_line
+from qdot.grader.judging.compare_command import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
 from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular

@@ -16,10 +16,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text

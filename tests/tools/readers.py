@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -28,7 +28,7 @@ from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import arm_record
 from tests.exercises.formula import test_reading as writings

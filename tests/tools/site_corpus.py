@@ -10,12 +10,12 @@ from typing import Any
 
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.equality import Domain, default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, node_text
 from qdot.exercises.site.keys import values_key
 from qdot.exercises.site.record import arm_record
-from qdot.grader.judging.compare import compare
+from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import add_nodes, split_terms

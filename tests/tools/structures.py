@@ -30,11 +30,11 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.difficulty import difficulty_band
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.structures import TABLE, Structure, StructureRow, build_arm, is_clean
+from qdot.exercises.singularities.difficulty import difficulty_band
 
 
 def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import node_text
 from tests.support.suites import several

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
+from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.derivation import Derivation, derive
-from qdot.exercises.formula.identity import Domain, compare_entries, default_role
+from qdot.exercises.formula.equality import Domain, compare_entries, default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA

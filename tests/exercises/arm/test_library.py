@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import ROBOT_FOLDER, robot_path, robots
@@ -30,6 +29,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.export_format import list_robot_files as robots_to_export
+from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift
 from tests.exercises.arm.sets import rank_ratios, read_pieces, search

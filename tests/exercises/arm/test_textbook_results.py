@@ -23,7 +23,6 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.classification import sample_condition
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
@@ -32,6 +31,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import Solution, solve
 from qdot.exercises.verify.singular import SET_TOLERANCE
 from qdot.exercises.writing.solution_steps import SingularComponent

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet, Matrix, Number
+from qdot.exercises.answer_types import ConditionSet, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import robot_text
@@ -22,7 +22,7 @@ from qdot.exercises.assignment.release import ReleaseResult, init_assignment, no
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.writing.problem_texts import prompt

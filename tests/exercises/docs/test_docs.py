@@ -16,7 +16,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, listing
 from qdot.exercises.generation import compute_listing, questions_of_family
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from tests.support import ROOT
 from tests.support.suites import families_for
 from tests.tools import docs_pages

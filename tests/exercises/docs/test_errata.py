@@ -8,10 +8,10 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import classify_conditions
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.chapter import corrections, planar_2r, scorbot_arm
+from qdot.exercises.singularities.classification import classify_conditions
 
 A1, A2, A3, T1, T2, T3, QD1, QD2 = sp.symbols("a1 a2 a3 theta1 theta2 theta3 qd1 qd2")
 HALF, TWO_FIFTHS = sp.Rational(1, 2), sp.Rational(2, 5)

@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
-from qdot.exercises.arm.difficulty import HARDEST_BAND
 from qdot.exercises.families.structures import group_clean_structures, read_clean_structures
+from qdot.exercises.singularities.difficulty import HARDEST_BAND
 from tests.support import ROOT
 from tests.tools.structures import count_tables, normal_form, regular_forms, tables
 

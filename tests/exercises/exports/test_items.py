@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import TASK_ROWS
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment

@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.answers import LETTERS
+from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, moodle, qti

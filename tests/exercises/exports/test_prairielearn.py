@@ -18,7 +18,7 @@ import chevron
 import jsonschema
 import pytest
 
-from qdot.exercises.answers import LETTERS, Expression, Matrix
+from qdot.exercises.answer_types import LETTERS, Expression, Matrix
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.errors import QdotError

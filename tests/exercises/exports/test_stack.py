@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest

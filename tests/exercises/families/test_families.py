@@ -8,12 +8,12 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.difficulty import difficulty, difficulty_band
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.variation import VARIATION_STEPS, name_variation
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.singularities.difficulty import difficulty, difficulty_band
+from qdot.exercises.singularities.singularity import singular_set
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, few_of, of_families, several
 

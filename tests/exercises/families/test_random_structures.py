@@ -9,8 +9,6 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.difficulty import difficulty_band
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -30,6 +28,8 @@ from qdot.exercises.families.structures import (
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once

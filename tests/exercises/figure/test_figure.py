@@ -14,7 +14,6 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure import arm_figure as drawing
@@ -45,6 +44,7 @@ from qdot.exercises.figure.shapes import (
 from qdot.exercises.figure.small import PANEL_SIZE, PanelSet
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.singularities.singularity import singular_set
 from tests.support import problems
 from tests.support.figures import crossings, faults
 from tests.support.problems import LONG_ARMS

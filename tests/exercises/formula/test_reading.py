@@ -2,7 +2,7 @@
 
 import pytest
 
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.names import split_name
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.parser import parse_formula

@@ -7,7 +7,7 @@ import pytest
 
 from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.conditions import agree_to_double_precision, vanishes_at
-from qdot.exercises.formula.identity import DOUBLE_TOLERANCE
+from qdot.exercises.formula.equality import DOUBLE_TOLERANCE
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import constant_value
 from qdot.exercises.formula.set_parser import parse_claims

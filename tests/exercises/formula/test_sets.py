@@ -16,7 +16,7 @@ from qdot.exercises.formula.conditions import (
     ConfigurationSpace,
     compare_sets,
 )
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 

@@ -14,7 +14,7 @@ from qdot.exercises.formula.conditions import (
     SetComparison,
     compare_sets,
 )
-from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import WHOLE_NUMBER_VALUES, Piece, parse_pieces

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula import identity
-from qdot.exercises.formula.identity import (
+from qdot.exercises.formula import equality
+from qdot.exercises.formula.equality import (
     Comparison,
     Domain,
     EntryDifference,
@@ -41,7 +41,7 @@ def trial(
     at = Domain({name: default_role(name) for name in used}).sample(used, points, Stream("trial"))
     at |= {name: np.array(column) for name, column in values.items()}
     programs = compile_program(theirs), compile_program(ours)
-    return identity._NumericComparison(*programs, [allowed] * len(theirs), at, {}, points)
+    return equality._NumericComparison(*programs, [allowed] * len(theirs), at, {}, points)
 
 
 def compared(student: str | list[str], reference: str | list[str], rounding: Rounding | None = None) -> Comparison:
@@ -99,7 +99,7 @@ def test_no_rounding_is_left_where_nothing_is_added() -> None:
 def test_scales_are_those_of_the_terms_and_of_the_largest_entry_for_a_zero() -> None:
     sizes = [[0.2, 0, 0, 0, np.nan, 0.5], [0.3, 0.5, 0, np.nan, 0.25, np.inf], [4.0, 0.25, 0, 2, 0.5, 0]]
     scales = [[0.2, 0.5, 1, 1, 1, 0.5], [0.3, 0.5, 1, 1, 0.25, 1], [4.0, 0.25, 1, 2, 0.5, 1]]
-    assert identity._term_scales(np.array(sizes)).tolist() == scales
+    assert equality._term_scales(np.array(sizes)).tolist() == scales
 
 
 SIGNS = [f"sqrt((theta{k} - 1)^2)" for k in range(1, 6)]
@@ -180,7 +180,7 @@ def test_so_many_evaluations_and_no_more() -> None:
 
 
 def test_long_answers_are_evaluated_less_often(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(identity, "_MAX_PRECISE_STEPS", 1000)
+    monkeypatch.setattr(equality, "_MAX_PRECISE_STEPS", 1000)
     short, long = trial("sqrt(a1^2)", "a1"), trial("sqrt(a1^2 + a2 - a1*a2/a1)", "a1")
     for found in (short, long):
         steps = len(found.student_program.steps) + len(found.reference_program.steps)
@@ -189,15 +189,15 @@ def test_long_answers_are_evaluated_less_often(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_long_answers_with_branches_are_tried_at_fewer_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(identity, "_MAX_VALUES", 600)
+    monkeypatch.setattr(equality, "_MAX_VALUES", 600)
     steps = len(compile_program([parse_formula("sqrt(a1^2)")]).steps)
     assert compared("sqrt(a1^2)", "a1").certificate.points == 600 // steps
-    monkeypatch.setattr(identity, "_MAX_VALUES", 10)
-    assert compared("sqrt(a1^2)", "a1").certificate.points == identity.POINT_COUNT
+    monkeypatch.setattr(equality, "_MAX_VALUES", 10)
+    assert compared("sqrt(a1^2)", "a1").certificate.points == equality.POINT_COUNT
 
 
 def test_without_effort_clear_differences_count_and_nothing_else_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(identity, "_MAX_PRECISE_STEPS", 0)
+    monkeypatch.setattr(equality, "_MAX_PRECISE_STEPS", 0)
     assert compared("sqrt(a1^2)", "a1").is_correct == (False,)
     assert compared("1.001*sqrt(a1^2)", "a1", Rounding(0.005)).is_correct == (True,)  # doubles are enough for that
     assert compared("0*sqrt(a1)", "0").is_correct == (True,)
@@ -256,7 +256,7 @@ def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monke
     """A readable one, if doubles do not tell there but elsewhere; so has one for which effort is used up."""
     assert is_readable(example("(10^14*a1 + a1^9)/10^14", "a1").at)  # at most 1e-12 of a1 there
     tiny = example("(2^1000*a1 + theta1)/2^1000", "a1")
-    monkeypatch.setattr(identity, "_MAX_PRECISE_STEPS", 0)
+    monkeypatch.setattr(equality, "_MAX_PRECISE_STEPS", 0)
     for shown in (tiny, example("a1*(2^100 + 1)/2^100", "a1")):
         assert shown.yours == shown.expected == shown.at["a1"]
 
@@ -264,14 +264,14 @@ def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monke
 def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
     def shown(off: str) -> tuple[Any, Any]:
         with mpmath.workdps(60):
-            return identity.show_difference(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
+            return equality.show_difference(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
 
     assert shown("1e-3") == (3.14259, 3.14159)
     assert shown("1e-7") == ("3.1415928", "3.1415927")
     assert shown("1e-8") == ("3.141592664", "3.141592654")
     assert shown("1e-30")[0] != shown("1e-30")[1]
     assert shown("1e-55") == (3.14159, 3.14159)
-    assert identity.show_difference(complex(np.nan), 0.5) == ("not a finite number", 0.5)
+    assert equality.show_difference(complex(np.nan), 0.5) == ("not a finite number", 0.5)
 
 
 def test_numbers_are_shown_with_six_digits_or_in_words() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.formula import names, notation, parser
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate

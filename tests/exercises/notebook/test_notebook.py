@@ -17,7 +17,7 @@ import pytest
 import sympy as sp
 from markdown_it import MarkdownIt
 
-from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES

@@ -5,6 +5,7 @@ from dataclasses import FrozenInstanceError, fields
 from functools import cache
 
 import pytest
+from qdot.exercises.short_questions.options import list_blames
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.numbers import ask_in_numbers
@@ -15,10 +16,9 @@ from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
-from qdot.exercises.quizzes import ASKED
-from qdot.exercises.quizzes.options import list_blames
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
-from qdot.grader.diagnosis.follow_through import list_earlier_parts
+from qdot.grader.grading.follow_through import list_earlier_parts
 from tests.support.problems import told_in
 
 NOT_DIAGNOSED = {

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT
 from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate

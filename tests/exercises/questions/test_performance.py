@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.answers import Number
+from qdot.exercises.answer_types import Number
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.verify.certificate import certify

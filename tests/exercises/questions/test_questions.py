@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.answer_types import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES

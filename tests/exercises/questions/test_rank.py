@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.answer_types import Choice, Direction, Number
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_direction_formula
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
@@ -27,6 +25,8 @@ from qdot.exercises.questions.geometry import (
     sample_singular_configuration,
 )
 from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
+from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import worked_solution
 from tests.support.problems import asked, drawn, with_answer

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Direction, Expression, Number
+from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, evaluate_in_context
 from qdot.exercises.arm.trigonometry import are_identical
-from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import VelocityDetails
 from qdot.exercises.questions.redundancy import MinorDetails, compute_null_vector, write_self_motion

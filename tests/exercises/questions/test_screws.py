@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from qdot.exercises.short_questions.choice import FormulaOptions
 
-from qdot.exercises.answers import Choice
+from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
@@ -31,8 +32,7 @@ from qdot.exercises.questions.screws import (
     derive_body_rotation,
     derive_space_jacobian,
 )
-from qdot.exercises.quizzes import QUIZZES
-from qdot.exercises.quizzes.choice import FormulaOptions
+from qdot.exercises.short_questions import QUIZZES
 from qdot.exercises.solve.solver import ReadyResult, text_stages
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive, structure

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.trigonometry import are_identical
 from qdot.exercises.common.stream import Stream

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Matching, Number, Selection
+from qdot.exercises.answer_types import Choice, Matching, Number, Selection
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import numeric_working
 from qdot.exercises.arm.kinematics import NumericChain

@@ -11,11 +11,11 @@ from qdot.exercises.arm import derivation
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import robot_path
-from qdot.exercises.arm.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
-from qdot.exercises.arm.reciprocal import elimination_applies, polynomial_chain, reciprocal_set
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
+from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
+from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_chain, reciprocal_set
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import errors

@@ -15,16 +15,16 @@ import sympy as sp
 from qdot.exercises.arm import derivation
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
-from qdot.exercises.arm.classification import Classification, domain_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.robot_file import read_robot, read_robot_file
-from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.singularities.classification import Classification, domain_of
+from qdot.exercises.singularities.singularity import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_stages
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution

@@ -7,12 +7,12 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.classification import Classification
-from qdot.exercises.arm.existence_conditions import existence_condition
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.singularities.classification import Classification
+from qdot.exercises.singularities.existence_conditions import existence_condition
+from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.solve.certified_singularities import certified_statement
 from qdot.exercises.solve.solver import Singularities, singular_stages, solve
 from qdot.exercises.solve.special_lengths import length_relations

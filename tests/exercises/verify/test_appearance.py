@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Classification, classify, sample_condition, split_by_value
-from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
-from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.singularities import classification
+from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
+from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
+from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.verify import appearance
 from qdot.exercises.verify.appearance import statement_holds
 from qdot.exercises.verify.certificate import certify

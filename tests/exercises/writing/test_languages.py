@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from babel.messages.catalog import Catalog, Message
 
-from qdot.exercises.answers import Choice, Matching, Selection
+from qdot.exercises.answer_types import Choice, Matching, Selection
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from qdot import generate
-from qdot.exercises.answers import ConditionSet, Expression, Matrix
+from qdot.exercises.answer_types import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.parser import parse_formula

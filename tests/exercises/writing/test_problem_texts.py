@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
+from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matrix, Number
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.problem_formats import problem_json, show
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, recursion, screws
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
 from qdot.exercises.writing.problem_texts import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream

@@ -15,10 +15,10 @@ from typing import Any
 import psutil  # type: ignore[import-untyped]
 import pytest
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.arm.difficulty import difficulty
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.assignment import load_assignment
@@ -21,6 +20,7 @@ from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.singularities.difficulty import difficulty
 from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families
 from tests.support.command import fails, run, runner

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answer_types import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.chapter import planar_2r, scorbot_arm

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.arm.derivation_graph import links_to_point, symbolic_working
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId

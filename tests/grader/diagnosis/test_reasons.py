@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from qdot.exercises.formula.identity import (
+from qdot.exercises.formula.equality import (
     Certificate,
     Domain,
     EntryDifference,

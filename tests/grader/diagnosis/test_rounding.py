@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text

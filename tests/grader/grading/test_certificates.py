@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import (
     ReleaseResult,

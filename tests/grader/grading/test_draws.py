@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from nbformat import NotebookNode
 
-from qdot.exercises.answers import Answer
+from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import student_notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 from qdot.grader.cli.demo import fill_in_answers

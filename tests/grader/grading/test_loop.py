@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from qdot.exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.answer_types import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem, answer_variable
 from qdot.exercises.writing.problem_texts import answer_code
 from qdot.grader.grading.marking import mark

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet, Expression
+from qdot.exercises.answer_types import ConditionSet, Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answers import ConditionSet
+from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.formula.identity import Domain, EntryDifference
+from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_claims, notebook_text, student_notebook
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.quizzes import ASKED
+from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, claimed_form
 from qdot.grader.grading.marking import mark

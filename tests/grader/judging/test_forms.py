@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import LETTERS, Choice, Number
+from qdot.exercises.answer_types import LETTERS, Choice, Number
 from qdot.exercises.notebook.notebook import notebook_claims
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import claimed_form, is_readable

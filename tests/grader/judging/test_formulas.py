@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from qdot.exercises.formula.identity import Domain, EntryDifference
+from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.grader.judging.answer import OR_HINT
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import (

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.answers import Choice, Matrix
+from qdot.exercises.answer_types import Choice, Matrix
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.formula.identity import EntryDifference, SetDifference
+from qdot.exercises.formula.equality import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import prompt

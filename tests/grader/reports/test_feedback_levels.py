@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.formula.identity import Certificate, Counterexample, EntryDifference, SetDifference
+from qdot.exercises.formula.equality import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark

@@ -18,7 +18,7 @@ from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import ParsedAnswer
-from qdot.grader.judging.compare import compare_lines
+from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.sandbox.clock import Budget, OutOfTime, TimeBudgets

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
+from qdot.exercises.answer_types import Matrix
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.maxima import maxima_text

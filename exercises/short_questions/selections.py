@@ -1,0 +1,205 @@
+"""Questions that ask for all correct options: singular configurations, equal forms, joints that change a result."""
+
+from dataclasses import dataclass
+
+import sympy as sp
+from qdot.exercises.short_questions.asking import ShortQuestion
+from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
+from qdot.exercises.short_questions.places import (
+    assign_random_lengths,
+    iterate_regular_configurations,
+    iterate_singular_configurations,
+    take_distinct,
+    write_configuration,
+)
+from qdot.exercises.short_questions.wrong import (
+    MAX_CHARACTERS_PER_ENTRY,
+    OptionSubject,
+    are_different_functions,
+    list_wrong_forms,
+)
+
+from qdot.exercises.answer_types import Selection
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
+
+OPTION_COUNT = 5
+
+# --- which of these configurations are singular? ---
+
+
+def _ask_configurations(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    for _ in range(4):
+        arm, lengths = assign_random_lengths(chain, rng)
+        singular_count = rng.choice((2, 3))
+        singular = take_distinct(iterate_singular_configurations(arm, rng), singular_count)
+        regular = take_distinct(
+            iterate_regular_configurations(arm, rng),
+            OPTION_COUNT - len(singular),
+            [configuration for configuration, _ in singular],
+        )
+        if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
+            shuffled = rng.permutation([*singular, *regular])
+            shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+            correct = tuple(index for index, pose_and_blame in enumerate(shuffled) if pose_and_blame in singular)
+            answer = Selection(
+                tuple(write_configuration(configuration) for configuration in shown_configurations), correct
+            )
+            return answer, ConfigurationOptions(places=shown_configurations, lengths=lengths, blames=blames)
+    return None
+
+
+# --- on which joints does it depend? ---
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A result of the derivation: det J, a row of the position, a column or an entry of the task Jacobian."""
+
+    name: str
+    row: int | None = None
+    column: int | None = None
+
+    def derive_formulas(self, chain: Chain) -> sp.Matrix:
+        """Return the formulas of the quantity as a column."""
+        d = derive(chain)
+        if self.name == "determinant":
+            return sp.Matrix([d.determinant])
+        if self.name == "position":
+            return sp.Matrix([d.position[self.row]])
+        column = d.jacobian.col(self.column)
+        return column if self.row is None else sp.Matrix([column[self.row]])
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuantityDetails(Details):
+    """Details of a question about a result of the derivation."""
+
+    quantity: Quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class EqualForms(Options):
+    """Correct and wrong forms of a result of the derivation."""
+
+    quantity: Quantity
+
+
+def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
+    return [] if object_unless_square(chain) else [Quantity("determinant")]
+
+
+def list_quantities(chain: Chain) -> list[Quantity]:
+    """Return the results of an arm's derivation that can be asked about."""
+    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    return [
+        *_list_determinant_if_square(chain),
+        *coordinates,
+        *(Quantity("column", None, column) for column in range(chain.n)),
+    ]
+
+
+def find_joints_with_influence(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
+    """Return the indices (from 0) of the joints on whose variables a quantity depends."""
+    symbols = quantity.derive_formulas(chain).free_symbols
+    return tuple(index for index, q in enumerate(chain.q) if q in symbols)
+
+
+def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    partial_quantities = [
+        quantity
+        for quantity in list_quantities(chain)
+        if 0 < len(find_joints_with_influence(chain, quantity)) < chain.n
+    ]
+    if not partial_quantities:
+        return None
+    quantity = rng.choice(partial_quantities)
+    return Selection(tuple(q.name for q in chain.q), find_joints_with_influence(chain, quantity)), QuantityDetails(
+        quantity=quantity
+    )
+
+
+# --- which of these forms are equal? ---
+
+
+def _ask_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    for quantity in rng.permutation(_find_short_quantities(chain)):
+        offered = _make_five_options(chain, quantity, rng)
+        if offered is not None:
+            shuffled = tuple(rng.permutation(offered))
+            correct = tuple(index for index, option in enumerate(shuffled) if not option.behind)
+            answer = Selection(tuple(option.text for option in shuffled), correct)
+            return answer, EqualForms(offered=shuffled, quantity=quantity)
+    return None
+
+
+def _find_short_quantities(chain: Chain) -> list[Quantity]:
+    def is_short(quantity: Quantity) -> bool:
+        formula = quantity.derive_formulas(chain)[0]
+        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= MAX_CHARACTERS_PER_ENTRY
+
+    entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
+    return [*filter(is_short, [*_list_determinant_if_square(chain), *entries])]
+
+
+def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
+    """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
+    generic = structure(chain).chain
+    correct_forms = _list_equal_forms(generic, quantity.derive_formulas(generic)[0], quantity)
+    base = "determinant" if quantity.name == "determinant" else "jacobian"
+    subject = OptionSubject(base, quantity.column, quantity.row)
+    wrong_forms = [
+        (form, blame)
+        for formula, blame in list_wrong_forms(generic, subject)
+        for form in _list_equal_forms(generic, formula)
+    ]
+    if len(correct_forms) < 2 or len(wrong_forms) < 3:
+        return None
+    fill = derive(chain).substitute_values
+    correct_count = min(rng.choice((2, 3)), len(correct_forms))
+    for _ in range(8):
+        correct_options = [OfferedOption(fill(form)) for form in rng.permutation(correct_forms)[:correct_count]]
+        wrong_options = [
+            OfferedOption(fill(form), (blame,))
+            for form, blame in rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
+        ]
+        texts = {option.text for option in (*correct_options, *wrong_options)}
+        correct_matrix, *wrong_matrices = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
+        if len(texts) == OPTION_COUNT and all(
+            are_different_functions(chain, [correct_matrix, wrong_matrix]) for wrong_matrix in wrong_matrices
+        ):
+            return [*correct_options, *wrong_options]
+    return None
+
+
+def _list_equal_forms(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
+    """Return a formula unchanged and with sums of angles expanded; a determinant also as products of entries."""
+    expanded = sp.expand(sp.expand_trig(formula))
+    forms = [formula, expanded, sp.expand(formula)]
+    if quantity is not None and quantity.name == "determinant" and generic.n == 2:
+        (a, b), (c, d) = derive(generic).jacobian.tolist()
+        forms.append(sp.expand(a * d) - sp.expand(b * c))
+    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * MAX_CHARACTERS_PER_ENTRY]
+
+
+SELECTION_QUESTIONS = (
+    ShortQuestion(
+        "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
+        form="selection", base_question="singular-angles",
+        objection_if_nothing_found="it does not have five suitable configurations", shown_answers=("singular-angles",),
+    ),
+    ShortQuestion(
+        "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
+        base_question="jacobian",
+        objection_if_nothing_found="each suitable result depends on all joints, or on none",
+    ),
+    ShortQuestion(
+        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
+        base_question="jacobian",
+        objection_if_nothing_found="it has no short result that can be written in several ways",
+        shown_answers=("jacobian", "determinant"),
+    ),
+)  # fmt: skip

@@ -1,0 +1,82 @@
+"""Rate how hard an arm is to work through by hand: a number, and the band in which the number lies."""
+
+from functools import lru_cache
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.singularities.singularity import singular_set
+
+BAND_MINIMUMS = (10, 16, 24, 34)
+"""The minimum difficulty of bands 1, 2, 3 and 4."""
+
+HARDEST_BAND = len(BAND_MINIMUMS)
+
+
+@lru_cache(maxsize=256)
+def difficulty(chain: Chain) -> int:
+    """Return the difficulty of an arm, the sum of these numbers:
+
+    - the number of terms of J;
+    - 4 for each condition of the singular set (if J is square, each factor of det J that can vanish);
+    - 8 more for each condition that involves several joints;
+    - 1 for each deviation from a textbook arm: an offset of a joint, a displaced base, a rotated base, and a point of
+      interest that is not an origin.
+
+    Example 6.3 has 15 + 8 + 8 = 31.
+    """
+    factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
+    coupled = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
+    return _count_jacobian_terms(chain) + 4 * len(factors) + 8 * coupled + _count_deviations(chain)
+
+
+def _count_jacobian_terms(chain: Chain) -> int:
+    """Return the number of terms of J, multiplied out."""
+    entries = (entry if _is_multiplied_out(entry) else sp.expand(entry) for entry in derive(chain).jacobian)
+    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+
+
+def _is_multiplied_out(expression: sp.Expr) -> bool:
+    """Return whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
+
+    This is checked first, because `expand` takes a hundred times as long to change nothing.
+    """
+    factors = (factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term))
+    return all(
+        factor.is_Symbol
+        or factor.is_Rational
+        or (isinstance(factor, (sp.sin, sp.cos)) and all(map(_is_plain, sp.Add.make_args(factor.args[0]))))
+        for factor in factors
+    )
+
+
+def _is_plain(term: sp.Expr) -> bool:
+    """Return whether a term is a rational multiple of a symbol, of pi or of 1."""
+    base = term.as_coeff_Mul()[1]
+    return bool(base.is_Symbol or base in (1, sp.pi))
+
+
+def _count_deviations(chain: Chain) -> int:
+    base = chain.base
+    deviations = [
+        *(offset != 0 for offset in chain.offsets),
+        any(base.position),
+        base.yaw != 0 or base.tilt != 0,
+        not chain.point.is_origin,
+    ]
+    return sum(deviations)
+
+
+def difficulty_band(chain: Chain) -> int:
+    """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
+    if (
+        _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]
+    ):  # finding the singular set may take a minute
+        return HARDEST_BAND
+    return sum(difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
+
+
+def describe_band(low: int, high: int) -> str:
+    """Describe a range of bands, such as "2" or "1 to 3"."""
+    return str(low) if low == high else f"{low} to {high}"

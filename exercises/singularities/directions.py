@@ -1,0 +1,237 @@
+"""Find the direction of motion lost at a singular configuration, and the lines of an arm that describe this direction.
+
+If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost. It spans the null space of J transposed,
+u J = 0, so that every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent
+columns of J form such a vector, because det J is zero if a column is repeated. For m = 3, this vector is the cross
+product of the two columns. All vectors are in the world frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook_form
+from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.singularity import Component
+
+ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
+"""Fractions of the largest singular value: below the first, a value counts as zero; above the second, as nonzero."""
+
+MAX_TERMS = 8
+"""Maximum number of terms of a formula for a lost direction."""
+
+
+def clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> int | None:
+    """Return the rank of a matrix; None if a singular value is neither clearly zero nor clearly nonzero."""
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    relative_values = sigma / max(float(sigma[0]), 1e-12)
+    if np.any((relative_values > ZERO_THRESHOLD) & (relative_values < nonzero_threshold)):
+        return None
+    return int(np.sum(relative_values >= nonzero_threshold))
+
+
+def lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> np.ndarray | None:
+    """Return the unit vector u with u J = 0 for J m x n, m <= n; None unless J clearly has rank m - 1."""
+    m, n = jacobian.shape
+    if m > n or clear_rank(jacobian, nonzero_threshold) != m - 1:
+        return None
+    return np.asarray(np.linalg.svd(jacobian)[0][:, -1])
+
+
+# --- as a formula ---
+
+
+@dataclass(frozen=True)
+class LostDirectionFormula:
+    """A formula for the lost direction u.
+
+    - `direction`: u, as a formula in the joint variables that the singular condition does not fix.
+    - `columns`: the columns of J (from 1) whose cofactors are the entries of u.
+    - `jacobian`: J at the singular configurations, or None if its entries are not short.
+    """
+
+    direction: sp.Matrix
+    columns: tuple[int, ...]
+    jacobian: sp.Matrix | None
+
+
+@lru_cache(maxsize=1024)
+def lost_direction_formula(structure: Chain, component: Component) -> LostDirectionFormula | None:
+    """Return the shortest formula for the direction that a structure loses at a component; None if none is short.
+
+    `component` is a component of the structure's singular set, at one combination of joint values.
+    """
+    jacobian = derive(structure).jacobian
+    if jacobian.rows > min(jacobian.cols, 4):
+        return None
+    scale = sp.Dummy("t")
+    if component.solutions is None:
+        return None
+    for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
+        substituted = _jacobian_at_value(jacobian, condition, joint, value, scale)
+        if substituted is None:
+            return None
+        jacobian = substituted
+    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook_form)
+    formulas = [
+        LostDirectionFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
+        for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
+        if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
+    ]
+    shortest = min(
+        formulas, key=lambda lost: (_count_terms(lost.direction), sp.count_ops(lost.direction)), default=None
+    )
+    return shortest if shortest is not None and _count_terms(shortest.direction) <= MAX_TERMS else None
+
+
+def _count_terms(vector: sp.Matrix) -> int:
+    """Return the number of terms of all entries, multiplied out."""
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
+
+
+def _jacobian_at_value(
+    jacobian: sp.Matrix, condition: sp.Expr, joint: sp.Symbol, value: sp.Expr, scale: sp.Symbol
+) -> sp.Matrix | None:
+    """Return J at a value of a joint; None if that needs angles that also occur in other entries.
+
+    If the condition A cos q + B sin q = 0 determines the value, substitute cos q = B t and sin q = -A t, in which t is
+    `scale`.
+    """
+    if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
+        return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))
+    a, b = trig.coeff(cosine), trig.coeff(sine)
+    if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
+        return None
+    return jacobian.applyfunc(lambda entry: sp.expand(_split_off_angle(entry, joint, b * scale, -a * scale)))
+
+
+def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
+    """Return the symbols in the arguments of sines and cosines."""
+    trigs = (trig for entry in matrix for trig in entry.atoms(sp.sin, sp.cos))
+    return [symbol for trig in trigs for symbol in trig.free_symbols]
+
+
+def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
+    """Split one joint's angle off all angle sums in an expression, and replace its cosine and sine."""
+    angles = {}
+    for trig in expression.atoms(sp.sin, sp.cos):
+        factor = sp.diff(trig.args[0], joint)
+        if factor == 0:
+            continue
+        remaining_angle = trig.args[0] - factor * joint
+        scaled_sine = factor * sine
+        if isinstance(trig, sp.sin):
+            angles[trig] = sp.sin(remaining_angle) * cosine + sp.cos(remaining_angle) * scaled_sine
+        else:
+            angles[trig] = sp.cos(remaining_angle) * cosine - sp.sin(remaining_angle) * scaled_sine
+    return expression.xreplace(angles)
+
+
+def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
+    """Return the cofactors of m - 1 columns of m entries, without common factors; None if all are zero."""
+    m = columns.rows
+    entries = []
+    for i in range(m):
+        minor = columns.extract([k for k in range(m) if k != i], list(range(m - 1)))
+        determinant = minor.det(method="berkowitz") if m > 1 else sp.S.One
+        entries.append(factor_trig(sp.expand((-1) ** i * determinant)))
+    if all(entry.is_zero for entry in entries):
+        return None
+    return sp.Matrix([entry.expression() for entry in _cancel_common_factors(entries)])
+
+
+def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
+    """Divide entries by their common factors, and change all signs if most entries are negative."""
+    factor_powers = [dict(entry.factors) for entry in entries if not entry.is_zero]
+    common_powers = {f: min(powers.get(f, 0) for powers in factor_powers) for f in factor_powers[0]}
+    coefficients = [entry.coefficient for entry in entries if not entry.is_zero]
+    common_coefficient = sp.Rational(
+        sp.igcd(0, *(abs(c.p) for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients))
+    )
+    sign = -1 if sum(1 if c > 0 else -1 for c in coefficients) < 0 else 1
+    common = Factored(
+        sp.Rational(sign * common_coefficient), tuple((f, power) for f, power in common_powers.items() if power)
+    )
+    return [entry if entry.is_zero else entry.over(common) for entry in entries]
+
+
+# --- lines of the arm ---
+
+
+@dataclass(frozen=True)
+class ArmLine:
+    """A line of the arm, given by its kind and an index i.
+
+    - "P": the line from O_i to the point of interest.
+    - "x", "y", "z": an axis of frame i; z_i is the axis of joint i + 1.
+    - "axis": the z axis of frame i in a convention in which z_i is the axis of joint i.
+    - "omega", "v": the axis of joint i, for an arm that is described by its axes.
+    - "space": axis i of the space frame, for such an arm.
+    - "world": axis i of the world frame.
+    """
+
+    kind: str
+    index: int
+
+    @property
+    def description(self) -> str:
+        """The line in words, formulas as LaTeX."""
+        if self.kind == "P":
+            return f"along the line from $O_{self.index}$ to $P$"
+        if self.kind == "z":
+            return f"along $z_{self.index}$, the axis of joint {self.index + 1}"
+        if self.kind == "axis":
+            return f"along $z_{self.index}$, the axis of joint {self.index}"
+        if self.kind == "omega":
+            return rf"along $\omega_{self.index}'$, the axis of joint {self.index}"
+        if self.kind == "v":
+            return f"along $v_{self.index}'$, the axis of joint {self.index}"
+        if self.kind == "space":
+            return f"along ${'xyz'[self.index]}_s$, an axis of the space frame"
+        if self.kind == "world":
+            return f"along ${'xyz'[self.index]}_w$, an axis of the world frame"
+        return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
+
+
+def candidate_lines(chain: Chain) -> list[ArmLine]:
+    """Return the lines of an arm that may describe a direction; the easiest to see come first."""
+    n, first = chain.n, convention_of(chain).frame_on_axis(1)
+    if not convention_of(chain).frame_numbers:
+        return [
+            *(ArmLine("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
+            *(ArmLine("space", i) for i in range(3)),
+        ]
+    to_point = [ArmLine("P", first + i) for i in range(chain.point.frame)]
+    axes = [ArmLine("axis" if first else "z", first + i) for i in range(n)]
+    others = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
+    world = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
+    return [*to_point, *axes, *others, *world]
+
+
+def line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
+    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no direction."""
+    vectors = np.empty((len(lines), len(samples), 3))
+    for k, sample in enumerate(samples):
+        standard_frames = sample.arm.frames(sample.q)
+        frames, point = sample.arm.convention_frames(standard_frames), sample.arm.point_of(standard_frames)
+        for i, line in enumerate(lines):
+            if line.kind in ("world", "space"):
+                vector = np.eye(3)[line.index]
+            elif line.kind in ("omega", "v", "axis"):
+                vector = standard_frames[line.index - 1, :3, 2]
+            elif line.kind == "P":
+                vector = point - frames[line.index, :3, 3]
+            else:
+                vector = frames[line.index, :3, "xyz".index(line.kind)]
+            norm = float(np.linalg.norm(vector))
+            vectors[i, k] = vector / norm if norm > 1e-3 else np.nan
+    return vectors

@@ -1,0 +1,72 @@
+"""Decide whether a statement about singular configurations is their reason: it holds at no regular configuration.
+
+Searches from many starts, on arms of several lengths, find configurations at which the statement holds. Each of them
+must be singular. A statement that also holds at regular configurations is incidental, not a reason.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.singularities.axes import Measure, Sample
+
+Predicate = Callable[[Sample], bool | None]
+
+_MAX_ARMS, _START_COUNT, _MAX_STEPS = 3, 16, 60
+_CONVERGENCE_TOLERANCE, _DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-9, 1e-6, 0.6
+_REGULAR = 1e-4
+"""A configuration is certainly regular if its smallest singular value over the largest is above this."""
+
+
+def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predicate: Predicate) -> bool:
+    """Return whether J loses rank at every configuration at which `measure` is zero and `predicate` is true.
+
+    `samples` are configurations at which the statement holds; `chain` has the task. If the search finds only singular
+    configurations, the statement counts as the reason.
+    """
+    rows = chain.task_rows
+    all_arms = list({id(sample.arm): sample.arm for sample in samples}.values())
+    chosen_arms = all_arms[:: max(1, len(all_arms) // _MAX_ARMS)][:_MAX_ARMS]
+    arms = NumericChain.stack(chosen_arms)
+    q = _descend(arms, measure, len(chosen_arms))
+    has_converged = measure(arms, q) < _CONVERGENCE_TOLERANCE
+    singular_values = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
+    is_regular = singular_values[..., -1] > _REGULAR * np.maximum(singular_values[..., 0], _REGULAR)
+    regular_indices = np.argwhere(has_converged & is_regular).tolist()
+    return not any(predicate(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_indices)
+
+
+def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray:
+    """Return the configurations (arms x starts x n) that Newton steps along a measure's steepest descent reach.
+
+    A measure has a kink at zero, but its square has none, so the gradient is that of the square.
+    """
+    starts = _starts(arms.kinds)
+    n = starts.shape[1]
+    q = np.tile(starts, (arm_count, 1, 1))
+    differences = _DIFFERENCE_STEP * np.concatenate([np.eye(n), -np.eye(n)])
+    for _ in range(_MAX_STEPS):
+        values = measure(arms, q)
+        active = values > _CONVERGENCE_TOLERANCE
+        if not active.any():
+            break
+        neighbours = (q[:, :, None] + differences).reshape(arm_count, -1, n)
+        squares = (measure(arms, neighbours) ** 2).reshape(*values.shape, 2, n)
+        gradient = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _DIFFERENCE_STEP)
+        step = (2 * values**2 / np.maximum(np.sum(gradient**2, axis=-1), 1e-30))[..., None] * gradient
+        step *= np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(np.abs(step).max(axis=-1, keepdims=True), 1e-12))
+        q -= np.where(active[..., None], step, 0.0)
+    return q
+
+
+@lru_cache(maxsize=64)
+def _starts(kinds: tuple[str, ...]) -> np.ndarray:
+    rng = Stream("reason")
+    return np.array(
+        [[rng.uniform(-np.pi, np.pi) if kind == "R" else rng.uniform(0.2, 0.8) for kind in kinds]
+         for _ in range(_START_COUNT)]
+    )  # fmt: skip

@@ -1,0 +1,502 @@
+"""Find the singular configurations of an arm with more joints than task rows by elimination instead of minors.
+
+J (6 x n) loses rank if a wrench does no work at any joint (is reciprocal to all n screws). The rank depends neither on
+the frame nor on the point of the last link for which J is written. In a frame in the middle of the arm, and about a
+point in which axes meet, most entries are zero. The row and column of an entry that is never zero can be eliminated,
+which solves one condition on the wrench. For example, if three axes meet in S, a wrench reciprocal to them is a force
+through S, and all other axes must meet its line. A small matrix in few angles remains, whose rank is examined case by
+case.
+
+For a position (vx, vy, vz), the wrench is a force at P, and only the frame can be chosen.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from itertools import combinations, product
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
+from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
+from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
+from qdot.exercises.arm.trigonometry import Factored, factor_trig
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
+from qdot.exercises.singularities.singularity import (
+    Conjunction,
+    Search,
+    common_zeros,
+    replace_marks,
+    split_zero_cases,
+    tidy_branches,
+)
+
+_POSITION = TASK_ROWS[:3]
+MAX_CASES = 400
+"""Maximum number of cases that are examined."""
+MAX_FRAMES, SHORT_OPERATION_COUNT = 2, 200
+"""Maximum number of pairs of frame and point that are tried, and the number of operations in all conditions together
+below which no further pair is tried."""
+_SPARSITY_TOLERANCE = 1e-9
+_ZERO_TOLERANCE = sp.Float("1e-20")
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """J of an arm in a short form: in coordinates of frame `frame`, about the origin of frame `about` (P if None)."""
+
+    frame: int
+    about: int | None
+    matrix: sp.ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class ReducedCase:
+    """The matrix whose rank decides whether J loses rank in one case.
+
+    - `case`: the conditions of the case.
+    - `joints`: the joint (from 1) of each column of the matrix; 0 for a column that combines two joints.
+    - `find_branches`: the branches of rank loss, each a list of conditions under which the matrix has less than full
+      rank.
+    """
+
+    case: Conjunction
+    matrix: sp.ImmutableMatrix
+    joints: tuple[int, ...]
+    branches: tuple[Conjunction, ...]
+
+
+def elimination_applies(chain: Chain) -> bool:
+    """Return whether elimination applies to an arm.
+
+    It applies to all six rows of the last link if there are more than six joints, and to a position task if there are
+    more than three joints and the minors are long.
+    """
+    if chain.n <= len(chain.task):
+        return False
+    if set(chain.task) == set(_POSITION):
+        return minors_are_long(chain)
+    return set(chain.task) == set(TASK_ROWS) and moves_with_last_link(polynomial_chain(chain)[0])
+
+
+def polynomial_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+    """Return the arm without joint offsets and with symbols for non-polynomial entries, and the symbols' values.
+
+    Non-polynomial entries are twists that are not multiples of a right angle, and lengths that contain roots.
+    """
+    values: dict[sp.Symbol, sp.Expr] = {
+        q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0
+    }
+
+    def simplify(name: str, value: sp.Expr) -> sp.Expr:
+        if sp.Symbol(name) in chain.q:
+            return sp.Symbol(name)
+        is_angle = name.startswith(ANGLE_PREFIXES)
+        if is_angle and (2 * value / sp.pi).is_Integer:
+            return sp.Mod(value, 2 * sp.pi)
+        if not is_angle and _is_polynomial(value):
+            return value
+        symbol = sp.Symbol(name if is_angle or name.startswith("point") else f"length_{name}")
+        if value != symbol:
+            values[symbol] = value
+        return symbol
+
+    changed = replace(chain, base=Base()).map_entries(simplify)
+    return replace(changed, tool=changed.point), values
+
+
+def _is_polynomial(value: sp.Expr) -> bool:
+    """Return whether a length is a polynomial with rational coefficients."""
+    numbers = value.atoms(sp.Number, sp.NumberSymbol, sp.Function)
+    roots = [power for power in value.atoms(sp.Pow) if not (power.exp.is_Integer and power.exp > 0)]
+    return not roots and all(number.is_Rational for number in numbers)
+
+
+def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
+    """Return pairs of a frame and the frame whose origin is the point, those with the most zeros in J first.
+
+    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the point is
+    P.
+    """
+    middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
+    if set(chain.task) == set(_POSITION):
+        return [(frame, None) for frame in reversed(middle) if frame <= chain.point.frame] or [
+            (chain.point.frame, None)
+        ]
+    rng = Stream("sparsest")
+    values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
+    frames = NumericChain(chain, values).frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
+    z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
+    is_revolute = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
+    candidates = []
+    for frame, about in product(middle, range(chain.n + 1)):
+        rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
+        linear, angular = (
+            np.where(is_revolute, np.cross(z, point - origins), z) @ rotation,
+            (z * is_revolute) @ rotation,
+        )
+        zeros = np.abs(np.hstack([linear, angular])) < _SPARSITY_TOLERANCE
+        key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
+        candidates.append((key, zeros.tobytes()))
+    patterns: dict[bytes, tuple[int, int | None]] = {}
+    for key, pattern in sorted(candidates):
+        patterns.setdefault(pattern, (key[3], key[4]))
+    return list(patterns.values())
+
+
+def _tidy(entry: sp.Expr) -> sp.Expr:
+    return factor_trig(sp.expand(entry)).expression()
+
+
+# --- elimination ---
+
+
+@dataclass
+class _Elimination:
+    """The elimination for one arm; it collects the reduced matrices in `reduced_cases`."""
+
+    search: Search
+    reduced_cases: list[ReducedCase] = field(default_factory=list)
+    marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
+    """Symbols that stand for conditions 1 - cos(q - root) whose root contains an arctangent.
+
+    Nothing is substituted into these conditions.
+    """
+
+    def find_branches(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case."""
+        matrix, joints = self._drop_zero_columns(matrix, joints)
+        rows, columns = matrix.shape
+        if rows == 0:
+            return
+        if columns < rows or any(matrix.row(r).is_zero_matrix for r in range(rows)):
+            self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),)))
+            yield case
+            return
+        if len(self.reduced_cases) > MAX_CASES:
+            raise TooLong(f"J may lose rank in more than {MAX_CASES} ways")
+        yield from self._eliminate_next(matrix, joints, case)
+
+    def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        """Do one step of the elimination, and yield the branches of what remains."""
+        for r in range(matrix.rows):
+            shared = self._common_factors(matrix.row(r))
+            if shared:
+                for factor in shared:
+                    self.reduced_cases.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
+                    yield (*case, factor)
+                yield from self.find_branches(_divide_factors(matrix, shared, row=r), joints, case)
+                return
+        for c in range(matrix.cols):
+            shared = self._common_factors(matrix.col(c))
+            if shared:
+                yield from self._eliminate_column(matrix, joints, case, c, shared)
+                yield from self.find_branches(_divide_factors(matrix, shared, column=c), joints, case)
+                return
+        pivot = self._find_pivot(matrix)
+        if pivot is not None:
+            r, c = pivot
+            yield from self.find_branches(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
+            return
+        combination = self._combine_pair(matrix)
+        if combination is not None:
+            matrix, columns = combination
+            yield from self.find_branches(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
+            return
+        yield from self._branches_by_minors(matrix, joints, case)
+
+    def _eliminate_column(
+        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
+    ) -> Iterator[Conjunction]:
+        """Yield the branches on which a common factor of column `c` vanishes and the other columns lose rank."""
+        other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
+        for factor in shared:
+            for condition, trigs in self._zero_cases(factor):
+                at_root = other_columns.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
+                yield from self.find_branches(_clear_denominators(at_root), remaining_joints, (*case, condition))
+
+    def _zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+        """Return the cases in which a factor vanishes.
+
+        Each has the condition to state, and the values to substitute for sines, cosines and joint variables.
+        """
+        cases = split_zero_cases(factor)
+        if cases[0][1]:
+            return [(condition, dict(values)) for condition, values in cases]
+        roots = half_angle_roots(factor, self.search)
+        if not roots:
+            return [(factor, {})]
+        marked = []
+        for condition, values in roots:
+            if condition not in self.marks:
+                self.marks[condition] = sp.Symbol(f"root{len(self.marks) + 1}")
+            marked.append((self.marks[condition], values))
+        return marked
+
+    def _evaluate_at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+        """Return an entry at a zero of a factor; without values, only entries with this factor become zero."""
+        if entry == 0:
+            return entry
+        if not values:
+            return sp.S.Zero if factor in dict(factor_trig(entry).factors) else entry
+        expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
+        return (
+            sp.cancel(sp.expand(expanded.xreplace(values)))
+            if any(map(_has_symbols, values.values()))
+            else _tidy(expanded.xreplace(values))
+        )
+
+    def _drop_zero_columns(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
+        nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
+        return matrix.extract(list(range(matrix.rows)), nonzero_columns), tuple(joints[c] for c in nonzero_columns)
+
+    def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
+        """Return the factors with joint variables that all nonzero entries have in common."""
+        products = [factor_trig(entry) for entry in entries if entry != 0]
+        first, *others = products
+        return [
+            f for f, _ in first.factors if self.search.contains_joints(f) and all(f in dict(o.factors) for o in others)
+        ]
+
+    def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
+        """Return row and column of a nonzero constant entry; None if there is none.
+
+        Among these entries, choose the one whose row and column have the most zeros.
+        """
+        best_pivot = None
+        for r, c in product(range(matrix.rows), range(matrix.cols)):
+            entry = matrix[r, c]
+            if entry == 0 or self.search.contains_joints(entry) or self._may_be_zero(entry):
+                continue
+            fill = _count_others(matrix.row(r)) * _count_others(matrix.col(c))
+            key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
+            if best_pivot is None or key < best_pivot[0]:
+                best_pivot = key, (r, c)
+        return best_pivot[1] if best_pivot else None
+
+    def _may_be_zero(self, constant: sp.Expr) -> bool:
+        """Return whether a constant that contains a sum is zero for the arm's twists."""
+        return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
+
+    def _combine_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
+        """Eliminate a column with two entries that are never both zero; return the matrix and its column numbers.
+
+        The two rows are replaced by the combination of them whose entry in that column is zero. Likewise, a row is
+        eliminated by combining two columns; the combined column is numbered -1. Return None if neither is possible.
+        """
+        best_reduction = None
+        for transposed in (False, True):
+            m = matrix.T if transposed else matrix
+            for c in range(m.cols):
+                if best_reduction is not None and _count_others(m.col(c)) > best_reduction[0][0]:
+                    continue
+                reduced = self._reduce_to_two(m, c)
+                if reduced is None:
+                    continue
+                reduced_matrix, (a, b) = reduced
+                u, v = reduced_matrix[a, c], reduced_matrix[b, c]
+                if may_hold_simultaneously([u, v], self.search.joints):
+                    continue
+                combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
+                other_rows = [r for r in range(m.rows) if r not in (a, b)]
+                columns = [k for k in range(m.cols) if k != c]
+                smaller = (
+                    reduced_matrix.extract(other_rows, list(range(m.cols)))
+                    .col_join(combined_row)
+                    .extract(list(range(m.rows - 1)), columns)
+                )
+                column_numbers = [*other_rows, -1] if transposed else columns
+                key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
+                if best_reduction is None or key < best_reduction[0]:
+                    best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
+        return best_reduction[1] if best_reduction else None
+
+    def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
+        """Reduce a column to two nonzero entries by adding multiples of rows; return the matrix and the two rows.
+
+        Return None if that is impossible with constant multiples.
+        """
+        rows_by_factors: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
+        reduced = matrix
+        for r in range(matrix.rows):
+            if matrix[r, c] == 0:
+                continue
+            factors = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.contains_joints(f[0]))
+            if factors not in rows_by_factors:
+                rows_by_factors[factors] = r
+                continue
+            first = rows_by_factors[factors]
+            numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
+            if self.search.contains_joints(numerator) or self.search.contains_joints(denominator):
+                return None
+            row = (reduced.row(r) * denominator - reduced.row(first) * numerator).applyfunc(_tidy)
+            reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
+        return (
+            (reduced, (min(rows_by_factors.values()), max(rows_by_factors.values())))
+            if len(rows_by_factors) == 2
+            else None
+        )
+
+    def _branches_by_minors(
+        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction
+    ) -> Iterator[Conjunction]:
+        """Yield the branches on which all maximal minors of a matrix vanish."""
+        column_sets = combinations(range(matrix.cols), matrix.rows)
+        minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
+        zeros = common_zeros(minors, self.search)
+        self.reduced_cases.append(
+            ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if zeros is None else tuple(zeros))
+        )
+        for branch in [()] if zeros is None else zeros:
+            yield (*case, *branch)
+
+
+def _count_others(line: sp.Matrix) -> int:
+    """Return the number of nonzero entries of a row or column, minus one."""
+    return sum(entry != 0 for entry in line) - 1
+
+
+def _delete_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
+    return matrix.extract(list(range(matrix.rows)), [k for k in range(matrix.cols) if k != c])
+
+
+def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
+    """Return a matrix with one row or one column divided by common factors."""
+    divisor = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
+
+    def entry(r: int, c: int) -> sp.Expr:
+        value = matrix[r, c]
+        return factor_trig(value).over(divisor).expression() if value != 0 and (r == row or c == column) else value
+
+    return sp.Matrix(matrix.rows, matrix.cols, entry)
+
+
+def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
+    """Return the Schur complement of a nonzero entry: eliminate its column, then drop its row and column."""
+    rows = []
+    for i in range(matrix.rows):
+        if i == r:
+            continue
+        row = matrix.row(i)
+        if row[c] != 0:
+            numerator, denominator = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
+            row = (row * denominator - matrix.row(r) * numerator).applyfunc(_tidy)
+        rows.append(row)
+    return _delete_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
+
+
+def _has_symbols(value: sp.Expr) -> bool:
+    return bool(value.free_symbols)
+
+
+def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix without denominators: each row is multiplied by its common denominator."""
+    rows = []
+    for r in range(matrix.rows):
+        denominators = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
+        common = sp.lcm_list(denominators) if any(map(_has_symbols, denominators)) else sp.S.One
+        rows.append(
+            matrix.row(r).applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else matrix.row(r)
+        )
+    return sp.Matrix.vstack(*rows) if rows else matrix
+
+
+def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+    """Return the roots of A + B cos q + C sin q if the tangent of the half angle needs no square root.
+
+    Each root is a pair: the condition to state, and the values of cosine and sine at the root. Return an empty list if
+    the factor has another form, or needs a square root.
+    """
+    trigs = factor.atoms(sp.sin, sp.cos)
+    angles = {trig.args[0] for trig in trigs if search.contains_joints(trig)}
+    if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
+        return []
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    polynomial = sp.Poly(sp.expand(factor).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
+    if polynomial.total_degree() != 1 or polynomial.free_symbols & {angle}:
+        return []
+    a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    if sp.expand(a - b) == 0 or sp.expand(a + b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
+        is_infinite = sp.expand(a - b) == 0
+        tangent = -a / c if is_infinite else -c / a
+        roots = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)] if is_infinite else [(sp.S.Zero, sp.S.One, sp.S.Zero)]
+        if c != 0:
+            tangent = sp.cancel(tangent)
+            scale = 1 + tangent**2
+            roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / scale), sp.cancel(2 * tangent / scale)))
+    else:
+        return []
+    return [(1 - sp.cos(angle - root), {sp.cos(angle): x, sp.sin(angle): y}) for root, x, y in roots]
+
+
+@dataclass(frozen=True)
+class ReciprocalSet:
+    """The singular set of an arm: the reduction of J, the reduced matrices, and the conditions for rank loss."""
+
+    reduction: Reduction
+    cases: tuple[ReducedCase, ...]
+    branches: tuple[Conjunction, ...]
+
+
+@lru_cache(maxsize=64)
+def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
+    """Return the singular set of a plain chain, for the frame and point that give the shortest conditions.
+
+    `twists` are the values of its symbols for twists; constants that are zero for these values are not used as pivots.
+    Raises TooLong.
+    """
+    sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
+    values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in twists}}
+
+    def is_zero(constant: sp.Expr) -> bool:
+        return bool(abs(sp.N(constant.xreplace(values), 30)) < _ZERO_TOLERANCE)
+
+    candidates, last_error = [], None
+    for frame, about in _sparsest_frames(chain)[:MAX_FRAMES]:
+        try:
+            singular_set = _search_from(chain, frame, about, is_zero)
+        except TooLong as error:
+            last_error = error
+            continue
+        possible = (
+            w for w in singular_set.branches if may_hold_simultaneously([c.xreplace(dict(twists)) for c in w], chain.q)
+        )
+        candidates.append(replace(singular_set, branches=tuple(possible)))
+        if _count_operations(candidates[-1]) < SHORT_OPERATION_COUNT:
+            break
+    if not candidates:
+        assert last_error is not None
+        raise last_error
+    return min(candidates, key=_count_operations)
+
+
+def _count_operations(singular_set: ReciprocalSet) -> int:
+    """Return the number of operations in all conditions."""
+    return sum(int(sp.count_ops(condition)) for way in singular_set.branches for condition in way)
+
+
+def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
+    """Return the singular set by elimination in J for one frame and point. Raises TooLong."""
+    reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
+    elimination = _Elimination(Search(chain.q, is_zero))
+    branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
+    if () in branches:
+        return ReciprocalSet(reduction, tuple(elimination.reduced_cases), ((),))
+    search = Search((*chain.q, *elimination.marks.values()), is_zero)
+    tidied = [
+        drop_implied(branch, chain.q) for branch in tidy_branches(branches, search, "what the rank of J comes down to")
+    ]
+    conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
+    cases = tuple(
+        replace(reduced, case=_state_case(reduced.case, conditions_by_mark)) for reduced in elimination.reduced_cases
+    )
+    return ReciprocalSet(
+        reduction, cases, tuple(tuple(c.xreplace(conditions_by_mark) for c in branch) for branch in tidied)
+    )
+
+
+def _state_case(case: Conjunction, conditions_by_mark: dict[sp.Symbol, sp.Expr]) -> Conjunction:
+    """Return the conditions of a case with each mark replaced by the condition for which it stands."""
+    return tuple(conditions_by_mark.get(condition, condition) for condition in replace_marks(case))

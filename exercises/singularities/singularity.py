@@ -1,0 +1,568 @@
+"""Find all singular configurations of a chain for its task, at which the task Jacobian loses rank (6.8).
+
+For a square Jacobian these are the zeros of the factors of det J. For any other shape they are the common zeros of all
+maximal minors: factors that all minors share, and combinations of conditions for the remaining factors.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+from itertools import combinations, product
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive
+from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
+from qdot.exercises.singularities.joint_solvability import (
+    drop_following,
+    drop_implied,
+    is_implied,
+    may_hold_simultaneously,
+)
+
+MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
+"""Maximum number of branches (ways in which all minors vanish) that are examined, and that a person would read."""
+MAX_IMPLICATION_WORK = 10_000
+"""Maximum work for proving that long conditions follow from others, as counted by `joint_solvability`."""
+_ZERO_TOLERANCE = sp.Float("1e-20")
+RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
+
+
+Joints = tuple[sp.Symbol, ...]
+Conjunction = tuple[sp.Expr, ...]
+JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
+"""A joint, and its values at which a condition holds."""
+Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
+"""Joints with their values."""
+Zeros = list[Conjunction] | None
+"""Conditions under which all minors vanish simultaneously; None if they always do."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component of the singular set: expressions that vanish simultaneously, and the joint values at which they do.
+
+    `solutions` holds (joint, values) for each condition, or is None if a condition involves several joints.
+    """
+
+    conditions: tuple[sp.Expr, ...]
+    solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
+
+    def pieces(self) -> list[str]:
+        """Return the conditions as text, one string for each value or combination of values.
+
+        >>> Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi)),)).pieces()
+        ['theta2 = 0', 'theta2 = pi']
+        """
+        if self.solutions is None:
+            return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
+        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in self.value_combinations()]
+
+    def value_combinations(self) -> list[Values]:
+        """Return every combination of joint values at which the conditions hold; none if `solutions` is None."""
+        if self.solutions is None:
+            return []
+        pairs = ([(joint, value) for value in values] for joint, values in self.solutions)
+        return list(product(*pairs))
+
+    def map_values(self, change: Callable[[sp.Symbol, sp.Expr], sp.Expr]) -> "Component":
+        """Return this component with each value of a joint changed."""
+        solutions = self.solutions and tuple(
+            (joint, tuple(change(joint, value) for value in values)) for joint, values in self.solutions
+        )
+        return replace(self, solutions=solutions)
+
+    def at(self, values: Values) -> "Component":
+        """Return the part of this component at which the joints have these values."""
+        return Component(self.conditions, tuple((joint, (value,)) for joint, value in values))
+
+
+@lru_cache(maxsize=256)
+def singular_set(chain: Chain) -> tuple[Component, ...] | None:
+    """Return the components of the singular set, or None if the Jacobian is rank-deficient everywhere.
+
+    An empty tuple means that no configuration is singular.
+    """
+    return _components(derive(chain))
+
+
+def special_length_components(chain: Chain) -> tuple[Component, ...]:
+    """Return further components that exist only for special relations between the symbolic lengths."""
+    derivation = derive(chain)
+    inverse = sp.Symbol("d_inverse")
+    components = []
+    for conditions, holds in _substitute_values(derivation, _generic_zeros(derivation)):
+        lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
+        if holds or not lengths:
+            continue
+        nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
+        if may_hold_simultaneously([*conditions, nonzero_lengths], (*chain.q, *lengths, inverse)):
+            components.append(solve_conjunction(conditions, chain))
+    return tuple(dict.fromkeys(component for component in components if component is not None))
+
+
+def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
+    """Return whether an expression is nonzero in every configuration, such as 1.5 + 0.5 cos(theta2)."""
+    return solve_conjunction((condition,), chain) is None
+
+
+def _components(derivation: Derivation) -> tuple[Component, ...] | None:
+    zeros = _generic_zeros(derivation)
+    if zeros is None:
+        return None
+    components = []
+    for conditions, holds in _substitute_values(derivation, zeros):
+        component = solve_conjunction(conditions, derivation.chain) if holds else None
+        if component is not None and component not in components:
+            components.append(component)
+    for contained in reversed(components[:]):
+        if any(container != contained and _is_contained(contained, container) for container in components):
+            components.remove(contained)  # one at a time: of two equal components, each lies in the other
+    return tuple(components)
+
+
+def _generic_zeros(derivation: Derivation) -> Zeros:
+    """Return the common zeros of the minors, in the symbols of the structure.
+
+    The search runs once for each structure. It runs again for an arm whose numbers make a constant zero that the first
+    search assumed to be nonzero.
+    """
+    minors, joints = derivation.generic_minors, derivation.generic_joints
+    zeros, assumed_nonzero = _search_zeros(minors, joints)
+
+    def is_zero(constant: sp.Expr) -> bool:
+        value = derivation.substitute_values(constant)
+        lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
+        return bool(abs(sp.N(value.xreplace(lengths), 30)) < _ZERO_TOLERANCE)
+
+    return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
+
+
+def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
+    """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
+
+    If they can for generic lengths, they are not tested again with the arm's lengths. A conjunction may have more
+    conditions than are needed to lower the rank of a matrix of this shape. Then the conditions that follow from the
+    others are dropped, provided that they also follow with the arm's own numbers.
+    """
+    chain = derivation.chain
+    codimension = abs(chain.n - len(chain.task)) + 1
+    for conjunction in zeros or ():
+        conditions = tuple(derivation.substitute_values(condition) for condition in conjunction)
+        is_possible = _may_hold_generically(conjunction, derivation.generic_joints)
+        is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
+        if is_possible and len(conjunction) > codimension:
+            required = tuple(
+                map(derivation.substitute_values, _drop_implied_generically(conjunction, derivation.generic_joints))
+            )
+            redundant = (condition for condition in conditions if condition not in required)
+            if conditions == conjunction or all(
+                is_implied(c, required, chain.q, MAX_IMPLICATION_WORK) for c in redundant
+            ):
+                conditions = required
+        yield conditions, is_possible
+
+
+@lru_cache(maxsize=4096)
+def _drop_implied_generically(conjunction: Conjunction, joints: Joints) -> Conjunction:
+    return drop_implied(conjunction, joints, MAX_IMPLICATION_WORK)
+
+
+@lru_cache(maxsize=4096)
+def _may_hold_generically(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, ...]) -> bool:
+    return len(conjunction) == 1 or may_hold_simultaneously(conjunction, joints)
+
+
+def _is_contained(component: Component, container: Component) -> bool:
+    """Return whether `component` is contained in `container`, by comparing the values of each joint."""
+    if component.solutions is None or container.solutions is None:
+        return False
+    values_by_joint = dict(component.solutions)
+    return all(
+        joint in values_by_joint and set(values_by_joint[joint]) <= set(values) for joint, values in container.solutions
+    )
+
+
+def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
+    """Return the component that conditions describe, or None if they have no real solution for the arm's numbers."""
+    solutions = []
+    has_unsolved = False
+    for condition in conditions:
+        solution = solve_condition(condition, chain)
+        if solution is None:
+            has_unsolved = True
+            excess = _excess(condition, chain)
+            if excess is not None and excess > 0:
+                return None
+            if excess == 0 and len(conditions) == 1 and (component := _single_solution(condition, chain)) is not None:
+                return component
+        elif not solution[1]:
+            return None
+        else:
+            solutions.append(solution)
+    return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
+
+
+def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolution, ...]) -> Component | None:
+    """Return the component without the weaker of two conditions on the same joint; None if they contradict.
+
+    Only numeric values are compared.
+    """
+    for i, j in combinations(range(len(conditions)), 2):
+        (joint, first), (second_joint, second) = solutions[i], solutions[j]
+        if joint == second_joint and all(value.is_number for value in (*first, *second)):
+            common = [value for value in first if value in second]
+            if not common:
+                return None
+            redundant = j if len(common) == len(first) else i if len(common) == len(second) else None
+            if redundant is not None:
+                remaining_indices = [k for k in range(len(conditions)) if k != redundant]
+                return _merge_solutions(
+                    tuple(conditions[k] for k in remaining_indices), tuple(solutions[k] for k in remaining_indices)
+                )
+    return Component(conditions, solutions)
+
+
+def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    """Solve one condition for its joint; return (joint, values), with no values if there is no real solution.
+
+    Return None if the condition involves several joints, or has a form that no formula here solves.
+    """
+    joints = [q for q in chain.q if condition.has(q)]
+    if len(joints) != 1:
+        return None
+    (joint,) = joints
+    if chain.joints[chain.q.index(joint)].kind == "P":
+        return _solve_polynomial(condition, joint)
+    return _solve_angle(condition, joint)
+
+
+def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    polynomial = sp.Poly(condition, joint)
+    if polynomial.degree() == 1:
+        a, b = polynomial.all_coeffs()
+        return joint, (sp.together(-b / a),)
+    if polynomial.degree() == 2 and not polynomial.free_symbols_in_domain:
+        return joint, tuple(root for root in sp.roots(polynomial) if root.is_real)
+    return None
+
+
+@lru_cache(maxsize=4096)
+def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    """Solve A + B cos(phi) + C sin(phi) = 0, in which phi is the joint's angle with its offset."""
+    arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
+    phi = arguments.pop() if len(arguments) == 1 else joint
+    offset = sp.expand(phi - joint)
+    if offset.has(joint):
+        return None
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    expanded = sp.expand_trig(condition) if arguments else condition
+    polynomial = sp.Poly(sp.expand(expanded).xreplace({sp.cos(phi): cosine, sp.sin(phi): sine}), cosine, sine)
+    if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
+        return None
+    a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    values = (principal_angle(value - offset) for value in _roots_of_trig(a, b, c))
+    return joint, tuple(dict.fromkeys(values))
+
+
+def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+    if a == 0:
+        if b == 0:
+            return [sp.S.Zero, sp.pi]
+        if c == 0:
+            return [sp.pi / 2, -sp.pi / 2]
+        return [-sp.atan(b / c), sp.pi - sp.atan(b / c)]
+    if b == 0 and c != 0:
+        return [] if _exceeds(a, c) else [sp.asin(-a / c), sp.pi - sp.asin(-a / c)]
+    if c == 0:
+        return [] if _exceeds(a, b) else list(dict.fromkeys((sp.acos(-a / b), -sp.acos(-a / b))))
+    radius, shift = sp.sqrt(b**2 + c**2), sp.atan2(c, b)
+    return [] if _exceeds(a, radius) else [shift + sp.acos(-a / radius), shift - sp.acos(-a / radius)]
+
+
+def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
+    """Return whether |a| > |b| for all values of the lengths."""
+    if a.is_number and b.is_number:
+        return bool(abs(sp.N(a)) > abs(sp.N(b)))
+    return bool(sp.expand(a**2 - b**2).is_positive)
+
+
+def principal_angle(angle: sp.Expr) -> sp.Expr:
+    """Return a numeric angle reduced to (-pi, pi], and any other angle expanded."""
+    angle = sp.expand(angle)
+    if not angle.is_number:
+        return angle
+    turns = -sp.floor((sp.N(angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
+    reduced = sp.expand(angle + 2 * sp.pi * turns)
+    return sp.pi if reduced == -sp.pi else reduced
+
+
+def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
+    """Return the constant part's excess over all amplitudes in a sum of sines and cosines; None for other sums.
+
+    If the excess is positive, the sum cannot vanish. If it is zero, the sum vanishes only if each sine and cosine is at
+    an end of its range.
+    """
+    polynomial = _trig_polynomial(condition, chain)
+    if polynomial is None:
+        return None
+    constant = polynomial.coeff_monomial(1)
+    excess = 2 * abs(constant) - sum(abs(coefficient) for coefficient in polynomial.coeffs())
+    number = sp.N(excess, 30)
+    return sp.S.Zero if abs(number) < sp.Float("1e-20") and sp.simplify(excess) == 0 else number
+
+
+def _single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
+    """Return the only zero of a sum whose excess is zero, as a component.
+
+    For example, in 0.8 + 0.4 c2 + 0.4 c23 both cosines must be -1. Return None if that does not fix one value for each
+    joint in the sum.
+    """
+    polynomial = _trig_polynomial(condition, chain)
+    assert polynomial is not None
+    if polynomial.total_degree() != 1:
+        return None
+    sign = sp.sign(polynomial.coeff_monomial(1))
+    equations = []
+    for trig in polynomial.gens:
+        is_maximum = sp.sign(polynomial.coeff_monomial(trig)) != sign
+        maximizer = sp.S.Zero if isinstance(trig, sp.cos) else sp.pi / 2
+        equations.append(trig.args[0] - maximizer - (0 if is_maximum else sp.pi))
+    joints = [q for q in chain.q if condition.has(q)]
+    multiples, angles = sp.linear_eq_to_matrix(equations, joints)
+    if not multiples.is_square or abs(multiples.det()) != 1:  # several joint values, or none, give the same angles
+        return None
+    values = [(q, principal_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
+    return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
+
+
+def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
+    """Return a condition as a polynomial in its sines and cosines; None if it has symbols other than their angles."""
+    trigs = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+    without_trigs = condition.xreplace({trig: sp.Dummy() for trig in trigs})
+    if not trigs or condition.free_symbols - set(chain.q) or without_trigs.free_symbols & set(chain.q):
+        return None
+    return sp.Poly(condition, *trigs)
+
+
+# --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
+
+_ROOT_MARK = sp.Function("at")
+"""A mark for a factor that is zero at one of its roots, e.g. at(sin(theta2), pi), until the other root is found too."""
+
+
+def _is_mark(condition: sp.Expr) -> bool:
+    return getattr(condition, "func", None) == _ROOT_MARK
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search for common zeros knows about an arm: its joints, and which constants are zero.
+
+    A constant such as a1 - a2 may be zero. `assumed_nonzero` collects the constants that were assumed to be nonzero.
+    """
+
+    joints: Joints
+    is_zero: Callable[[sp.Expr], bool] = lambda _: False
+    assumed_nonzero: set[sp.Expr] = field(default_factory=set)
+
+    def contains_joints(self, expression: sp.Expr) -> bool:
+        """Return whether an expression contains joint variables."""
+        return bool(expression.free_symbols & set(self.joints))
+
+    def joint_factors(self, product: Factored) -> list[sp.Expr] | None:
+        """Return the factors that contain joint variables; None if the product is always zero."""
+        constants = [f for f, _ in product.factors if not self.contains_joints(f) and not f.is_Symbol]
+        if product.is_zero or any(map(self.is_zero, constants)):
+            return None
+        self.assumed_nonzero.update(constants)
+        return [f for f, _ in product.factors if self.contains_joints(f)]
+
+
+@lru_cache(maxsize=4096)
+def _search_zeros(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
+    """Return the zeros for generic lengths and twists, and the constants that were assumed to be nonzero."""
+    search = Search(joints)
+    return common_zeros(minors, search), frozenset(search.assumed_nonzero)
+
+
+def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
+    """Return the conjunctions of conditions under which all minors vanish. Raises TooLong."""
+    factor_sets = [factors for minor in minors if (factors := search.joint_factors(minor)) is not None]
+    if not factor_sets:
+        return None
+    shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
+    remaining_sets = [[f for f in factors if f not in shared] for factors in factor_sets]
+    conjunctions: list[Conjunction] = [(f,) for f in shared]
+    for leaf in _branches(remaining_sets, search):
+        conjunction = tuple(dict.fromkeys(leaf))
+        if len(conjunctions) > MAX_EXAMINED_BRANCHES:
+            raise TooLong(
+                f"the {len(factor_sets)} minors of J may vanish together in more than {MAX_EXAMINED_BRANCHES} ways"
+            )
+        if not any(f in conjunction for f in shared):
+            conjunctions.append(conjunction)
+    return tidy_branches(conjunctions, search, f"the {len(factor_sets)} minors of J")
+
+
+def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: str) -> list[Conjunction]:
+    """Return conjunctions without duplicates and without implied conditions.
+
+    Cases that differ only in the root of one factor are merged. Raises TooLong; `subject` is the subject of its
+    message.
+    """
+    merged_conjunctions = _merge_roots(list(conjunctions))
+    if len(merged_conjunctions) > MAX_BRANCHES:
+        raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to list")
+    stated_conjunctions = [replace_marks(conjunction) for conjunction in merged_conjunctions]
+    follows = partial(_follows, search=search)
+    return _drop_subsumed([drop_following(conjunction, follows) for conjunction in stated_conjunctions], search)
+
+
+def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
+    """Return the factors of a condition that contain joint variables; None if the condition always holds."""
+    return search.joint_factors(factor_trig(sp.expand(condition)))
+
+
+def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known_conditions: list[sp.Expr]) -> bool:
+    """Return whether a condition follows from joint values and known conditions, by comparing factors."""
+    if condition in known_conditions:
+        return True
+    substituted = factor_trig(sp.expand(substitute(condition, values)))
+    return substituted.is_zero or any(
+        factor in known_conditions or -factor in known_conditions for factor, _ in substituted.factors
+    )
+
+
+def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+    """Return the value of the last joint in a factor at one of its roots."""
+    angle = factor.args[0]
+    joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
+    return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
+
+
+def replace_marks(conjunction: Conjunction) -> Conjunction:
+    """Return conditions with each mark replaced: 1 - cos(theta2) = 0 states that only the root 0 is meant."""
+    return tuple(
+        1 - sp.cos(condition.args[0].args[0] - condition.args[1]) if _is_mark(condition) else condition
+        for condition in conjunction
+    )
+
+
+def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
+    """Yield combinations of conditions under which a factor of every set vanishes.
+
+    A condition that fixes an angle is substituted into the other sets before the search continues. This shows which of
+    their factors vanish, and which cannot. The simplest set comes first.
+    """
+    if any(not factors for factors in factor_sets):
+        return
+    if not factor_sets:
+        yield []
+        return
+    factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
+    first, other_sets = factor_sets[0], factor_sets[1:]
+    for factor in first:
+        for condition, values in split_zero_cases(factor):
+            substituted = (_remaining_factors(factors, factor, values, search) for factors in other_sets)
+            remaining = [factors for factors in substituted if factors is not None]
+            yield from ([condition, *leaf] for leaf in _branches(remaining, search))
+
+
+def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+    """Return the cases in which a factor vanishes, each with its condition and the substitution that it allows."""
+    if isinstance(factor, (sp.sin, sp.cos)):
+        return [(_ROOT_MARK(factor, root), _joint_value_at(factor, root)) for root in _TRIG_ROOTS[factor.func, 0]]
+    return [(factor, {})]
+
+
+def _remaining_factors(
+    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: Search
+) -> list[sp.Expr] | None:
+    """Return the factors that can still vanish, or None if the product vanishes already."""
+    remaining: list[sp.Expr] = []
+    for factor in factors:
+        if factor == zero:
+            return None
+        substituted = factor_trig(sp.expand(substitute(factor, values))) if values else None
+        if substituted is None:
+            remaining.append(factor)
+            continue
+        moving = search.joint_factors(substituted)
+        if moving is None:
+            return None
+        remaining += moving
+    return remaining
+
+
+def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
+    """Merge cases that differ only in the root of one factor, such as theta3 = 0 and theta3 = pi."""
+    sets = {frozenset(conjunction) for conjunction in conjunctions}
+    text = lru_cache(maxsize=None)(str)
+
+    def mergeable_cases() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
+        for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
+            for case in filter(_is_mark, conjunction):
+                other_conditions = conjunction - {case}
+                siblings = {other_conditions | {_ROOT_MARK(case.args[0], root)} for root in RIGHT_ANGLES} & sets
+                if len(siblings) == 2:
+                    return siblings, other_conditions | {case.args[0]}
+        return None
+
+    while (cases := mergeable_cases()) is not None:
+        sets = (sets - cases[0]) | {cases[1]}
+    return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
+
+
+def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
+    """Return whether a condition follows from the premises, by substituting angles and comparing factors.
+
+    If neither shows it, return False, even if the condition does follow.
+    """
+    if condition in premises:
+        return True
+    root_lists = [_roots(premise, search) for premise in premises]
+    fixed = [roots for roots in root_lists if roots]
+    others = [premise for premise, roots in zip(premises, root_lists, strict=True) if not roots]
+    return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
+
+
+def _follows_at(
+    condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], other_premises: list[sp.Expr], search: Search
+) -> bool:
+    """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
+    factor_sets = [_joint_factors_of(substitute(premise, values), search) for premise in other_premises]
+    return all(
+        _holds(condition, values, list(vanishing_factors))
+        for vanishing_factors in product(*(factors for factors in factor_sets if factors is not None))
+    )
+
+
+_TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
+    (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
+    (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
+}  # fmt: skip
+"""The angles at which a sine or cosine is zero, or at an end of its range."""
+
+
+def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return (joint, value) pairs for the joint that a condition fixes; none if it involves several joints."""
+    trig, at_end = condition, 0
+    for extreme_value, single_trig in ((1, 1 - condition), (-1, condition - 1)):
+        if condition.is_Add and isinstance(single_trig, (sp.sin, sp.cos)):
+            trig, at_end = single_trig, extreme_value
+    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
+        return []
+    roots = _TRIG_ROOTS[trig.func, at_end]
+    return [item for root in roots for item in _joint_value_at(trig, root).items()]
+
+
+def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
+    """Drop duplicates, and conjunctions whose zeros are contained in those of another one."""
+    remaining = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
+    for narrow in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
+        others = (wide for wide in remaining if wide != narrow)
+        if any(all(_follows(condition, narrow, search) for condition in wide) for wide in others):
+            remaining.remove(narrow)  # one at a time: of two equal conjunctions, each lies in the other
+    return sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

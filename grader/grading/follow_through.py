@@ -1,0 +1,364 @@
+"""Judge a later part against what follows from the student's own wrong answer to an earlier part.
+
+The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference in the
+derivation, and the later answer is judged against the result, as formulas, in the same way as against a reference. An
+unanswered part between them is derived by the same method.
+
+Nothing follows from an answer that would make the later part easier. An answer does so in these cases:
+
+- it is undefined at some configurations
+- it is not made of sines and cosines of the joints
+- it has more zeros than the reference
+- it is singular at configurations that are regular
+- it is a copy of another answer in the notebook, or of the correct answer to another student's problem
+
+The result that follows must depend on as many joints as the reference. If the earlier answer is no attempt at this arm,
+the feedback says that the later answer follows from it, but it earns nothing (`term_overlap`, `marking`).
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from qdot.exercises.answer_types import Direction, Number
+from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
+from qdot.exercises.arm.derivation_graph import Change, Working, numeric_working, tree_working
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.algebra import ZERO, split_factors
+from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names
+from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
+from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.verdict import Judgement
+
+MAX_ROWS = 4
+"""Maximum number of rows of a matrix whose determinant is derived as a formula."""
+MAX_NODES = 3000
+"""Maximum number of nodes of an earlier answer; the result that follows may have 20 times as many."""
+SAMPLE_COUNT = 6
+
+
+@dataclass(frozen=True)
+class FollowThrough:
+    """The judgement on an answer against the result that follows from a wrong answer to the part `list_earlier_parts`.
+
+    If it follows from an answer that is no attempt at this arm, `non_attempt` is that part, and the answer earns
+    nothing.
+    """
+
+    judgement: Judgement
+    earlier_part: str
+    non_attempt: str | None = None
+
+
+RowsByPart = Mapping[str, Rows]
+"""The rows of each earlier part: those of the student's answer if it is wrong, otherwise those of the reference."""
+
+
+IsCopied = Callable[[Part, Rows], bool]
+"""Returns whether a wrong answer to a part is correct for another student's problem."""
+
+
+def never_copied(part: Part, rows: Rows) -> bool:
+    """Return False: the answer is not copied from another student's problem."""
+    return False
+
+
+def find_follow_through(
+    problem: Problem,
+    part: Part,
+    answers: Mapping[str, ParsedAnswer],
+    wrong_parts: Sequence[str],
+    seed: str,
+    is_copied: IsCopied = never_copied,
+    attempts: Collection[str] | None = None,
+) -> FollowThrough | None:
+    """Return the best judgement on an answer against what follows from earlier wrong answers, or None.
+
+    `answers` maps the name of each part to its answer. `wrong_parts` lists the earlier parts with wrong answers.
+    `attempts` lists those of them whose answers are attempts at this arm; None means all of them.
+    """
+    answer = answers[part.name]
+    if answer.table is not None or part.kind not in QUESTIONS:
+        return None
+    context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
+    results: list[FollowThrough] = []
+    for rows_of_parts, wrong_names in context.find_sources(part):
+        derived = context.derive(part, rows_of_parts)
+        judgement = None if derived is None else context.judge(part, derived, answer)
+        if judgement is not None and judgement.share > 0:
+            non_attempt = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
+            results.append(FollowThrough(judgement, wrong_names[0], non_attempt))
+    return max(results, key=lambda each: (each.non_attempt is None, each.judgement.share), default=None)
+
+
+@dataclass(frozen=True)
+class _Context:
+    """A problem with a student's answers, and random values for its symbols."""
+
+    problem: Problem
+    answers: Mapping[str, ParsedAnswer]
+    wrong_parts: Sequence[str]
+    seed: str
+    is_copied: IsCopied
+
+    @cached_property
+    def domain(self) -> Domain:
+        """The domain of the problem's symbols."""
+        return self.problem.domain()
+
+    @cached_property
+    def parts(self) -> dict[str, Part]:
+        """The parts by name: those of the problem, and the parts between them once they are needed."""
+        return {part.name: part for part in self.problem.parts}
+
+    @cached_property
+    def values(self) -> dict[str, np.ndarray]:
+        """Random values of all symbols."""
+        return sample_values(self.domain, SAMPLE_COUNT, Stream(self.seed))
+
+    def find_sources(self, part: Part) -> Iterator[tuple[RowsByPart, list[str]]]:
+        """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
+        for sources in QUESTIONS[part.kind].derivation_sources:
+            usable_rows = {name: rows for name in sources if (rows := self.find_rows(name)) is not None}
+            wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
+            if wrong_names and len(usable_rows) == len({*sources}):
+                yield {name: rows for name, (rows, _) in usable_rows.items()}, wrong_names
+
+    def find_rows(self, name: str) -> tuple[Rows, list[str]] | None:
+        """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
+
+        If the student's answer is wrong, they are its rows. If there is no answer, they follow from earlier answers.
+        Otherwise they are the rows of the reference.
+        """
+        part, parsed_answer = self.find_part(name), self.answers.get(name)
+        reference = None if part is None else self.reference_rows(part)
+        if part is None or reference is None:
+            return None
+        if parsed_answer is None or parsed_answer.refusal is not None:
+            for rows_of_parts, wrong_names in self.find_sources(part):
+                derived = self.derive(part, rows_of_parts)
+                if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
+                    return derived, wrong_names
+        elif name in self.wrong_parts:
+            if parsed_answer.rows and self.is_usable(part, parsed_answer, reference):
+                return (parsed_answer.rows, [name])
+            return None
+        return reference, []
+
+    def find_part(self, name: str) -> Part | None:
+        """Return a part, even if this problem doesn't contain it; None if the question doesn't apply to this arm."""
+        if name not in self.parts:
+            question = QUESTIONS[name]
+            if question.find_obstacle(self.problem.chain) is not None:
+                return None
+            answer, details = question.ask(self.problem.chain, Stream(f"{self.seed}/{name}"))
+            self.parts[name] = Part(name, name, answer, question.points, question.needs, details)
+        return self.parts[name]
+
+    def reference_rows(self, part: Part) -> Rows | None:
+        """Return the rows of a part's reference; None if the reference is not made of formulas."""
+        is_in_formulas = part.answer.entries() and not part.answer.is_numeric
+        return part.answer.trees(self.domain.roles) if is_in_formulas else None
+
+    # --- answers from which nothing follows ---
+
+    def is_usable(self, part: Part, parsed_answer: ParsedAnswer, reference: Rows) -> bool:
+        """Return whether a later answer may be derived from a wrong answer."""
+        rows = parsed_answer.rows
+        if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
+            return False
+        if (
+            any(parsed_answer.blanks)
+            or not self._is_known(parsed_answer)
+            or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
+        ):
+            return False
+        if self._is_copy(part, rows) or self.is_copied(part, rows):
+            return False
+        is_square = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MAX_ROWS
+        if is_square and not self.is_as_hard(_determinant(rows), _determinant(reference)):
+            return False
+        return self._compute_traits(rows).is_as_full(self._compute_traits(reference))
+
+    def _is_known(self, parsed_answer: ParsedAnswer) -> bool:
+        return not parsed_answer.symbols - set(self.domain.roles)
+
+    def _is_copy(self, part: Part, rows: Rows) -> bool:
+        """Return whether rows equal the answer to another part at random configurations."""
+        values = self._evaluate(rows)
+        for name, parsed_answer in self.answers.items():
+            if (
+                name == part.name
+                or not parsed_answer.rows
+                or not self._is_known(parsed_answer)
+                or len(parsed_answer.text) > 10 * MAX_NODES
+            ):
+                continue
+            try:
+                other_values = self._evaluate(parsed_answer.rows)
+            except ParseError:  # its entries contain statements or blanks
+                continue
+            if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
+                return True
+        return False
+
+    def _evaluate(self, rows: Rows) -> np.ndarray:
+        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, SAMPLE_COUNT)[0]
+
+    def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
+        """Return whether rows depend on as many joints as a reference, and don't have clearly more zeros."""
+        traits, expected = self._compute_traits(rows), self._compute_traits(reference)
+        return traits.is_as_full(expected) and traits.joint_count >= expected.joint_count
+
+    def _compute_traits(self, rows: Rows) -> "Traits":
+        """Return the traits of an answer, found at random configurations."""
+        entries = [entry for row in rows for entry in row]
+        program, roles = compile_program(entries), self.domain.roles
+        values_at_samples = evaluate(program, self.values, SAMPLE_COUNT)[0]
+        largest = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
+
+        def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
+            with np.errstate(all="ignore"):
+                return not np.all(
+                    np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples) <= tolerance * largest
+                )
+
+        joints = {q.name for q in self.problem.chain.q}
+        used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
+        influential_symbols = {
+            name for name in used_symbols if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)
+        }
+        values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
+        return Traits(
+            bool(np.isfinite(values_at_samples).all()),
+            not differs(values_after_turn, 1e-6),
+            len(influential_symbols & joints),
+            len(influential_symbols - joints),
+            int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest)),
+        )
+
+    # --- the result that follows ---
+
+    def derive(self, part: Part, source_rows: RowsByPart) -> "Rows | np.ndarray | None":
+        """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
+        question = QUESTIONS[part.kind]
+        compute_rows = question.zero_formula or question.formula
+        if compute_rows is None or (
+            question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
+        ):
+            return None
+        try:
+            if part.answer.is_numeric:
+                values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
+                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in source_rows.items()}
+                working = _substitute(numeric_working(self.problem.chain, values), numeric_rows)
+                return compute_rows(working, part.details)[..., 0].ravel().astype(float)
+            tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
+            rows = TreeArithmetic.rows(
+                compute_rows(_substitute(tree_working(self.problem.chain), tree_rows), part.details)
+            )
+            return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
+        except ParseError:
+            return None
+
+    def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
+        """Return the judgement on an answer against `derived`; None if it is unusable or easier than the reference."""
+        if isinstance(derived, np.ndarray):
+            return self._judge_numbers(part, derived, answer)
+        reference = self._expected_determinant() if part.answer.is_set else self.reference_rows(part)
+        if reference is None or not self.is_as_hard(derived, reference):
+            return None
+        if part.answer.is_set:
+            joints = [q.name for q in self.problem.chain.q]
+            varying_factors = [factor for factor in split_factors(derived[0][0]) if find_names(factor) & set(joints)]
+            conditions = [[Node("eq", (factor, ZERO))] for factor in varying_factors]
+            return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
+        if part.shape is None:
+            return judge_expression(answer, derived[0][0], self.domain, self.seed, part.rounding)
+        if part.answer.counts_up_to_a_factor:
+            return judge_direction(answer, [row[0] for row in derived], self.domain, self.seed)
+        return judge_matrix(answer, derived, self.domain, self.seed, part.rounding)
+
+    def _expected_determinant(self) -> Rows | None:
+        chain = self.problem.chain
+        jacobian = self.find_part("jacobian") if len(chain.task) == chain.n <= MAX_ROWS else None
+        rows = None if jacobian is None else self.reference_rows(jacobian)
+        return None if rows is None else _determinant(rows)
+
+    def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
+        largest = float(np.abs(values).max(initial=0.0))
+        if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
+            return None
+        if part.answer.counts_up_to_a_factor:
+            entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
+            tolerance = part.answer_as(Direction).tolerance_with(part.rounding)
+            return judge_direction(answer, entries, self.domain, self.seed, tolerance)
+        number = part.answer_as(Number)
+        tolerance = part.rounding.relative or number.tolerance if part.rounding else number.tolerance
+        return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest)
+
+
+def _substitute(w: Working, numeric_rows: Mapping[str, np.ndarray]) -> Working:
+    """Return a working that uses the given answers to earlier parts, (rows, columns, …) each."""
+    changes: dict[str, Change] = {}
+    for name, rows in numeric_rows.items():
+        substitutes = QUESTIONS[name].substitution
+        assert substitutes is not None, name
+        changes.update(substitutes(rows))
+    return w.with_mistakes(changes)
+
+
+def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the values of rows of trees at a configuration, (rows, columns, 1)."""
+    values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
+    return np.asarray(values_of_entries.real.reshape(len(rows), -1, 1))
+
+
+def _determinant(rows: Rows) -> Rows:
+    """Return the determinant of a small matrix as a matrix with one entry."""
+    return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(rows)))
+
+
+@dataclass(frozen=True)
+class Traits:
+    """The traits of an answer at random configurations.
+
+    `is_finite` is whether it is defined, and `is_periodic` whether it stays the same after full turns of the joints.
+    `joint_count` and `other_symbol_count` are the numbers of joints and other symbols that it depends on.
+    `nonzero_entry_count` is the number of nonzero entries.
+    """
+
+    is_finite: bool
+    is_periodic: bool
+    joint_count: int
+    other_symbol_count: int
+    nonzero_entry_count: int
+
+    def is_as_full(self, reference: "Traits") -> bool:
+        """Return whether the answer is defined, periodic, and has more than half as many nonzero entries.
+
+        It may depend on one symbol less than the reference.
+        """
+        is_full = not reference.nonzero_entry_count or 2 * self.nonzero_entry_count > reference.nonzero_entry_count
+        return (
+            self.is_finite
+            and self.is_periodic
+            and self.other_symbol_count >= reference.other_symbol_count - 1
+            and is_full
+        )
+
+
+def list_earlier_parts(part: Part) -> Iterator[str]:
+    """Yield the names of the parts on which a part may build."""
+    if part.kind in QUESTIONS:
+        for sources in QUESTIONS[part.kind].derivation_sources:
+            yield from sources

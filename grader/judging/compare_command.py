@@ -1,0 +1,164 @@
+"""Compare a student's text with a reference as the grader does, and return a judgement (`qdot compare`)."""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.json_form import as_json
+from qdot.exercises.formula.equality import Domain, default_role
+from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
+from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
+from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
+from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
+from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.sandbox.clock import Budget, OutOfTime
+
+COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
+
+
+def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
+    """Compare a student's text with a reference; `kind` is one of TYPES.
+
+    The reference is a text, a list of texts, or a list of rows of texts. A symbol's name determines its role: theta* is
+    an angle, a*, d* and L* are lengths, others any number. Raises QdotError if the reference can't be parsed or the
+    type is unknown.
+    """
+    if kind not in COMPARISON_TYPES:
+        raise QdotError(f"type {kind!r} is none of {', '.join(COMPARISON_TYPES)}")
+    texts = _flatten_reference(reference)
+    try:
+        trees = [parse_formula(text) for text in texts]
+    except ParseError as error:
+        raise QdotError(f"the reference can't be read: {error}") from None
+    domain = _default_domain(trees, student, joints)
+    trees = [parse_reference(text, frozenset(domain.roles)) for text in texts]
+    seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
+    if kind == "expression":
+        return judge_expression(read_formula(student, domain), trees[0], domain, seed)
+    if kind == "matrix":
+        rows = _reference_rows(reference, frozenset(domain.roles))
+        return judge_matrix(read_matrix(student, (len(rows), len(rows[0])), domain), rows, domain, seed)
+    parsed = read_conditions(student, domain)
+    if kind == "angles":
+        return judge_angles(parsed, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
+    variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
+    return judge_singular(parsed, group_by_joints(trees, variables), variables, domain, seed)
+
+
+def _flatten_reference(reference: Any) -> list[str]:
+    if isinstance(reference, str) and reference.strip():
+        return [reference]
+    if isinstance(reference, (int, float)) and not isinstance(reference, bool):
+        return [repr(reference)]
+    if isinstance(reference, list) and reference:
+        return [text for item in reference for text in _flatten_reference(item)]
+    raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
+
+
+def _reference_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]]:
+    if isinstance(reference, str):
+        try:
+            return as_matrix(parse_formula(reference, symbol_names))
+        except ParseError as error:
+            raise QdotError(f"the reference is no matrix: {error}") from None
+    row_list = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in row_list]
+    if len({len(row) for row in rows}) != 1:
+        raise QdotError("the rows of the reference have different lengths")
+    return [[parse_reference(str(entry), symbol_names) for entry in row] for row in rows]
+
+
+def _default_domain(reference_nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
+    """Return the default roles of the joints and of all symbols in the reference and in the student's text."""
+    symbols = set().union(*(find_names(node) for node in reference_nodes), joints)
+    with contextlib.suppress(ParseError):  # the judgement will report what can't be parsed
+        symbols |= find_names(parse_formula(student, symbols))
+    return Domain({name: default_role(name) for name in sorted(symbols)})
+
+
+def compare_line(line: str, number: int) -> dict[str, Any]:
+    """Judge the request in one line of a batch, and return the response in the form of docs/schemas/compare.json.
+
+    Raises QdotError if the line is not a valid request.
+    """
+    try:
+        request = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise QdotError(f"line {number} is not JSON: {error}") from None
+    if not isinstance(request, dict):
+        raise QdotError(f"line {number}: an object with reference and student (and type, id, joints) is due")
+    missing_keys = [key for key in ("reference", "student") if key not in request]
+    if missing_keys:
+        raise QdotError(
+            f"line {number}: without {' and '.join(missing_keys)}; due are reference and student (and type, id, joints)"
+        )
+    return {"id": request.get("id"), **judgement_content(judge_request(request, number))}
+
+
+def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
+    """Yield one line of JSON for each nonempty line of a batch; append the errors in invalid requests to `errors`."""
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            answer = json.dumps(compare_line(line, number), ensure_ascii=False)
+        except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
+            reason = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
+            errors.append(reason)
+            answer = json.dumps(
+                {"id": None, **judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))}, ensure_ascii=False
+            )
+        yield answer
+
+
+def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
+    """Return the judgement on one request; a failure in qdot's code is UNGRADED and does not stop the batch."""
+    joints = request.get("joints") or ()
+    if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
+        raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
+    budget = Budget(30.0)
+    try:
+        with budget.spend(), np.errstate(all="ignore"):
+            reference = request["reference"]
+            kind = str(request.get("type") or guess_type(as_text(reference)))
+            return compare(kind, as_text(request["student"]), reference, joints)
+    except QdotError as error:
+        raise QdotError(f"line {number}: {error}") from None
+    except OutOfTime:
+        return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
+    except Exception as error:  # a failure of qdot is reported and is never a verdict
+        return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
+
+
+def as_text(answer: Any, depth: int = 0) -> str:
+    """Return an answer (a text, a number or nested lists of these) as one text; "" for null."""
+    if answer is None:
+        return ""
+    if isinstance(answer, list):  # lists too deep for the parser are omitted; it refuses the rest
+        items = answer if depth <= MAX_DEPTH else []
+        return "[" + ", ".join(as_text(item, depth + 1) for item in items) + "]"
+    return answer if isinstance(answer, str) else repr(answer)
+
+
+def guess_type(reference: str) -> str:
+    """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression."""
+    try:
+        return {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}.get(
+            parse_formula(reference).kind, "expression"
+        )
+    except ParseError:
+        return "expression"
+
+
+def judgement_content(judgement: Judgement) -> dict[str, Any]:
+    """Return the outcome, reason and certificate as data for JSON."""
+    return {
+        "outcome": judgement.outcome.value,
+        "reason": judgement.reason,
+        "certificate": as_json(judgement.certificate),
+    }

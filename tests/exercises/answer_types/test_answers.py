@@ -1,0 +1,84 @@
+"""The types of answers: each is of one form, and all that is asked of a type holds for each."""
+
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from qdot.exercises.answer_types import TYPES, AnswerVisitor, Choice, Expression, Number
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
+from tests.support.problems import drawn
+
+FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "choice", "selection", "matching")
+
+
+class Named(AnswerVisitor[str]):
+    """Tells the name of the form."""
+
+    def __getattribute__(self, name: str) -> Any:
+        return (lambda _: name) if name in FORMS else super().__getattribute__(name)
+
+
+class OfLettersOnly(AnswerVisitor[str]):
+    """Knows letters, and a way for formulas."""
+
+    def letters(self, answer: Any) -> str:
+        return str(answer.letters)
+
+    def formulas(self, answer: Any) -> str:
+        return str(len(answer.entries()))
+
+
+def parts() -> dict[str, tuple[Problem, Part]]:
+    """Return a part of each type."""
+    problems = [
+        drawn("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
+        generate(ProblemId("planar-2r", 1, ("singular-configurations",))),
+        generate(ProblemId("planar-2r", 1, ("lost-direction",))),
+    ]  # fmt: skip
+    return {part.type: (problem, part) for problem in problems for part in problem.parts}
+
+
+def test_every_type_is_asked_for_and_is_of_one_form() -> None:
+    found = parts()
+    assert found.keys() == TYPES.keys()
+    forms = {name: part.answer.accept(Named()) for name, (_, part) in found.items()}
+    assert sorted(forms.values()) == sorted(FORMS)
+
+
+def test_what_is_typed_is_read_and_right(problem: Problem) -> None:
+    known = problem.symbols()
+    for part in problem.parts:
+        answer = part.answer
+        assert judge(problem, part, answer.as_typed(), "typed").outcome is Outcome.CORRECT, part.name
+        assert all(parse_formula(text, known) for text in answer.formulas())
+        assert bool(answer.formulas()) == (not answer.offered_options)
+        assert all(text in answer.as_typed() for text in answer.formulas())
+        if answer.shape is not None:
+            assert answer.as_matrix().shape == answer.shape
+            assert len(answer.formulas()) == answer.shape[0] * answer.shape[1]
+
+
+def test_a_placeholder_is_missing_and_not_wrong(problem: Problem) -> None:
+    for part in problem.parts:
+        blank = part.answer.placeholder().strip('"').removeprefix("Matrix(").removesuffix(")")
+        assert judge(problem, part, blank, "blank").outcome is Outcome.MISSING, part.name
+
+
+def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
+    choice, formula = Choice(("yes", "no"), 1), Expression(sp.Symbol("a1"))
+    assert choice.accept(OfLettersOnly()) == "B"
+    assert formula.accept(OfLettersOnly()) == "1"
+    with pytest.raises(TypeError, match="OfLettersOnly has no way for answers of type number"):
+        Number(sp.Matrix([1]), ("m",), 0.01, 0.0).accept(OfLettersOnly())
+
+
+def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:
+    with pytest.raises(TypeError, match="the answer to 'rank' is of type choice, not number"):
+        Part("rank", "rank", Choice(("1", "2"), 0)).answer_as(Number)
+    with pytest.raises(TypeError, match="the answer is of type choice, and no matrix"):
+        Choice(("1", "2"), 0).as_matrix()

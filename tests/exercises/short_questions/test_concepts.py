@@ -1,0 +1,87 @@
+"""Short questions on the concepts: distinct options, balanced letters, and what they ask of the arms of the books."""
+
+from collections import Counter
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.answer_types import Choice
+from qdot.exercises.generation import generate, questions_of_family
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.questions.concepts import (
+    INVERTIBILITY_ANSWERS,
+    InvertibilityDetails,
+    JointEffectDetails,
+    VelocityLossDetails,
+)
+from qdot.exercises.questions.differentiation import TaskDetails
+from tests.support.problems import asked
+from tests.support.suites import of_families, several
+
+CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
+
+
+@pytest.mark.parametrize("name", CHOICES)
+@of_families(several(("planar-2r", "polar-rp"), ("planar-2r", "polar-rp", "elbow-3r", "planar-3r")))
+def test_letters_are_balanced_and_options_distinct(family: str, name: str) -> None:
+    draws = several(12, 30) if name in questions_of_family(family) else 0
+    answers = [generate(ProblemId(family, 1000 + seed, (name,))).parts[0].answer_as(Choice) for seed in range(draws)]
+    assert all(len(set(answer.options)) == len(answer.options) >= 3 for answer in answers)
+    letters = Counter(answer.letter for answer in answers)
+    assert not draws or (len(letters) >= 3 and max(letters.values()) <= 0.7 * draws)
+
+
+def test_the_task_differs_from_the_statements_and_moves() -> None:
+    sizes = set()
+    for seed in range(12):
+        problem = generate(ProblemId("planar-2r", seed, ("jacobian-size",)))
+        task = problem.parts[0].details_as(TaskDetails).task
+        assert task != problem.chain.task
+        assert set(task) <= {"vx", "vy", "wz"}
+        sizes.add(len(task))
+    assert sizes == {1, 2, 3}
+
+
+def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
+    possible = {
+        "planar_2R": set(INVERTIBILITY_ANSWERS),
+        "cartesian_PPP": {"regular", "redundant"},
+        "planar_3R_position": set(INVERTIBILITY_ANSWERS) - {"few"},
+        "elbow_RRR": set(INVERTIBILITY_ANSWERS),
+        "PUMA560": set(INVERTIBILITY_ANSWERS) - {"few"},
+    }
+    for name, uses in islice(possible.items(), several(3, None)):
+        problems = [asked("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
+        found = Counter(problem.parts[0].details_as(InvertibilityDetails).use for problem in problems)
+        assert set(found) == uses, name
+        assert max(found.values()) < 20
+
+
+def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
+    """Planar 2R in line: what has a component along the arm can't be produced, what is square to it can."""
+    chain = textbook_arms["planar_2R"].chain
+    seen = set()
+    for seed in range(10):
+        (part,) = asked("unreachable-velocity", chain, seed).parts
+        cost, answer = part.details_as(VelocityLossDetails).cost, part.answer_as(Choice)
+        turn = float(cost.place.joints[sp.Symbol("theta1")])
+        along = np.array([np.cos(turn), np.sin(turn)])
+        velocities = [np.array([float(x) for x in option.strip("()").split(",")]) for option in answer.options]
+        lost = [abs(v @ along) / np.linalg.norm(v) > 0.3 for v in velocities]
+        assert lost.count(True) == (3 if cost.possible else 1)
+        assert lost[answer.correct] == (not cost.possible)
+        seen.add(cost.possible)
+    assert seen == {True, False}
+
+
+def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
+    chain = textbook_arms["PUMA560"].chain
+    joints = {
+        asked("joint-effect", chain, seed).parts[0].details_as(JointEffectDetails).effect.joint for seed in range(10)
+    }
+    assert joints <= {1, 2, 3}
+    wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
+    assert wrist.details_as(JointEffectDetails).effect.rows == ("wx", "wy", "wz")

@@ -1,0 +1,339 @@
+"""Short questions: every option right or wrong as it is said, none that stands out, a verdict for whatever is typed.
+
+Small arms are asked each of them, families some in turn; a snapshot holds what the first arms are asked.
+"""
+
+import json
+import os
+import re
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
+from typer.testing import CliRunner
+
+from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Selection
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.figure.arm_figure import part_alt, part_svg
+from qdot.exercises.generation import applicable_questions, generate, sample_chain, select_quiz_questions
+from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import digests
+from qdot.exercises.short_questions import ASKED, QUIZZES
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.writing.problem_texts import hints, option_text, prompt, worked_solution
+from qdot.grader.cli.main import app
+from qdot.grader.grading.certify import find_failures
+from qdot.grader.judging.judge import judge
+from qdot.grader.judging.verdict import Outcome
+from tests.exercises.writing.test_problem_texts import _is_clean
+from tests.support import SNAPSHOTS
+from tests.support.judging import diagnose, judge_matching, judge_selection
+from tests.support.problems import told_in, with_answer
+from tests.support.suites import few_families, few_of, several
+
+QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
+UPDATED = os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
+SNAPPED = ("planar-2r", "elbow", "wrist-zyz", "scara")
+NAMES, FAMILY_NAMES = list(QUIZZES), list(FAMILIES)
+EACH = several(1, 4)
+"""Short questions that each family is asked; in `make whole` every one of them has its turn over all families."""
+SMALL = ("polar-rp", "planar-pr", "elbow")
+"""Families of which the first that can be asked a short question is asked it."""
+LONG = ("stanford-6r", "lbr-7r", "ur-6r", "puma-560", "anthropomorphic-6r", "industrial-6r", "scorbot-tip")
+small = pytest.mark.xdist_group("quizzes")  # the problems of these tests are made once
+
+
+def asked_in_turn(family: str) -> list[str]:
+    first = 4 * FAMILY_NAMES.index(family)
+    names = (NAMES[(first + 7 * k) % len(NAMES)] for k in range(len(NAMES)))
+    can = (name for name in names if QUIZZES[name].find_obstacle(sample_chain(_id(family, 0, name))) is None)
+    return list(islice(can, EACH if family not in LONG else 1))
+
+
+def _id(family: str, seed: int, name: str) -> ProblemId:
+    return ProblemId(family, seed, (name,), convention=told_in(QUIZZES[name]))
+
+
+@cache
+def problem_of(family: str, seed: int, name: str) -> Problem:
+    return generate(_id(family, seed, name))
+
+
+def of_small(name: str, seed: int = 1) -> Problem:
+    """Return a problem of one short question, of the first of SMALL that can be asked it."""
+    can = (family for family in SMALL if QUIZZES[name].find_obstacle(sample_chain(_id(family, 1, name))) is None)
+    return problem_of(next(can), seed, name)
+
+
+@few_families
+def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> None:
+    names = asked_in_turn(family)
+    assert names
+    for name in names:
+        _is_certified_and_marked(problem_of(family, 0, name))
+
+
+@small
+@pytest.mark.parametrize("name", few_of(NAMES, 8))
+def test_each_short_question_passes_its_certificate_which_fails_for_other_options_and_is_marked(name: str) -> None:
+    problem = of_small(name)
+    _is_certified_and_marked(problem)
+    for other in _others(problem.parts[0].answer):
+        assert not certify(with_answer(problem, other)).passed
+
+
+def _is_certified_and_marked(problem: Problem) -> None:
+    (part,) = problem.parts
+    assert find_failures(problem) == [], part.name
+    assert judge(problem, part, part.answer.as_typed(), "seed").outcome is Outcome.CORRECT, part.name
+    _is_clean(prompt(problem, part))
+    _is_clean(worked_solution(problem, part))
+    _hints_help_and_give_nothing_away(problem, part)
+    _wrong_letters_are_wrong(problem, part)
+    _options_have_one_form(problem, part)
+
+
+def _options_have_one_form(problem: Problem, part: Part) -> None:
+    """No option has a clause that others lack, or a value to more digits: who looks at no arm can't tell it by that."""
+    if not isinstance(part.answer, Choice | Selection) or part.answer.options == TRUE_FALSE:
+        return
+    texts = [option_text(problem, part, index) for index in range(len(part.answer.options))]
+    for clause in (r"\([^()$]*\b[a-z]{3,}", r"[:,;] [^$]*\b(?!or|with)[a-z]{3,}|, with ", r"rounded"):
+        found = [bool(re.search(clause, re.sub(r"\$[^$]*\$", "$$", text))) for text in texts]
+        assert len(set(found)) == 1, (part.name, clause, texts)
+    assert not any("matrix" in text and not re.search(r"&|\\\\", text) for text in texts), texts  # one number is none
+    if isinstance(part.details, ConfigurationOptions):
+        forms = {tuple(len(number) for number in re.findall(r"\.(\d+)\^", text)) for text in texts}
+        assert len(forms) == 1, (part.name, texts)
+
+
+def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
+    given = hints(problem, part)
+    assert len(set(given)) == 3 and all(len(hint) > 30 for hint in given), part.name
+    if part.kind == "determinant-choice":  # as most options are there
+        assert "$$\n0\n$$" not in given[-1], part.name
+    for hint in given:
+        _is_clean(hint)
+        assert not re.search(r"\*\*|  \w|\(\)", hint), (part.name, hint)
+        assert hint.strip().endswith((".", "?", ":", "$$")), (part.name, hint)
+        if isinstance(part.answer, Choice) and part.answer.options != TRUE_FALSE:
+            assert part.answer.options[part.answer.correct] not in hint
+
+
+def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:
+    answer = part.answer
+    if isinstance(answer, Choice):
+        for index in range(len(answer.options)):
+            if index != answer.correct:
+                letter = "ABCDEFGH"[index]
+                assert judge(problem, part, letter, "seed").outcome is Outcome.WRONG
+                named = diagnose(problem, part, letter, "seed")
+                blames = list_blames(part, index)
+                assert named is None or named.mistakes == tuple(dict.fromkeys(blame.mistake for blame in blames))
+                assert blames == () or named is not None
+    if isinstance(answer, Selection):
+        everything = "ABCDEFGH"[: len(answer.options)]
+        if len(answer.correct) < len(answer.options):
+            assert judge(problem, part, everything, "seed").share == 0
+        for letter in answer.letters:
+            found = judge(problem, part, letter, "seed")
+            assert found.outcome is (Outcome.CORRECT if len(answer.correct) == 1 else Outcome.PARTIAL)
+    if isinstance(answer, Matching):
+        turned = answer.letters[1:] + answer.letters[0]
+        assert judge(problem, part, turned, "seed").outcome is Outcome.WRONG
+
+
+def _others(answer: Any) -> list[Any]:
+    if isinstance(answer, Choice):
+        return [replace(answer, correct=index) for index in range(len(answer.options)) if index != answer.correct]
+    if isinstance(answer, Selection):
+        more = sorted({*answer.correct, *range(len(answer.options))})
+        left = {tuple(more), answer.correct[:-1]} - {answer.correct}
+        return [replace(answer, correct=correct) for correct in left]
+    if isinstance(answer, Matching):
+        return [replace(answer, correct=(*answer.correct[1:], answer.correct[0]))]
+    assert isinstance(answer, Number)
+    return [replace(answer, reference=-answer.reference), replace(answer, reference=1.02 * answer.reference)]
+
+
+def test_nothing_about_the_right_option_stands_out() -> None:
+    """Who never looks at the arm and takes the longest, the shortest or the most ordinary option is right by chance."""
+    hits, count = Counter[str](), 0
+    for family in several(("planar-2r", "planar-prr", "spherical"),
+                          ("planar-2r", "elbow", "planar-prr", "cylindrical", "spherical")):  # fmt: skip
+        for name in ("position-choice", "column-choice", "vector-choice"):
+            for seed in range(several(3, 5)):
+                part = problem_of(family, seed, name).parts[0]
+                texts, right = list(part.answer_as(Choice).options), part.answer_as(Choice).correct
+                lengths = [len(text) for text in texts]
+                hits["longest"] += lengths.index(max(lengths)) == right
+                hits["shortest"] += lengths.index(min(lengths)) == right
+                hits["most in common"] += _most_ordinary(texts) == right
+                hits["first"] += right == 0
+                count += 1
+    assert all(0.08 < hit / count < 0.45 for hit in hits.values()), (hits, count)
+
+
+def _most_ordinary(texts: list[str]) -> int:
+    """Return the option whose pieces are found in most of the others."""
+    pieces = [Counter(text.replace("(", " ").replace(",", " ").split()) for text in texts]
+    scores = [sum(((a & b).total()) for b in pieces) / a.total() for a in pieces]
+    return scores.index(max(scores))
+
+
+@pytest.mark.parametrize(("name", "seed"), [("singular-configurations", 2), ("singular-drawing", 0)])
+def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, seed: int) -> None:
+    """It is the singular one: a clause on rounding in it alone, or decimals, told that."""
+    problem = problem_of("elbow-3r", seed, name)
+    (part,) = problem.parts
+    assert isinstance(part.details, ConfigurationOptions) and part.details.rounded_joints
+    _options_have_one_form(problem, part)
+    assert prompt(problem, part).count("rounded") == 1
+
+
+@pytest.mark.parametrize(
+    ("typed", "share"),
+    [
+        ("AC", 1), ("ca", 1), ("A, C", 1), ("['A', 'C']", 1), ("{'C', 'A'}", 1), ("A and C", 1), ('"AC"', 1),
+        ("ＡＣ", 1), ("A\u200bC", 1), ("A\nC", 1),
+        ("A", 0.5), ("AB", 0.5 - 1 / 3), ("ABC", 1 - 1 / 3), ("ABCDE", 0), ("B", 0), ("AACC", 1),
+        ("AX", 0), ("theta2 = 0", 0), ("A" * 200, 0.5), ("A" * 5000, 0), ("((((", 0),
+    ],
+)  # fmt: skip
+def test_letters_are_marked_one_by_one(typed: str, share: float) -> None:
+    assert judge_selection(typed, 5, (0, 2)).share == pytest.approx(share, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("typed", "share"),
+    [
+        ("BAC", 1), ("b, a, c", 1), ("['B', 'A', 'C']", 1), ("{1: 'B', 2: 'A', 3: 'C'}", 1), ("1-B, 2-A, 3-C", 1),
+        ("1: B\n2: A\n3: C", 1), ("joint 1 is B, joint 2 is A, joint 3 is C", 1),
+        ("ABC", 1 / 3), ("BA", 0), ("BACD", 0), ("CBA", 0), ("BBB", 0), ("x", 0),
+    ],
+)  # fmt: skip
+def test_matches_are_marked_one_by_one(typed: str, share: float) -> None:
+    items = ("joint 1", "joint 2", "joint 3")
+    assert judge_matching(typed, items, 4, (1, 0, 2)).share == pytest.approx(share, abs=1e-3)
+
+
+def test_nothing_typed_is_missing() -> None:
+    for typed in ("", "blank", "None", '"blank"'):
+        assert judge_selection(typed, 4, (0,)).outcome is Outcome.MISSING, typed
+        assert judge_matching(typed, ("joint 1", "joint 2"), 2, (1, 0)).outcome is Outcome.MISSING, typed
+
+
+def test_true_is_read_in_any_form() -> None:
+    problems = (problem_of("elbow", seed, "true-or-false") for seed in range(20))
+    problem = next(problem for problem in problems if problem.parts[0].answer == Choice(TRUE_FALSE, 0))
+    for typed in ("true", "True", '"true"', "T", "A"):
+        assert judge(problem, problem.parts[0], typed, "seed").outcome is Outcome.CORRECT, typed
+
+
+@small
+def test_forms_of_questions_are_the_ones_that_platforms_have() -> None:
+    types = {"choice": Choice, "selection": Selection, "matching": Matching, "number": Number, "true or false": Choice}
+    assert {question.form for question in QUIZZES.values()} == set(types)
+    for name, question in QUIZZES.items():
+        assert isinstance(of_small(name).parts[0].answer, types[question.form])
+
+
+def test_a_quiz_asks_each_form_once() -> None:
+    for family in several(("planar-2r", "wrist-zyz"), ("planar-2r", "scara", "wrist-zyz")):
+        names = select_quiz_questions(family)
+        assert 4 <= len(names) == len({QUIZZES[name].form for name in names})
+        assert [part.name for part in generate(ProblemId(family, 3, names)).parts] == list(names)
+
+
+def test_short_questions_are_not_among_all_that_apply() -> None:
+    arm = sample_chain(ProblemId("planar-2r", 1))
+    assert not set(applicable_questions(arm)) & set(QUIZZES)
+    assert applicable_questions(arm, QUIZZES)
+
+
+def test_an_answer_is_not_shown_beside_the_question() -> None:
+    for name, shown in ((name, shown) for name, question in QUIZZES.items() for shown in question.shown_answers):
+        assert shown in ASKED
+        with pytest.raises(QdotError, match=rf"'{name}' .*'{shown}'"):
+            generate(ProblemId("planar-2r", 1, (name, shown)))
+
+
+@small
+@pytest.mark.parametrize("family", several(SNAPPED if UPDATED else SNAPPED[:2], SNAPPED))
+def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
+    """In `make test`, of every fourth question of the families behind the first."""
+    path = QUIZ_SNAPSHOTS / f"{family}.json"
+    names = list(applicable_questions(sample_chain(ProblemId(family, 1)), QUIZZES))
+    if not UPDATED:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        assert set(stored) == {f"1/{name}" for name in names}
+        names = names if family == SNAPPED[0] else sorted(names)[:: several(4, 1)]
+    found = {f"1/{name}": digests(problem_of(family, 1, name)).parts[name][:16] for name in names}
+    if UPDATED:
+        QUIZ_SNAPSHOTS.mkdir(exist_ok=True)
+        path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    else:
+        assert found == {name: stored[name] for name in found}
+
+
+def test_notebooks_hold_drawings_to_choose_from() -> None:
+    problem = generate(ProblemId("elbow", 2, ("singular-drawing", "true-or-false", "singular-configurations")))
+    for made in (student_notebook, solution_notebook):
+        cells = made("Quiz", "quiz", "ada", [("p1", problem)]).cells
+        (drawing,) = [cell.source for cell in cells if "data:image/svg+xml" in cell.source and "A: " in cell.source]
+        assert "theta1 = " in drawing
+    assert len([cell for cell in cells if cell.metadata.get("qdot")]) == 3
+    part = problem.parts[0]
+    svg = part_svg(problem.chain, part, "p1")
+    assert all(f">{letter}</text>" in svg for letter in "ABCD")
+    assert part_alt(problem.chain, part).count("theta1") == 4
+
+
+@pytest.fixture
+def quiz(tmp_path: Path) -> Path:
+    """An assignment of one problem whose questions are a quiz, for two students."""
+    folder = tmp_path / "quiz"
+    assert CliRunner().invoke(app, ["init", str(folder)]).exit_code == 0
+    file = folder / "assignment.toml"
+    head = file.read_text(encoding="utf-8").split("\n[[problem]]")[0] + "\n"
+    file.write_text(head + '[[problem]]\nfamily = "planar-2r"\nquestions = "quiz"\n', encoding="utf-8")
+    (folder / "roster.csv").write_text("student,name\nada,Ada\nbob,Bob\n", encoding="utf-8")
+    return folder
+
+
+def test_a_quiz_is_made_and_graded(quiz: Path) -> None:
+    made = CliRunner().invoke(app, ["generate", str(quiz)])
+    assert made.exit_code == 0, made.output
+    key = next((quiz / "solutions" / "ada").glob("*.ipynb"))
+    (quiz / "submitted" / "ada").mkdir(parents=True)
+    (quiz / "submitted" / "ada" / key.name).write_bytes(key.read_bytes())
+    graded = CliRunner().invoke(app, ["grade", str(quiz)])
+    assert graded.exit_code == 0, graded.output
+    results = [json.loads(line) for line in (quiz / "graded" / "results.jsonl").read_text("utf-8").splitlines()]
+    (ada,) = [result for result in results if result["student"] == "ada"]
+    assert ada["score"] == ada["max_score"] > 0
+    assert {part["outcome"] for part in ada["problems"][0]["parts"]} == {"correct"}
+
+
+def test_another_word_than_quiz_is_refused(quiz: Path) -> None:
+    file = quiz / "assignment.toml"
+    file.write_text(file.read_text(encoding="utf-8").replace('"quiz"', '"quizz"'), encoding="utf-8")
+    refused = CliRunner().invoke(app, ["generate", str(quiz)])
+    assert refused.exit_code == 2 and "questions" in refused.output
+
+
+@pytest.mark.whole  # an arm whose texts are long; short ones are among those of each short question
+def test_columns_are_asked_of_every_arm_of_which_they_are_asked_at_all() -> None:
+    """With numbers and offsets columns are longer texts; how long they may be is looked at without."""
+    assert (
+        ASKED["match-columns"].find_objection(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))) is None
+    )
+    answer = problem_of("orthogonal-3r", 0, "match-columns").parts[0].answer
+    assert isinstance(answer, Matching) and len(answer.items) == 3

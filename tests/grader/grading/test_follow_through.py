@@ -1,0 +1,345 @@
+"""A later part is marked on the student's own earlier answer, and nothing is earned by making it easier."""
+
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.answer_types import Expression
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation_graph import Working, symbolic_working, to_sympy_matrix
+from qdot.exercises.chapter import planar_2r, scorbot_arm
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.generation import generate
+from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
+from qdot.exercises.mistakes.configurations import sample_configurations
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.grader.grading.follow_through import list_earlier_parts
+from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
+from qdot.grader.judging.verdict import Outcome, Verdict
+from tests.support.suites import few_families, few_of, several
+
+Draw = Callable[[str, int], Problem]
+
+PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
+
+
+def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
+    parts = []
+    for name in names:
+        question = QUESTIONS[name]
+        answer, details = question.ask(chain, Stream(f"follow/{name}"))
+        parts.append(Part(name, name, answer, question.points, question.needs, details))
+    return Problem(ProblemId("textbook", 1, names), chain, tuple(parts))
+
+
+def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
+    return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", rules=MarkingRules(credit))}
+
+
+def written(part: Part, w: Working) -> str:
+    matrix = to_sympy_matrix(compute_answer(w, part))
+    return expression_text(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
+
+
+RELATIVE = {
+    "position": "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]",
+    "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+    "determinant": "a1*a2*sin(theta2 - theta1)",
+    "inverse-jacobian": "[[cos(theta2)/(a1*sin(theta2 - theta1)), sin(theta2)/(a1*sin(theta2 - theta1))],"
+    " [-cos(theta1)/(a2*sin(theta2 - theta1)), -sin(theta1)/(a2*sin(theta2 - theta1))]]",
+    "inverse-velocity": "[(vx*cos(theta2) + vy*sin(theta2))/(a1*sin(theta2 - theta1)),"
+    " -(vx*cos(theta1) + vy*sin(theta1))/(a2*sin(theta2 - theta1))]",
+    "singular-angles": "[theta2 = theta1, theta2 = theta1 + pi]",
+}
+"""Everything that follows from relative angles in the position of the planar arm."""
+
+
+def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others() -> None:
+    verdicts = marked(problem_of(PLANAR), RELATIVE)
+    first = verdicts.pop("position")
+    assert (first.points, first.judgement.outcome, first.followed_from) == (0.5, Outcome.PARTIAL, None)
+    assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
+    for verdict in verdicts.values():
+        assert verdict.points == share_of_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
+        assert verdict.judgement.outcome is Outcome.PARTIAL
+        assert verdict.followed_from in ASKED and "80%" in verdict.judgement.reason
+    assert verdicts["jacobian"].followed_from == "position"
+
+
+def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
+    three_fifths = marked(problem_of(PLANAR), RELATIVE, Fraction(3, 5))
+    assert three_fifths["jacobian"].points == 1.2
+    none = marked(problem_of(PLANAR), RELATIVE, Fraction(0))  # the same mistake gives it, which earns half by itself
+    assert none["jacobian"].points == 1.0 and none["jacobian"].followed_from is None
+
+
+def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
+    jacobian = written(problem_of(PLANAR)["jacobian"], symbolic_working(PLANAR))
+    verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": jacobian})
+    assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
+    assert verdicts["determinant"].followed_from is None  # what was handed in before is right
+    assert all((v.points or 0) <= v.max_points for v in verdicts.values())
+
+
+def test_an_answer_that_is_right_in_part_keeps_the_better_of_the_two() -> None:
+    answers = {
+        **RELATIVE,
+        "jacobian": "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), -a2*sin(theta1 + theta2)], [0, 0]]",
+    }
+    verdict = marked(problem_of(PLANAR), answers)["jacobian"]
+    assert verdict.points == 1.0 and verdict.followed_from is None
+
+
+GAMES = {
+    "zero": {
+        "position": "[0, 0]", "jacobian": "[[0, 0], [0, 0]]", "determinant": "0", "singular-angles": "theta1 = k*pi",
+    },
+    "constant": {
+        "position": "[theta1, theta2]", "jacobian": "[[1, 0], [0, 1]]", "determinant": "1",
+        "inverse-jacobian": "[[1, 0], [0, 1]]", "inverse-velocity": "[vx, vy]",
+    },
+    "singular": {
+        "jacobian": "[[a1*cos(theta1), a2*cos(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "determinant": "0", "singular-angles": "theta1 = theta1",
+    },
+    "one joint": {"determinant": "a1*a2*1.0", "singular-angles": "{theta1: 0}"},
+    "polynomial": {"determinant": "a1*a2*theta1*theta2", "singular-angles": "[theta1 = 0, theta2 = 0]"},
+    "diagonal": {
+        "jacobian": "[[a1*cos(theta1), 0], [0, a2*sin(theta2)]]", "determinant": "a1*a2*cos(theta1)*sin(theta2)",
+        "inverse-jacobian": "[[1/(a1*cos(theta1)), 0], [0, 1/(a2*sin(theta2))]]",
+        "inverse-velocity": "[vx/(a1*cos(theta1)), vy/(a2*sin(theta2))]",
+    },
+    "involution": {
+        "jacobian": "[[cos(theta1), sin(theta1)], [sin(theta1), -cos(theta1)]]", "determinant": "-1",
+        "inverse-jacobian": "[[cos(theta1), sin(theta1)], [sin(theta1), -cos(theta1)]]",
+        "inverse-velocity": "[vx*cos(theta1) + vy*sin(theta1), vx*sin(theta1) - vy*cos(theta1)]",
+    },
+    "copied": {
+        "inverse-jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "determinant": "a1*a2*sin(theta2 - theta1)",
+    },
+    "blank": {"jacobian": "[[blank, blank], [blank, blank]]", "determinant": "a1*a2*sin(theta2 - theta1)"},
+    "not given": {"determinant": "a1*a2*sin(theta2 - theta1)"},
+    "undefined": {"jacobian": "[[1/0, 1/0], [1/0, 1/0]]", "determinant": "1/0"},
+    "unknown": {"jacobian": "[[x, y], [z, w]]", "determinant": "x*w - y*z"},
+    "hostile": {"jacobian": "[[" + "(" * 500, "determinant": "9**9**9**9"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("game", few_of(GAMES, 5))
+def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
+    names = tuple(name for name in ASKED if game != "copied" or name in GAMES["copied"])
+    problem = problem_of(PLANAR, names)
+    verdicts = marked(problem, GAMES[game])
+    assert all(verdict.followed_from is None for verdict in verdicts.values())
+    for part in problem.parts:  # what it has in common with the solution by chance counts as it does by itself
+        alone = marked(problem, {part.name: GAMES[game].get(part.name, "")})[part.name]
+        assert verdicts[part.name].points == alone.points, part.name
+        assert alone.points is not None and alone.points <= 0.7 * part.points, part.name
+
+
+def invented(problem: Problem) -> dict[str, str]:
+    """Return a position that never looked at the arm, and all that follows from it."""
+    q = problem.chain.q
+    count = len(problem.chain.task)
+    point = sp.Matrix([
+        sum(j * sp.cos(each + i) for j, each in enumerate(q, 2)) + sp.sin(q[0] - q[-1]) + sp.prod(map(sp.sin, q))
+        for i in range(count)
+    ])  # fmt: skip
+    jacobian = point.jacobian(q)
+    told = {"position": str(point.tolist()), "jacobian": str(jacobian.tolist())}
+    if jacobian.rows == jacobian.cols:
+        told["determinant"] = str(jacobian.det())
+        told["singular-angles"] = f"Eq({jacobian.det()}, 0)"
+    if jacobian.shape == (2, 2):
+        inverse = jacobian.inv()
+        told["inverse-jacobian"] = str(inverse.tolist())
+        told["inverse-velocity"] = str((inverse * sp.Matrix(sp.symbols(problem.chain.task))).T.tolist()[0])
+    return told
+
+
+@few_families
+@pytest.mark.whole
+def test_nothing_follows_from_what_never_looked_at_the_arm(family: str, drawn: Draw) -> None:
+    problem = drawn(family, 0)
+    names = [part.name for part in problem.parts]
+    is_point = set(problem.chain.task) <= {"vx", "vy", "vz"}
+    if problem.chain.n > 3 or not is_point or not {"position", "jacobian"} <= set(names):
+        return
+    answers = {name: text for name, text in invented(problem).items() if name in names}
+    verdicts = marked(problem, answers)
+    assert [verdicts[name].points for name in answers] == [0.0] * len(answers)
+    assert {verdicts[name].attempt for name in answers} <= {False, None}
+
+
+INVENTED_DETERMINANT = "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+ALL_STRAIGHT = "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi, theta3 = 0, theta3 = pi]"
+UNROTATED = "[[0, 0, 0], [0, 1, 1], [1, 0, 0]]"
+X, Y, Z = (
+    ["a1*c1 + a2*c1*c2 + a3*c1*c23", "a2*c1*c2 + a3*c1*c23", "a3*c1*c23"],
+    ["a1*s1 + a2*s1*c2 + a3*s1*c23", "a2*s1*c2 + a3*s1*c23", "a3*s1*c23"],
+    ["0", "-a2*s2 - a3*s23", "-a3*s23"],
+)
+FROM_UNROTATED = f"[[-({Y[0]}), {Z[1]}, {Z[2]}], [{X[0]}, 0, 0], [0, -({X[1]}), -({X[2]})], {UNROTATED[1:]}"
+
+
+@pytest.mark.parametrize(
+    ("answers", "points"),
+    [
+        # one factor is shared with what is right
+        ({"determinant": INVENTED_DETERMINANT, "singular-angles": ALL_STRAIGHT}, [0.0, 0.0]),
+        (
+            {
+                "position": "[a1*cos(theta1), a2*cos(theta2), a3*cos(theta3)]",
+                "jacobian": "[[-a1*sin(theta1), 0, 0], [0, -a2*sin(theta2), 0], [0, 0, -a3*sin(theta3)]]",
+                "determinant": f"-{INVENTED_DETERMINANT}", "singular-angles": ALL_STRAIGHT,
+            },
+            [0.0, 0.0, 0.0, 0.0],
+        ),
+        ({"singular-angles": "theta3 = 0, pi"}, [1.0]),
+        (
+            {"determinant": "a1*a3*sin(theta1)*sin(theta3)", "singular-angles": "theta1 = 0, pi; theta3 = 0, pi"},
+            [0.5, 0.5],
+        ),
+        # an honest attempt, whether what it builds on was answered, left blank or not asked
+        ({"joint-axes": UNROTATED, "geometric-jacobian": FROM_UNROTATED}, [0.0, 1.6]),
+        ({"joint-axes": UNROTATED, "position-vectors": "", "geometric-jacobian": FROM_UNROTATED}, [0.0, 0.0, 1.6]),
+    ],
+)  # fmt: skip
+def test_a_chain_is_followed_if_it_began_with_an_attempt(answers: dict[str, str], points: list[float]) -> None:
+    problem = generate(ProblemId("elbow-3r", 1, tuple(answers), variation="chapter"))
+    assert [verdict.points for verdict in mark(problem, answers, secret="secret")] == points
+
+
+def test_what_two_mistakes_explain_at_once_is_no_attempt() -> None:
+    invention = {
+        "position": "[a1*cos(theta1), a2*sin(theta2)]",
+        "jacobian": "[[-a1*sin(theta1), 0], [0, a2*cos(theta2)]]", "determinant": "-a1*a2*sin(theta1)*cos(theta2)",
+        "singular-angles": "[theta1 = 0, theta1 = pi, theta2 = pi/2, theta2 = -pi/2]",
+    }  # fmt: skip
+    assert all(verdict.points == 0.0 for verdict in marked(problem_of(PLANAR), invention).values())
+
+
+def test_what_was_left_blank_on_the_way_is_worked_out() -> None:
+    for gone in ({"jacobian": ""}, {"jacobian": "", "determinant": ""}):
+        verdicts = marked(problem_of(PLANAR), {**RELATIVE, **gone})
+        assert verdicts["singular-angles"].points == verdicts["inverse-velocity"].points == 1.6
+        assert verdicts["jacobian"].points == 0.0
+    without = problem_of(PLANAR, ("position", "determinant"))
+    assert marked(without, RELATIVE)["determinant"].followed_from == "position"
+
+
+@pytest.mark.parametrize(
+    ("answer", "due"),
+    [
+        ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),  # half of the terms
+        (
+            "[2*a1*cos(theta1) + a2*(cos(theta1)*cos(theta2) - sin(theta1)*sin(theta2)), a1 - a2*sin(theta1 + theta2)]",
+            True,
+        ),
+        ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),  # a quarter
+        ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the other entry
+        ("[a1*(c1 + s1) + a2*(c1*c2 + s1 + c2), a1*(s1 + c1) + a2*(s1 + s2)]", False),  # among twice as many
+    ],
+)
+def test_half_of_the_terms_are_an_attempt(answer: str, due: bool) -> None:
+    verdict = marked(problem_of(PLANAR, ("position",)), {"position": answer})["position"]
+    assert (verdict.points, verdict.attempt) == (0.0, due), verdict.diagnosis
+
+
+EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
+
+
+@few_families
+def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
+    """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
+    problem = drawn(family, 0)
+    later = [part for part in problem.parts if any(list_earlier_parts(part)) and is_derived(part) and _is_formula(part)]
+    if problem.chain.n > 3 or not later:
+        return
+    w = symbolic_working(problem.chain)
+    tried = followed = 0
+    for mistake in EARLY:
+        for wrong in list(apply_mistake(CATALOGUE[mistake], w, later[0]))[: several(1, 2)]:
+            parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
+            texts = {part.name: written(part, wrong.working) for part in parts}
+            if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
+                continue
+            verdicts = marked(problem, texts)
+            for part in later:
+                verdict = verdicts[part.name]
+                if verdict.judgement.outcome is not Outcome.CORRECT and _sources_wrong(part, verdicts):
+                    tried += 1
+                    followed += (verdict.points or 0.0) >= 0.8 * verdict.max_points
+    assert followed >= 0.4 * tried, (followed, tried)
+
+
+def _is_formula(part: Part) -> bool:
+    return part.type in ("expression", "matrix") and part.kind != "link-velocity"  # whose mistakes are its own
+
+
+def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
+    wrong = {name for name, verdict in verdicts.items() if (verdict.points or 0.0) < verdict.max_points}
+    return bool(wrong & set(list_earlier_parts(part)))
+
+
+def test_points_are_exact_and_add_up() -> None:
+    assert sum_points([0.1, 0.2, None]) == 0.3
+    assert [share_of_points(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
+    assert str(sum_points(share_of_points(0.7, 1 / 3) for _ in range(3))) == "0.6999"
+    assert share_of_points(1.1, 1.0) == 1.1
+
+
+OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "joint-rates": np.linalg.solve,
+    "path-rates": np.linalg.solve,
+    "least-norm-rates": lambda jacobian, v: np.linalg.pinv(jacobian) @ v,
+    "manipulability": lambda jacobian, _: np.array([np.sqrt(np.linalg.det(jacobian @ jacobian.T))]),
+    "condition-number": lambda jacobian, _: np.array([np.linalg.cond(jacobian)]),
+}
+"""What NumPy makes of a Jacobian and a task velocity."""
+
+
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [
+        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in few_of(OWN, 3)),
+        pytest.param("joint-rates", "stanford-6r", marks=pytest.mark.whole),
+    ],
+)
+def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str) -> None:
+    problem = generate(ProblemId(family, 1, ("jacobian", name)))
+    jacobian, part = problem.parts
+    wrong = jacobian.answer.as_matrix().as_mutable()
+    wrong[0, 0] = 2 * wrong[0, 0]
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, Stream("test"))
+    numbers = {symbol: float(values[symbol][0]) for symbol in values}
+    there = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
+    rates = OWN[name](there, np.array([numbers[row] for row in problem.chain.task]))
+    answers = {"jacobian": str(wrong.tolist()), name: str([float(f"{rate:.5g}") for rate in rates])}
+    verdict = marked(problem, answers)[name]
+    assert verdict.followed_from == "jacobian", verdict
+    assert verdict.points == pytest.approx(0.8 * verdict.max_points)
+    off = {**answers, name: str([float(f"{1.3 * rate + 0.2:.5g}") for rate in rates])}
+    assert marked(problem, off)[name].followed_from is None
+
+
+def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -> None:
+    problem = generate(ProblemId("planar-3r", 1, ("jacobian", "self-motion")))
+    jacobian, part = problem.parts
+    assert not part.answer.is_numeric
+    wrong = jacobian.answer.as_matrix().as_mutable()
+    wrong[0, 0] = 2 * wrong[0, 0]
+    motion = -3 * wrong.row(0).cross(wrong.row(1))
+    for source in ("jacobian", None):
+        verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
+        assert verdict.followed_from == source, verdict
+        motion[0] = motion[0] + 1
