@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from qdot.exercises.answer_types.base import Answer, AnswerVisitor, Json, T
-
 from qdot.exercises.formula.printers.python import FormulaToCode, python_text
 
 LETTERS = "ABCDEFGH"

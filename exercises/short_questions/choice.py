@@ -4,17 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import Options, offer_choice
-from qdot.exercises.short_questions.wrong import OptionSubject, make_four_options
-from qdot.exercises.short_questions.wrong_sets import make_four_sets
-
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.screws import SCREWS_SOURCE
 from qdot.exercises.questions.statics import make_load_symbols
+from qdot.exercises.short_questions.asking import ShortQuestion
+from qdot.exercises.short_questions.options import Options, offer_choice
+from qdot.exercises.short_questions.wrong import OptionSubject, make_four_options
+from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,16 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import ConfigurationOptions
-from qdot.exercises.short_questions.places import (
-    assign_random_lengths,
-    iterate_regular_configurations,
-    iterate_singular_configurations,
-    take_distinct,
-    write_configuration,
-)
-
 from qdot.exercises.answer_types import TRUE_FALSE, Choice
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
@@ -23,6 +13,15 @@ from qdot.exercises.questions.geometry import (
     evaluate_precisely,
     sample_displayable_configuration,
     sample_regular_configuration,
+)
+from qdot.exercises.short_questions.asking import ShortQuestion
+from qdot.exercises.short_questions.options import ConfigurationOptions
+from qdot.exercises.short_questions.places import (
+    assign_random_lengths,
+    iterate_regular_configurations,
+    iterate_singular_configurations,
+    take_distinct,
+    write_configuration,
 )
 from qdot.exercises.singularities.singularity import singular_set
 

@@ -2,15 +2,14 @@
 
 from functools import lru_cache
 
-from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import OfferedOption, Options
-from qdot.exercises.short_questions.wrong import OptionSubject, are_different_functions, make_four_options
-
 from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import AnswerAndDetails
+from qdot.exercises.short_questions.asking import ShortQuestion
+from qdot.exercises.short_questions.options import OfferedOption, Options
+from qdot.exercises.short_questions.wrong import OptionSubject, are_different_functions, make_four_options
 
 MAX_CHARACTERS, MAX_COLUMNS = 260, 6
 """Maximum number of characters of a column, and maximum number of columns."""

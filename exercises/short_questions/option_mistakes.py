@@ -8,9 +8,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from qdot.exercises.short_questions.drawings import PoseStatement
-from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
-from qdot.exercises.short_questions.selections import QuantityDetails
 
 from qdot.exercises.answer_types import TRUE_FALSE, Letters
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
@@ -25,6 +22,9 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.short_questions.drawings import PoseStatement
+from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
+from qdot.exercises.short_questions.selections import QuantityDetails
 
 Blames = tuple[Blame, ...]
 ROUNDING_TOLERANCE = 6e-4

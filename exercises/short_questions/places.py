@@ -5,8 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.options import Blame, ConfigurationOptions
-from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
@@ -24,6 +22,8 @@ from qdot.exercises.questions.geometry import (
     wrap_angle,
 )
 from qdot.exercises.questions.inversion import sample_joint_values
+from qdot.exercises.short_questions.options import Blame, ConfigurationOptions
+from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
 from qdot.exercises.singularities.directions import clear_rank
 from qdot.exercises.singularities.singularity import Component, singular_set
 

@@ -3,6 +3,13 @@
 from dataclasses import dataclass
 
 import sympy as sp
+
+from qdot.exercises.answer_types import Selection
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
 from qdot.exercises.short_questions.asking import ShortQuestion
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
 from qdot.exercises.short_questions.places import (
@@ -18,13 +25,6 @@ from qdot.exercises.short_questions.wrong import (
     are_different_functions,
     list_wrong_forms,
 )
-
-from qdot.exercises.answer_types import Selection
-from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
 
 OPTION_COUNT = 5
 

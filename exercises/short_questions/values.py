@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
-from qdot.exercises.short_questions.asking import ShortQuestion
 
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.chain import Chain
@@ -20,6 +19,7 @@ from qdot.exercises.questions.geometry import (
     sample_regular_configuration,
 )
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
+from qdot.exercises.short_questions.asking import ShortQuestion
 
 MIN_SPEED = 0.05
 """Minimum speed that is asked for, in m/s."""

@@ -12,14 +12,6 @@ from itertools import combinations, islice
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.options import (
-    MAX_LENGTH_RATIO,
-    PREFERRED_LENGTH_RATIO,
-    SELF_EVIDENT_MISTAKES,
-    Blame,
-    OfferedOption,
-    rank_correct_option,
-)
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
@@ -36,6 +28,14 @@ from qdot.exercises.mistakes.catalogue import predict_wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
+from qdot.exercises.short_questions.options import (
+    MAX_LENGTH_RATIO,
+    PREFERRED_LENGTH_RATIO,
+    SELF_EVIDENT_MISTAKES,
+    Blame,
+    OfferedOption,
+    rank_correct_option,
+)
 from qdot.exercises.singularities.classification import domain_of
 
 SAMPLE_COUNT = 5

@@ -5,15 +5,6 @@ from functools import lru_cache
 from itertools import combinations, islice
 from operator import itemgetter
 
-from qdot.exercises.short_questions.options import (
-    MAX_LENGTH_RATIO,
-    PREFERRED_LENGTH_RATIO,
-    SELF_EVIDENT_MISTAKES,
-    Blame,
-    OfferedOption,
-    rank_correct_option,
-)
-
 from qdot.exercises.answer_types import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
@@ -22,6 +13,14 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.short_questions.options import (
+    MAX_LENGTH_RATIO,
+    PREFERRED_LENGTH_RATIO,
+    SELF_EVIDENT_MISTAKES,
+    Blame,
+    OfferedOption,
+    rank_correct_option,
+)
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.singularity import Component, singular_set
 

@@ -1,4 +1,4 @@
-"""The pages of docs/ that are generated from the code, such as the families, the questions, and the chapter's examples.
+"""The pages of docs/ that are generated from the code, such as the families, the questions, and the chapter's errata.
 
 `python -m tests.tools.docs_pages` writes them all (`make docs`); a test fails if they are out of date.
 """
@@ -14,13 +14,13 @@ from types import MappingProxyType
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
-from qdot.exercises.chapter import corrections, examples, planar_2r, scorbot_arm
+from qdot.exercises.chapter import corrections
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, FamilyListing
-from qdot.exercises.figure.arm_figure import figure_svg, singular_svg, thumbnail_svg
+from qdot.exercises.figure.arm_figure import thumbnail_svg
 from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
@@ -35,27 +35,21 @@ from tests.tools.sharing import GROUPS, load_measured
 @cache
 def documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
-    plain, scorbot = planar_2r(), scorbot_arm()
+    drawn_arms = [(name, DEFAULT_VARIATION) for name in FAMILIES] + [(SAMPLE_FAMILY, step) for step in VARIATION_STEPS]
     drawings = {
-        "examples/planar-2r.svg": figure_svg(plain, "planar-2r"),
-        "examples/planar-2r-singular.svg": singular_svg(plain, "planar-2r-singular"),
-        "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
-        "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
+        thumbnail_path(name, step): thumbnail_svg(sample_chain(ProblemId(name, 0, variation=step)), name)
+        for name, step in drawn_arms
     }
-    shown = [(name, DEFAULT_VARIATION) for name in FAMILIES] + [(SHOWN, step) for step in VARIATION_STEPS]
-    for name, step in shown:
-        arm = sample_chain(ProblemId(name, 0, variation=step))
-        drawings[thumbnail_path(name, step)] = thumbnail_svg(arm, name)
-    made = {
+    pages = {
         "families.md": families_page(),
         "questions.md": questions_page(),
-        "examples.md": examples_page(),
+        "errata.md": render("docs/errata.md.j2", errata=corrections()),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
         "robots.md": robots_page(),
         **drawings,
     }
-    return MappingProxyType(made)
+    return MappingProxyType(pages)
 
 
 def write(folder: Path) -> list[Path]:
@@ -98,16 +92,16 @@ def questions_page() -> str:
     )
 
 
-SHOWN = "planar-2r"
+SAMPLE_FAMILY = "planar-2r"
 """The family whose arm docs/variation.md shows at each step."""
 
 AXES_IN_WORDS = {
-    "lengths": "numbers for some lengths of the table, each in steps of 5 cm",
-    "zeros": "joints that are zero elsewhere: angles that one knows the sine of, slides by centimetres",
-    "senses": "axes that turn the other way: twists of 90° or −90°, 0 or 180°",
-    "base": "where the base stands, and how it is turned: on the floor, on a wall, under the ceiling",
-    "tool": "where the point of interest is: in the last frame's origin, or beside or beyond it",
-    "task": "which rows are asked: the plane in which an arm stands",
+    "lengths": "numbers for some lengths of the table, in steps of 5 cm",
+    "zeros": "joint offsets: angles with known sines, displacements in centimetres",
+    "senses": "directions of axes: twists of 90° or −90°, 0° or 180°",
+    "base": "position and orientation of the base: on the floor, on a wall, under the ceiling",
+    "tool": "position of the point of interest: the origin of the last frame, or beside or beyond it",
+    "task": "the rows of the task: the plane in which an arm stands",
 }
 """What each axis of variation changes."""
 
@@ -121,11 +115,12 @@ def variation_page() -> str:
         axes=AXES_IN_WORDS,
         steps=VARIATION_STEPS,
         default=DEFAULT_VARIATION,
-        shown=SHOWN,
-        tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in VARIATION_STEPS],
-        thumbnails={step: thumbnail_path(SHOWN, step) for step in VARIATION_STEPS},
+        shown=SAMPLE_FAMILY,
+        tables=[(step, Wording(sample_chain(ProblemId(SAMPLE_FAMILY, 0, variation=step)))) for step in VARIATION_STEPS],
+        thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
         groups=GROUPS,
         sharing=measured["formulas"],
+        sharing_steps=(DEFAULT_VARIATION, "full"),
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
         difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
@@ -139,7 +134,7 @@ def mistakes_page() -> str:
         {
             "title": title,
             "mistakes": [
-                {"name": m.name, "title": m.title, "said": re.sub(r"{\w+}", "\\*", m.message), "source": m.source}
+                {"name": m.name, "message": re.sub(r"{\w+}", "\\*", m.message), "source": m.source}
                 for m in module.MISTAKES
             ],
         }
@@ -166,11 +161,6 @@ def list_families() -> dict[str, FamilyListing]:
 def listing_text() -> str:
     """Return the file that `families.listing` reads."""
     return json.dumps({name: asdict(listed) for name, listed in list_families().items()}, indent=1) + "\n"
-
-
-def examples_page() -> str:
-    """Return docs/examples.md."""
-    return render("docs/examples.md.j2", examples=examples(), errata=corrections())
 
 
 # --- real robots ---
