@@ -62,19 +62,29 @@ MISSING_ROSTER_HINT = "give the file with your class, as saved by Canvas, Moodle
 
 
 class ProblemEntry(pydantic.BaseModel):
-    """One [[problem]] of assignment.toml."""
+    """One [[problem]] of assignment.toml: each student gets a problem of this kind."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
     family: str | None = None
+    """The family of arms. Each problem has either `family` or `robot`."""
     robot: str | None = None
+    """A real robot or the file of your own arm, instead of a family."""
     questions: list[str] | str | None = None
+    """The questions, in their order. By default, all that apply to the arm, except short questions."""
     points: list[float] | None = None
+    """The points of each question. By default, those listed by `qdot questions`."""
     difficulty: int | list[int] | None = None
+    """How hard the arms are; families differ in the range that they have."""
     variation: str | list[str] | None = None
+    """As `variation` of the assignment, for this problem."""
     convention: str | None = None
+    """As `convention` of the assignment, for this problem. The file of your own arm sets its own."""
     twist_order: str | None = None
+    """As `twist_order` of the assignment, for this problem."""
     decimals: int | str | dict[str, int | str] | None = None
+    """Accept rounded decimals. By default, answers in formulas must be exact."""
     credit: str | float | dict[str, str | float] | None = None
+    """Change the rules for partial credit."""
 
 
 FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
@@ -84,20 +94,33 @@ FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
 class AssignmentFile(pydantic.BaseModel):
     """The content of assignment.toml."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
     title: str = pydantic.Field(pattern=r"\S")
+    """The title that students see."""
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
+    """The file name of the notebooks, without .ipynb. If you change it, released notebooks no longer fit."""
     due: datetime.datetime | None = None
+    """The due date. A column `due` of roster.csv gives a student another one."""
     late: dict[str, Any] | None = None
+    """Deductions for late work. Without it, late work is marked as late and loses nothing."""
     attempts: str | dict[str, Any] = "last"
+    """Which of a student's submissions counts."""
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
+    """How much a feedback page shows about a wrong answer; each level adds to the one before it."""
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
+    """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False
+    """Whether each question in the notebook has three hints."""
     sandbox: Literal["best", "strict"] = "best"
+    """What to do on a machine that cannot fully sandbox student code."""
     variation: str | list[str] = DEFAULT_VARIATION
+    """How much the arms of a class differ."""
     convention: str | None = None
+    """How the arms are described. By default, by a standard DH table."""
     twist_order: str | None = None
+    """The order of the two halves of a twist, if the arms are described by screw axes."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
+    """One table for each problem."""
 
 
 WINDOWS_NAME_RULE = (

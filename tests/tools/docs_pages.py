@@ -11,9 +11,13 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
+import pydantic
+
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
+from qdot.exercises.assignment import attempt_policy, lateness
+from qdot.exercises.assignment.assignment import EXPECTED_FORMS, AssignmentFile, ProblemEntry
 from qdot.exercises.chapter import corrections
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -44,6 +48,7 @@ def documents() -> Mapping[str, str]:
         "families.md": families_page(),
         "questions.md": questions_page(),
         "errata.md": render("docs/errata.md.j2", errata=corrections()),
+        "assignment.md": assignment_page(),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
         "robots.md": robots_page(),
@@ -161,6 +166,42 @@ def list_families() -> dict[str, FamilyListing]:
 def listing_text() -> str:
     """Return the file that `families.listing` reads."""
     return json.dumps({name: asdict(listed) for name, listed in list_families().items()}, indent=1) + "\n"
+
+
+# --- assignment.toml ---
+
+
+def assignment_page() -> str:
+    """Return docs/assignment.md."""
+    whole = "For the whole assignment"
+    inner_forms = {"late": lateness.KEY_FORMS, "attempts": attempt_policy.KEY_FORMS}
+    inner_tables = {
+        table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
+    }
+    sections = {whole: _describe_keys(AssignmentFile), "For each problem": _describe_keys(ProblemEntry)}
+    return render("docs/assignment.md.j2", sections=sections, inner_tables={whole: inner_tables})
+
+
+def _describe_keys(model: type[pydantic.BaseModel]) -> list[dict[str, str]]:
+    return [
+        {
+            "name": name,
+            "description": field.description or "",
+            "form": _value_form(EXPECTED_FORMS[name]),
+            "default": "required"
+            if field.is_required()
+            else ""
+            if field.default is None
+            else f"`{json.dumps(field.default)}`",
+        }
+        for name, field in model.model_fields.items()
+    ]
+
+
+def _value_form(message: str) -> str:
+    """Return the form of a value as a cell of a table, from the message about a wrong value; examples are code."""
+    text = message.removeprefix("expected ").replace("|", "\\|")
+    return re.sub(r"\w+ = (?:\{.*?\}|\[.*?\]|\"[^\"]*\"|[^;,) ]+)", r"`\g<0>`", text)
 
 
 # --- real robots ---
