@@ -26,8 +26,7 @@ async function dragged(browser, root) {
   const session = await context.newCDPSession(page);
   await session.send("Performance.enable", { timeDomain: "threadTicks" });
   const spent = async () =>
-    1000 *
-    (await session.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
+    1000 * (await session.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
   const box = await page.locator(".arm-point-ring").boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   const moved = async (by) => {
@@ -38,9 +37,7 @@ async function dragged(browser, root) {
         for (let i = 0; i < moves; i += 1) {
           await new Promise((done) => requestAnimationFrame(done));
           const to = { clientX: x + by * Math.sin(i / 8), clientY: y + by * Math.sin(i / 11) };
-          box.dispatchEvent(
-            new PointerEvent("pointermove", { bubbles: true, pointerId: 1, buttons: 1, ...to }),
-          );
+          box.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, pointerId: 1, buttons: 1, ...to }));
         }
       },
       [x, y, by, MOVES],

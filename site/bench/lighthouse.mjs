@@ -22,20 +22,11 @@ const [program, ...first] = process.env.LIGHTHOUSE
 /** What Lighthouse writes of a page, on a phone or a "desktop". */
 function report(address, preset, folder) {
   const path = join(folder, "report.json");
-  const how = [
-    "--quiet",
-    "--chrome-flags=--headless=new --no-sandbox",
-    "--output=json",
-    `--output-path=${path}`,
-  ];
-  const done = spawnSync(
-    program,
-    [...first, address, ...how, ...(preset === "desktop" ? ["--preset=desktop"] : [])],
-    {
-      env: { ...process.env, CHROME_PATH: process.env.CHROME_PATH ?? CHROMIUM },
-      encoding: "utf8",
-    },
-  );
+  const how = ["--quiet", "--chrome-flags=--headless=new --no-sandbox", "--output=json", `--output-path=${path}`];
+  const done = spawnSync(program, [...first, address, ...how, ...(preset === "desktop" ? ["--preset=desktop"] : [])], {
+    env: { ...process.env, CHROME_PATH: process.env.CHROME_PATH ?? CHROMIUM },
+    encoding: "utf8",
+  });
   if (done.status !== 0) throw new Error(`Lighthouse can't be run: ${done.error ?? done.stderr.slice(-800)}`);
   return JSON.parse(readFileSync(path, "utf8"));
 }
@@ -45,10 +36,7 @@ const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.l
 const site = builtSite();
 const folder = mkdtempSync(join(tmpdir(), "qdot-lighthouse-"));
 // Lighthouse is waited for, so that the server has to be a process of its own.
-const server = spawn(process.execPath, [
-  new URL("../tools/serve.mjs", import.meta.url).pathname,
-  site.folder,
-]);
+const server = spawn(process.execPath, [new URL("../tools/serve.mjs", import.meta.url).pathname, site.folder]);
 const root = await new Promise((found) => server.stdout.once("data", (line) => found(String(line).trim())));
 let short = false;
 try {

@@ -27,9 +27,7 @@ async function firstPaint(browser, address) {
   const page = await context.newPage();
   await page.goto(address);
   await page.waitForLoadState("networkidle");
-  const found = await page.evaluate(
-    () => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? NaN,
-  );
+  const found = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? NaN);
   await context.close();
   return found;
 }

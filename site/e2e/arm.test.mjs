@@ -9,9 +9,7 @@ const there = inChromium();
 
 /** Joint values as the number fields show them, in degrees. */
 const pose = (page) =>
-  page
-    .locator('.arm-joints input[type="number"]')
-    .evaluateAll((fields) => fields.map(({ value }) => Number(value)));
+  page.locator('.arm-joints input[type="number"]').evaluateAll((fields) => fields.map(({ value }) => Number(value)));
 
 /** Where a share of the map's frame is on the page. */
 async function onMap(page, across, up) {
@@ -160,8 +158,7 @@ test("an arm that leaves its first, nearer view is seen whole, and gets under th
   const point = await middle(".arm-point-dot");
   const base = [box.x + box.width / 2, box.y + box.height / 2]; // where it is once all is seen
   const drag = async ([x, y], [toX, toY], count) => {
-    for (let k = 1; k <= count; k += 1)
-      await page.mouse.move(x + ((toX - x) * k) / count, y + ((toY - y) * k) / count);
+    for (let k = 1; k <= count; k += 1) await page.mouse.move(x + ((toX - x) * k) / count, y + ((toY - y) * k) / count);
   };
   await page.mouse.move(...point);
   await page.mouse.down();

@@ -29,8 +29,7 @@ const PREFERENCES = [
 /** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
 const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
 /** What is said where there is no graphics card: spatial arms are drawn without their solid body then. */
-const WITHOUT_WEBGL =
-  /^THREE\.WebGLRenderer: .*(WebGL context could not be created|Error creating WebGL context)/s;
+const WITHOUT_WEBGL = /^THREE\.WebGLRenderer: .*(WebGL context could not be created|Error creating WebGL context)/s;
 const isHarmless = (text) => CUT_OFF.test(text) || WITHOUT_WEBGL.test(text);
 
 /** A headless Firefox with an empty profile, in a language, and one page, which is told what to do. */
@@ -40,11 +39,9 @@ export async function firefox(speaks = "en-GB, en") {
     (each) => `user_pref(${each.map((part) => JSON.stringify(part)).join(", ")});`,
   );
   writeFileSync(join(profile, "user.js"), lines.join("\n"));
-  const child = spawn(
-    PROGRAM,
-    ["--headless", "--no-remote", "--remote-debugging-port=0", "--profile", profile],
-    { env: { ...process.env, TZ: "UTC" } },
-  );
+  const child = spawn(PROGRAM, ["--headless", "--no-remote", "--remote-debugging-port=0", "--profile", profile], {
+    env: { ...process.env, TZ: "UTC" },
+  });
   const address = await listening(child);
   const socket = new WebSocket(`${address}/session`);
   await new Promise((opened, failed) => {
@@ -55,8 +52,7 @@ export async function firefox(speaks = "en-GB, en") {
   const errors = [];
   socket.onmessage = ({ data }) => {
     const { id, type, result, message, method, params } = JSON.parse(data);
-    if (method === "log.entryAdded" && params.level === "error" && !isHarmless(params.text))
-      errors.push(params.text);
+    if (method === "log.entryAdded" && params.level === "error" && !isHarmless(params.text)) errors.push(params.text);
     const [kept, refused] = waiting.get(id) ?? [];
     waiting.delete(id);
     if (type === "error") refused?.(new Error(message));
@@ -135,8 +131,7 @@ function paged(send, context) {
     until,
     open: (url) => send("browsingContext.navigate", { context, url, wait: "complete" }),
     size: (width, height) => send("browsingContext.setViewport", { context, viewport: { width, height } }),
-    shot: async () =>
-      Buffer.from((await send("browsingContext.captureScreenshot", { context })).data, "base64"),
+    shot: async () => Buffer.from((await send("browsingContext.captureScreenshot", { context })).data, "base64"),
     /** Keys, one after the other; names as in Keys. */
     keys: (...keys) =>
       actions(

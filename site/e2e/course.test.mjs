@@ -120,10 +120,7 @@ for (const version of Object.keys(VERSIONS)) {
     assert.ok(/yours/.test(said) && !/expected/.test(said), `what is right, with tries left: ${said}`);
     await answered(frame, typed);
     await frame.getByText("3 of 4 points").waitFor();
-    assert.equal(
-      await valueOf(page, version, is12 ? "cmi.core.score.raw" : "cmi.score.scaled"),
-      is12 ? "75" : "0.75",
-    );
+    assert.equal(await valueOf(page, version, is12 ? "cmi.core.score.raw" : "cmi.score.scaled"), is12 ? "75" : "0.75");
     const status = is12 ? "cmi.core.lesson_status" : "cmi.completion_status";
     assert.equal(await valueOf(page, version, status), "incomplete");
     assert.equal(Number(await valueOf(page, version, "cmi.interactions._count")), 2);
@@ -258,13 +255,9 @@ for (const [width, height] of [
   [390, 700],
 ]) {
   test(`in a frame of ${width} × ${height} pixels the arm and the box of the answer are in sight`, async () => {
-    const { page } = await opened(
-      there,
-      "practice.html?embed=1&arm=planar-2r&question=determinant&seed=a&n=1",
-      {
-        viewport: { width, height },
-      },
-    );
+    const { page } = await opened(there, "practice.html?embed=1&arm=planar-2r&question=determinant&seed=a&n=1", {
+      viewport: { width, height },
+    });
     await page.locator(".arm-box").waitFor();
     await drawn(page);
     const [box, answer] = await page.evaluate(() =>
@@ -276,8 +269,7 @@ for (const [width, height] of [
         return { left, right, top, bottom };
       }),
     );
-    for (const { top, bottom } of [box, answer])
-      assert.ok(top >= 0 && bottom <= height, JSON.stringify([box, answer]));
+    for (const { top, bottom } of [box, answer]) assert.ok(top >= 0 && bottom <= height, JSON.stringify([box, answer]));
     assert.ok(box.bottom < answer.top || box.right < answer.left, "one lies over the other");
     assert.ok(box.bottom - box.top > 130 && box.right - box.left > 250, JSON.stringify(box));
   });

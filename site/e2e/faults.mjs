@@ -6,8 +6,7 @@ export function faults() {
   const seen = (element) => {
     for (let each = element; each; each = each.parentElement) {
       const style = getComputedStyle(each);
-      if (style.visibility === "hidden" || style.display === "none" || Number(style.opacity) === 0)
-        return false;
+      if (style.visibility === "hidden" || style.display === "none" || Number(style.opacity) === 0) return false;
       if (each.matches(".visually-hidden, .arm-unseen, .skip, noscript, details:not([open]) > :not(summary)"))
         return false;
     }

@@ -45,8 +45,7 @@ describe("in Firefox, from beginning to end", { skip: MISSING }, () => {
       const first = () =>
         page.run(() => Number(document.querySelector(".own-figures tbody td").innerText.replace("−", "-")));
       await page.until(() => document.querySelector(".own-figures tbody td"));
-      const due = (a2, theta2) =>
-        -0.5 * Math.sin(Math.PI / 6) - a2 * Math.sin(((30 + theta2) * Math.PI) / 180);
+      const due = (a2, theta2) => -0.5 * Math.sin(Math.PI / 6) - a2 * Math.sin(((30 + theta2) * Math.PI) / 180);
       assert.ok(Math.abs((await first()) - due(0.4, 90)) < 1e-5);
       await page.run(() => {
         const cell = document.querySelector('[aria-label="a2"]');

@@ -42,9 +42,7 @@ describe("in Firefox", { skip: MISSING }, () => {
     return page.until(() => document.querySelector(".verdict")?.innerText);
   };
   const pose = () =>
-    page.run(() =>
-      [...document.querySelectorAll('.arm-joints input[type="number"]')].map((e) => Number(e.value)),
-    );
+    page.run(() => [...document.querySelectorAll('.arm-joints input[type="number"]')].map((e) => Number(e.value)));
   const picture = async (name) => {
     if (process.env.SHOTS) writeFileSync(`${process.env.SHOTS}/firefox-${name}.png`, await page.shot());
   };
@@ -86,10 +84,7 @@ describe("in Firefox", { skip: MISSING }, () => {
     await page.until(() => document.querySelector("math-field").value.startsWith("2\\sin")); // MathLive lost the 2 here
     await picture("mathematics");
     await press("Check");
-    assert.doesNotMatch(
-      await page.until(() => document.querySelector(".verdict")?.innerText),
-      /can't be read/,
-    );
+    assert.doesNotMatch(await page.until(() => document.querySelector(".verdict")?.innerText), /can't be read/);
   });
 
   test("the arm is moved by keys, on the map, and along the path", async () => {

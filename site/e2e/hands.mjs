@@ -99,9 +99,7 @@ export function touch(page) {
     const all =
       name === undefined
         ? [...document.querySelectorAll(selector)]
-        : [...document.querySelectorAll("button, summary")].filter((each) =>
-            each.textContent.trim().startsWith(name),
-          );
+        : [...document.querySelectorAll("button, summary")].filter((each) => each.textContent.trim().startsWith(name));
     const element = all[number];
     if (!element) return null;
     element.scrollIntoView({ block: "center", behavior: "instant" });

@@ -10,8 +10,7 @@ const there = inChromium();
 const solved = ["planar-2r/001.solutions", "planar-2r/001-quiz.solutions"];
 /** The right answer to a question about the site's only arm, as it is typed. */
 const typed = (kind) =>
-  solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind)
-    .typed;
+  solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind).typed;
 
 test("a path as it is laid first reaches no goal; one that is changed does", async () => {
   const { page } = await opened(there, "learn.html?lesson=path", WIDE);
@@ -31,8 +30,7 @@ test("a wrong answer after a right one to the same question ends no row", async 
     await page.getByLabel("Your answer").fill(text);
     await page.getByRole("button", { name: "Check" }).click();
   };
-  const row = () =>
-    page.evaluate(() => JSON.parse(localStorage.getItem("qdot-lessons") ?? "{}").singular?.row.length);
+  const row = () => page.evaluate(() => JSON.parse(localStorage.getItem("qdot-lessons") ?? "{}").singular?.row.length);
   await answer(typed("determinant"));
   await page.locator(".verdict.correct").waitFor();
   assert.equal(await row(), 1);
@@ -137,10 +135,7 @@ for (const [width, height] of [
     await page.locator(".arm-box .arm-point-ring").waitFor();
     const [P, base] = [await middleOf(".arm-point-ring"), await middleOf(".arm-joint-dot")];
     const size = Math.hypot(P[0] - base[0], P[1] - base[1]);
-    assert.ok(
-      size > 0.4 * Math.min(box.width, box.height),
-      `from the base to P: ${size} of ${JSON.stringify(box)}`,
-    );
+    assert.ok(size > 0.4 * Math.min(box.width, box.height), `from the base to P: ${size} of ${JSON.stringify(box)}`);
     const [across, up] = [(P[0] - base[0]) / size, (P[1] - base[1]) / size];
     await page.mouse.move(...P);
     await page.mouse.down();

@@ -151,10 +151,7 @@ export async function walkedToMastery(page, hand, walk, arms) {
   await begun(page, hand, walk, true);
   for (const name of classes) await goOn(name, words.mastered, 1);
   await page.open(`${walk.root}/learn.html`);
-  const standing = await until(
-    page,
-    () => document.querySelector(".skill.is-mastered .skill-state")?.innerText,
-  );
+  const standing = await until(page, () => document.querySelector(".skill.is-mastered .skill-state")?.innerText);
   assert.ok(standing.endsWith(words.isMastered), standing);
   const next = () => document.querySelector(".way > ol > li.current a").search;
   assert.equal(await page.run(next), "?lesson=columns");

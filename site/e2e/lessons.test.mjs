@@ -103,10 +103,7 @@ test("a course that is kept has, with no connection, the arms of every class of 
       for (const done of [[], ["plain"], ["plain", "space"]]) {
         const beyond = Object.fromEntries(done.slice(1).map((name) => [name, mastered]));
         const skill = { goals: [], ...(done.length > 0 ? mastered : { row: [] }), beyond };
-        await page.evaluate(
-          (kept) => localStorage.setItem("qdot-lessons", kept),
-          JSON.stringify({ [lesson]: skill }),
-        );
+        await page.evaluate((kept) => localStorage.setItem("qdot-lessons", kept), JSON.stringify({ [lesson]: skill }));
         await page.goto(`${server.root}/learn.html?lesson=${lesson}&practise=1`);
         await page.locator(".task[data-item] form .answer").waitFor();
         assert.equal(await page.locator(".task h2").getAttribute("lang"), "de");
@@ -134,10 +131,7 @@ for (const locale of ["en-GB", "de-DE"])
         .locator(".arm-side, .arm-side *, .arm-pane, .arm-pane *")
         .evaluateAll((all) =>
           all
-            .filter(
-              (each) =>
-                getComputedStyle(each).overflowY === "auto" && each.scrollHeight > each.clientHeight + 1,
-            )
+            .filter((each) => getComputedStyle(each).overflowY === "auto" && each.scrollHeight > each.clientHeight + 1)
             .map((each) => `${each.className} by ${each.scrollHeight - each.clientHeight}`),
         );
     try {

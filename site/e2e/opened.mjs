@@ -156,10 +156,7 @@ export async function armOf(page) {
     const map = page.getByRole("button", { name: /^(Map|Karte)$/ });
     if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
     // where the map would tell the answer it says so
-    await page
-      .locator(".arm-zero, .arm-zero-spot, .arm-pane .arm-concealed")
-      .first()
-      .waitFor({ state: "attached" });
+    await page.locator(".arm-zero, .arm-zero-spot, .arm-pane .arm-concealed").first().waitFor({ state: "attached" });
   }
 }
 

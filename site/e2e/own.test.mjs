@@ -35,9 +35,7 @@ test("a link opens its table in its pose, and the address follows what is typed 
   await page.waitForFunction(() => location.hash.includes("at=30_-40"));
   assertNear(await numbers(page), planar(30, -40));
   await page.getByLabel("a2", { exact: true }).fill("2/5 + 0.1");
-  await page.waitForFunction(
-    () => location.hash.includes("2%2F5%20%2B%200.1") || location.hash.includes("%2B"),
-  );
+  await page.waitForFunction(() => location.hash.includes("2%2F5%20%2B%200.1") || location.hash.includes("%2B"));
   await page.reload();
   await page.locator(".own-figures").waitFor();
   assert.equal(await page.getByLabel("a2", { exact: true }).inputValue(), "2/5 + 0.1");
@@ -75,9 +73,7 @@ test("the pose of a link stays while a number is typed key by key, though the ar
   await page.waitForFunction(() => location.hash.includes("0.1"));
   assert.match(await page.evaluate(() => location.hash), /at=30_90$/);
   const [first] = await numbers(page);
-  assert.ok(
-    Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin((2 * Math.PI) / 3))) < 1e-5,
-  );
+  assert.ok(Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin((2 * Math.PI) / 3))) < 1e-5);
   await context.close();
 });
 

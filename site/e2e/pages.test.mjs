@@ -74,8 +74,7 @@ test("every link of the site leads to a page, and to a place in it", async () =>
       const target = decodeURIComponent(address.pathname.slice(1)) || "index.html";
       const anchor = decodeURIComponent(address.hash.slice(1));
       if (!existsSync(join(there.site.folder, target))) lost.push(`${path}: ${link}`);
-      else if (anchor && !known.get(target)?.anchors.includes(anchor))
-        lost.push(`${path}: ${link} (no such place)`);
+      else if (anchor && !known.get(target)?.anchors.includes(anchor)) lost.push(`${path}: ${link} (no such place)`);
     }
   }
   assert.deepEqual(lost, []);
@@ -85,10 +84,7 @@ test("a page that is not there is the site's own at any depth, and leads back", 
   for (const path of ["nothing.html", "examples/nothing.html", "a/b/c/nothing"]) {
     const { page, context } = await openedAnew(there, path, { ...WIDE, locale: "de-DE" });
     await page.getByRole("heading", { name: "Seite nicht gefunden" }).waitFor();
-    assert.notEqual(
-      await page.evaluate(() => getComputedStyle(document.querySelector(".top")).display),
-      "block",
-    );
+    assert.notEqual(await page.evaluate(() => getComputedStyle(document.querySelector(".top")).display), "block");
     await page.locator("main a").first().click();
     await page.waitForURL(`${there.server.root}/index.html`);
     await page.goto(`${there.server.root}/${path}`);
@@ -134,10 +130,7 @@ test("the practice page opens with less than 300 kB before the bank", async () =
     const before = [...there.server.sent].filter(([name]) => !name.startsWith("/bank/"));
     const bytes = before.reduce((sum, [, size]) => sum + size, 0);
     assert.ok(before.length >= 3, `${path}: ${before.length} files`);
-    assert.ok(
-      bytes < MOST,
-      `${path}: ${bytes} bytes: ${before.map(([name, size]) => `${name} ${size}`).join(", ")}`,
-    );
+    assert.ok(bytes < MOST, `${path}: ${bytes} bytes: ${before.map(([name, size]) => `${name} ${size}`).join(", ")}`);
     await context.close();
   }
 });

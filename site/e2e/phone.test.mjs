@@ -121,14 +121,8 @@ for (const [width, height] of [
           await page.locator(".arm-box").boundingBox(),
           await page.locator(".arm-pane").boundingBox(),
         ];
-        assert.ok(
-          arm.height > 110 && opened.y >= arm.y + arm.height,
-          `${robot}, ${pane}: the arm is above it`,
-        );
-        assert.ok(
-          opened.y + opened.height - arm.y < 0.72 * height,
-          `${robot}, ${pane}: words have room below`,
-        );
+        assert.ok(arm.height > 110 && opened.y >= arm.y + arm.height, `${robot}, ${pane}: the arm is above it`);
+        assert.ok(opened.y + opened.height - arm.y < 0.72 * height, `${robot}, ${pane}: words have room below`);
       }
     }
     const chart = page.locator(".arm-chart-frame");
@@ -151,9 +145,7 @@ for (const [width, height] of [
     const words = page.locator(".arm-lost-words");
     await words.waitFor();
     const [said, hint, box] = await Promise.all(
-      [words, page.locator(".arm-drawing .arm-hint"), page.locator(".arm-box")].map((one) =>
-        one.boundingBox(),
-      ),
+      [words, page.locator(".arm-drawing .arm-hint"), page.locator(".arm-box")].map((one) => one.boundingBox()),
     );
     if (width === 360) assert.equal(hint, null, "there is no room for both");
     else assert.ok(said.y + said.height <= hint.y + 1, "one lies over the other");

@@ -46,10 +46,7 @@ test("a file of one's progress brings back problems, lessons and today's arm", a
     const item = document.querySelector(".task").dataset.item;
     localStorage.setItem("qdot-progress", JSON.stringify({ [item]: { right: true, box: 1, due: 4e12 } }));
     localStorage.setItem("qdot-lessons", JSON.stringify({ columns: { goals: [0], row: ["planar-2r/001"] } }));
-    localStorage.setItem(
-      "qdot-today",
-      JSON.stringify({ day, item, tries: [true], helped: false, row: 4, last: day }),
-    );
+    localStorage.setItem("qdot-today", JSON.stringify({ day, item, tries: [true], helped: false, row: 4, last: day }));
   });
   await page.reload();
   const before = await stored();
@@ -61,9 +58,7 @@ test("a file of one's progress brings back problems, lessons and today's arm", a
   await page.getByRole("button", { name: "Delete all progress" }).click();
   await page.getByText("0 right of 0 tried").waitFor();
   assert.deepEqual(await stored(), [{}, {}, null]);
-  await page
-    .getByLabel("Load a file")
-    .setInputFiles({ name: "kept.json", mimeType: "application/json", buffer });
+  await page.getByLabel("Load a file").setInputFiles({ name: "kept.json", mimeType: "application/json", buffer });
   await page.getByText("1 right of 1 tried").waitFor();
   assert.deepEqual(await stored(), before);
   await context.close();
@@ -225,14 +220,8 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
   await page.getByLabel("Language").selectOption("de");
   await page.getByRole("heading", { name: "Üben" }).waitFor();
   await page.getByText("Beschreibungen der Zeichnungen sind auf Englisch.").waitFor();
-  assert.match(
-    await page.locator(".prompt").innerText(),
-    /^Bestimme die Determinante der 2 × 2-Jacobi-Matrix/,
-  );
-  assert.match(
-    await page.locator(".statement").innerText(),
-    /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./,
-  );
+  assert.match(await page.locator(".prompt").innerText(), /^Bestimme die Determinante der 2 × 2-Jacobi-Matrix/);
+  assert.match(await page.locator(".statement").innerText(), /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./);
   assert.match(await page.getByLabel("Frage").first().textContent(), /Determinante der Jacobi-Matrix/);
   await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
   assert.match(await page.locator(".hint").innerText(), /Die Determinante zeigt, wo/);

@@ -29,9 +29,7 @@ for (const [name, options] of Object.entries({
     // a word that is broken without a hyphen has a letter or two on a line of its own
     const narrowest = await page
       .locator(".skill a")
-      .evaluateAll((all) =>
-        Math.min(...all.flatMap((one) => [...one.getClientRects()].map(({ width }) => width))),
-      );
+      .evaluateAll((all) => Math.min(...all.flatMap((one) => [...one.getClientRects()].map(({ width }) => width))));
     assert.ok(narrowest >= 14, `a line of ${narrowest} pixels`);
     assert.deepEqual(wrong, []);
     await context.close();
@@ -48,9 +46,7 @@ test("by keys and in words: how a lesson stands, what it builds on, and the way 
   await map.getByText("not started, comes next").first().waitFor();
   assert.equal(await map.getByText("comes next").count(), 2);
   await map.getByText("It builds on: By differentiation, By propagation.").waitFor({ state: "attached" });
-  const question = map
-    .getByRole("link", { name: /^Jacobian by differentiation: right for 1 of \d arms?$/ })
-    .first();
+  const question = map.getByRole("link", { name: /^Jacobian by differentiation: right for 1 of \d arms?$/ }).first();
   await question.focus();
   await page.keyboard.press("Enter");
   await page.waitForURL(/practice\.html\?question=jacobian$/);

@@ -23,8 +23,7 @@ function common(a, b) {
   return Math.max(0, across) * Math.max(0, down);
 }
 
-const inside = ({ x, y, width, height }, [w, h]) =>
-  x >= -1 && y >= -1 && x + width <= w + 1 && y + height <= h + 1;
+const inside = ({ x, y, width, height }, [w, h]) => x >= -1 && y >= -1 && x + width <= w + 1 && y + height <= h + 1;
 
 for (const [width, height] of SIZES) {
   test(`arm, map and question are side by side at ${width} x ${height}`, async () => {
@@ -65,10 +64,7 @@ for (const robot of ["anthropomorphic-6r", "panda"])
     const boxes = await Promise.all(parts.map((part) => boxOf(page, part)));
     for (let i = 1; i < boxes.length; i += 1) {
       const above = boxes[i - 1].y + boxes[i - 1].height;
-      assert.ok(
-        boxes[i].y >= above - 1,
-        `${parts[i]} lies ${above - boxes[i].y} pixels over what is above it`,
-      );
+      assert.ok(boxes[i].y >= above - 1, `${parts[i]} lies ${above - boxes[i].y} pixels over what is above it`);
     }
     const lines = await page.locator(".arm-map .arm-legend").evaluate((list) => {
       const inner = [...list.children].map((one) => one.getBoundingClientRect().bottom);
@@ -93,9 +89,7 @@ for (const [name, options] of [
     };
     const check = page.getByRole("button", { name: "Check", exact: true });
     const below = () =>
-      check.evaluate(
-        (button) => button.getBoundingClientRect().top - button.form.getBoundingClientRect().top,
-      );
+      check.evaluate((button) => button.getBoundingClientRect().top - button.form.getBoundingClientRect().top);
     const fields = page.locator(".formula-field");
     await fields.first().waitFor();
     const before = await below();
@@ -203,8 +197,7 @@ test("the stage begins as the printed figure: the pose of the problem, and the t
   const said = await page.locator(".arm-letter-layer text").allTextContents();
   const printed = await page.locator(".printed svg text").allTextContents();
   const letters = (texts) => new Set(texts.map((text) => text.replace(/\s/g, "")));
-  for (const name of letters(printed))
-    assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
+  for (const name of letters(printed)) assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
 });
 
 test("an option that is wider than a phone is scrolled by itself", async () => {

@@ -103,8 +103,7 @@ export interface Part {
   readonly name: string;
   readonly kind: string;
   readonly title: string;
-  readonly type:
-    "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching";
+  readonly type: "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching";
   readonly shape: readonly [number, number] | null;
   readonly points: number;
   readonly prompt: string;

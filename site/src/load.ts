@@ -34,8 +34,7 @@ async function withTranslation<T, U>(name: string): Promise<[string, T, U | null
   return [code, await loaded<T>(`${name}.json`), await translation];
 }
 
-export const loadIndex = async (): Promise<Index> =>
-  titledIn(...(await withTranslation<Index, Titles>("index")));
+export const loadIndex = async (): Promise<Index> => titledIn(...(await withTranslation<Index, Titles>("index")));
 
 export const loadProblem = async (family: string, key: string): Promise<Problem> =>
   toldIn(...(await withTranslation<Problem, Texts>(`${family}/${key}`)));

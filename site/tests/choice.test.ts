@@ -40,9 +40,7 @@ const INDEX: Index = {
       name: "scara",
       title: "SCARA",
       source: "6.6",
-      problems: [
-        { key: "001", title: "C", difficulty: 1, variation: "lengths+base", questions: ["determinant"] },
-      ],
+      problems: [{ key: "001", title: "C", difficulty: 1, variation: "lengths+base", questions: ["determinant"] }],
     },
   ],
   questions: [],
@@ -146,9 +144,9 @@ test("all that is kept survives a file: problems, lessons and today's arm; a fil
   expect(fromFile(asFile(ALL))).toEqual(ALL);
   expect(fromFile("{}")).toBeNull();
   expect(fromFile("no JSON")).toBeNull();
-  expect(
-    fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}, "today": 2}'),
-  ).toEqual(NOTHING_KEPT);
+  expect(fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}, "today": 2}')).toEqual(
+    NOTHING_KEPT,
+  );
 });
 
 test("a file of before holds progress, and takes nothing of the lessons away", () => {
@@ -185,11 +183,7 @@ test("what is restored is where the practice page and the lessons look for it", 
     setItem: (key: string, text: string) => void store.set(key, text),
   } as unknown as Storage;
   keepAll(storage, ALL);
-  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([
-    ALL.progress,
-    ALL.lessons,
-    ALL.today,
-  ]);
+  expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([ALL.progress, ALL.lessons, ALL.today]);
   keepAll(storage, NOTHING_KEPT);
   expect([kept(storage), keptSkills(storage), keptDay(storage)]).toEqual([{}, {}, null]);
   expect(kept(null)).toEqual({});
@@ -200,9 +194,7 @@ test("what went wrong once comes before anything new when it is due, though it w
   const DAY = WAITS[1] as number;
   const once = attempted(attempted({}, first, false, 0), first, true, 0);
   expect(nameOf(next(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));
-  expect(nameOf(next(INDEX, ANYTHING, attempted({}, first, true, 0), DAY, () => 0) as Item)).toBe(
-    nameOf(second),
-  );
+  expect(nameOf(next(INDEX, ANYTHING, attempted({}, first, true, 0), DAY, () => 0) as Item)).toBe(nameOf(second));
   const back = fromFile(asFile({ ...NOTHING_KEPT, progress: once }))!.progress;
   expect(nameOf(next(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
   const wrong = '{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}';
@@ -240,6 +232,5 @@ test("rows that are typed in lines go on until all are there", () => {
   expect(isUnfinished("a, b; c, d", 2, 2)).toBe(false);
   expect(isUnfinished("a*c1", 2, 1)).toBe(true);
   expect(isUnfinished("a, b", 2, 1)).toBe(false);
-  for (const bracketed of ["[[1, 2", "J = [1", "Matrix([1"])
-    expect(isUnfinished(bracketed, 2, 2)).toBe(false);
+  for (const bracketed of ["[[1, 2", "J = [1", "Matrix([1"]) expect(isUnfinished(bracketed, 2, 2)).toBe(false);
 });

@@ -29,10 +29,7 @@ const CLASSES = classesOf(INDEX, LESSON);
 
 describe("the classes of a lesson", () => {
   test("are the chapter's plain arms, such in space, and any: varied ones, and of further families", () => {
-    const named = CLASSES.map(({ name, items }) => [
-      name,
-      items.map(({ family, key }) => `${family}/${key}`),
-    ]);
+    const named = CLASSES.map(({ name, items }) => [name, items.map(({ family, key }) => `${family}/${key}`)]);
     expect(named.slice(0, 2)).toEqual([
       ["plain", ["planar-2r/chapter", "planar-2r/lengths"]],
       ["space", ["elbow-3r/chapter", "elbow-3r/lengths"]],
@@ -44,16 +41,10 @@ describe("the classes of a lesson", () => {
   });
 
   test("are those of which the bank has arms", () => {
-    expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual([
-      "space",
-      "any",
-    ]);
+    expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
     expect(classesOf(indexOf(), LESSON)).toEqual([]);
     // an instructor's own arms, in families of their own names
-    expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual([
-      "space",
-      "any",
-    ]);
+    expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
   });
 
   test("a bank of random arms alone has them once", () => {

@@ -18,14 +18,15 @@ interface Case {
 const CASES = corpus as unknown as readonly Case[];
 
 describe("the corpus", () => {
-  test.each(
-    CASES.filter((each) => each.key).map((each) => [each.id, each.student.slice(0, 60), each] as const),
-  )("%s: %s", (_id, _shown, { key, student, outcome }) => {
-    const verdict = judgeValues(student, key as ValuesKey);
-    // Where a function has branches the browser may not meet the one that differs, and says so.
-    if (verdict.outcome === "correct" && !verdict.sure) expect(["correct", "wrong"]).toContain(outcome);
-    else expect(verdict.outcome).toBe(outcome);
-  });
+  test.each(CASES.filter((each) => each.key).map((each) => [each.id, each.student.slice(0, 60), each] as const))(
+    "%s: %s",
+    (_id, _shown, { key, student, outcome }) => {
+      const verdict = judgeValues(student, key as ValuesKey);
+      // Where a function has branches the browser may not meet the one that differs, and says so.
+      if (verdict.outcome === "correct" && !verdict.sure) expect(["correct", "wrong"]).toContain(outcome);
+      else expect(verdict.outcome).toBe(outcome);
+    },
+  );
 
   test("the browser is unsure of few answers, and wrong in none of the others", () => {
     const verdicts = CASES.filter((each) => each.key).map(

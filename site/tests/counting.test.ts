@@ -3,14 +3,7 @@ import { describe, expect, test } from "vitest";
 
 import type { Index, Listed } from "../src/bank.js";
 import { STEPS } from "../src/practice/choice.js";
-import {
-  classInWords,
-  counted,
-  drawnFrom,
-  dueClasses,
-  outcomesInWords,
-  sortingOf,
-} from "../src/practice/counting.js";
+import { classInWords, counted, drawnFrom, dueClasses, outcomesInWords, sortingOf } from "../src/practice/counting.js";
 import { NEW, type Skills } from "../src/practice/skills.js";
 
 const DAY = 24 * 3600 * 1000;

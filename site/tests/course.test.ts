@@ -69,8 +69,7 @@ function saidOf(search: string): string {
   const round = roundOf(link, INDEX, lessons);
   return "key" in round ? round.key : "";
 }
-const roundBy = (search: string): Round =>
-  roundOf(readLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
+const roundBy = (search: string): Round => roundOf(readLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
 const namesIn = ({ asked }: Round) => asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`);
 
 test("a link is a round by embed or by its seed, and written as it is read", () => {
@@ -139,15 +138,7 @@ test("the same seed asks the same questions, another one others, and a lesson it
 
 test("an origin is a scheme and a host, and a port", () => {
   expect(["https://a.example", "http://127.0.0.1:8000", "http://lms.example"].every(isOrigin)).toBe(true);
-  for (const wrong of [
-    "https://a.example/x",
-    "https://A.example",
-    "a",
-    "file:///x",
-    "null",
-    "data:text/html,x",
-    "//a",
-  ])
+  for (const wrong of ["https://a.example/x", "https://A.example", "a", "file:///x", "null", "data:text/html,x", "//a"])
     expect(isOrigin(wrong), wrong).toBe(false);
 });
 
@@ -365,11 +356,7 @@ function under(platforms: Record<string, Api>): Above {
 }
 
 /** A platform that keeps what it is told; a call that `fails` names is refused, or throws. */
-function keeping(
-  version: Version,
-  fails: Record<string, "false" | "throws"> = {},
-  first: Record<string, string> = {},
-) {
+function keeping(version: Version, fails: Record<string, "false" | "throws"> = {}, first: Record<string, string> = {}) {
   const values = new Map<string, string>(Object.entries(first));
   const calls: string[] = [];
   const prefix = version === "1.2" ? "LMS" : "";
@@ -455,9 +442,7 @@ test("answers are recorded by kind, where the platform records, and no more than
   expect(record("1.2", of("selection"), "BD", "0")["cmi.interactions.0.student_response"]).toBe("b,d");
   expect(record("1.2", of("matching"), "BA", "0")["cmi.interactions.0.student_response"]).toBe("1.b,2.a");
   expect(record("2004", of("selection"), "BD", "0")["cmi.interactions.0.learner_response"]).toBe("b[,]d");
-  expect(record("2004", of("matching"), "BA", "0")["cmi.interactions.0.learner_response"]).toBe(
-    "1[.]b[,]2[.]a",
-  );
+  expect(record("2004", of("matching"), "BA", "0")["cmi.interactions.0.learner_response"]).toBe("1[.]b[,]2[.]a");
   const long = record("2004", PART, "x".repeat(5000), "0");
   expect(long["cmi.interactions.0.type"]).toBe("long-fill-in");
   expect(long["cmi.interactions.0.learner_response"]).toHaveLength(4000);

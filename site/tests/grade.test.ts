@@ -73,9 +73,7 @@ test("of a wrong option it is told what is behind it, of several mistakes each",
 
 test("of several letters it is told of each wrong one, with the option if it is one", () => {
   const key: LettersKey = { type: "selection", options: 4, items: 0, right: [0], told: [[], [5], [6], [6]] };
-  expect(judgeLetters("AB", key).slips).toEqual([
-    { mistake: 5, where: message("slip.option", { letter: "B" }) },
-  ]);
+  expect(judgeLetters("AB", key).slips).toEqual([{ mistake: 5, where: message("slip.option", { letter: "B" }) }]);
   expect(judgeLetters("CD", key).slips).toEqual([{ mistake: 6 }]);
   expect(judgeLetters("A", { ...key, right: [0, 1] }).slips).toBeUndefined();
 });
@@ -141,10 +139,7 @@ test.each([
   ["[0.5, 1.25]", [message("slip.whole-sign", entry(2))]],
   ["[5, -12.5]", [message("slip.times-ten", { ...answer, factor: 10 })]],
   ["[0.005, -1.25]", [message("slip.over-ten", { ...entry(1), factor: 100 })]],
-  [
-    "[-0.5, -12.5]",
-    [message("slip.whole-sign", entry(1)), message("slip.times-ten", { ...entry(2), factor: 10 })],
-  ],
+  ["[-0.5, -12.5]", [message("slip.whole-sign", entry(1)), message("slip.times-ten", { ...entry(2), factor: 10 })]],
   ["[0.5, -1.2]", [message("slip.rounded", { percent: 0.5 })]],
   ["[0.51, -1.26]", [message("slip.close", { percent: 0.5 })]],
   ["[0.5, -3.1]", undefined],
@@ -222,8 +217,7 @@ test("the mistake behind a direction is named, whatever its length", () => {
     vectors.map(([x, y]) => Math.abs(weight(0) * x + weight(1) * y) / Math.hypot(x, y));
   const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
   const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
-  for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"])
-    expect(judgeDirection(typed, key).mistake).toBe(6);
+  for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"]) expect(judgeDirection(typed, key).mistake).toBe(6);
   expect(judgeDirection("[s1, c1]", key)).not.toHaveProperty("mistake");
   const inNumbers = {
     ...ALONG,
@@ -299,12 +293,7 @@ test("where commas say too much, it is told that and would not", () => {
   const told = (typed: string) => judge(problem, part, typed, stretched).reasons.map(({ key }) => key);
   expect(told("theta2 = 0, theta1 = 0")).toContain("verdict.together");
   expect(told("theta2 = 0\ntheta1 = 0.5")).toContain("verdict.together");
-  for (const other of [
-    "theta2 = 0, theta2 = pi",
-    "theta1 = 0, theta1 = 1",
-    "theta2 = 0, theta2 = 1",
-    "theta2 = 1",
-  ])
+  for (const other of ["theta2 = 0, theta2 = pi", "theta1 = 0, theta1 = 1", "theta2 = 0, theta2 = 1", "theta2 = 1"])
     expect(told(other)).not.toContain("verdict.together");
 });
 
@@ -319,9 +308,7 @@ test("what is no number is told as undefined, and a direction of numbers without
     right: [[0.6], [0.8]],
     tolerance: 0.01,
   };
-  expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual([
-    "verdict.other-direction",
-  ]);
+  expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual(["verdict.other-direction"]);
 });
 
 test("a difference is told with the rates of which the question speaks, though they were left out", () => {
@@ -335,9 +322,7 @@ test("a difference is told with the rates of which the question speaks, though t
     right: [[2 * Math.sin(0.5), 3 * Math.sin(1.5)]],
   };
   const at = (spoken?: readonly string[]) =>
-    String(
-      judgeValues("sin(theta1)", { ...key, ...(spoken ? { spoken } : {}) }, []).reasons[0]!.values?.["at"],
-    );
+    String(judgeValues("sin(theta1)", { ...key, ...(spoken ? { spoken } : {}) }, []).reasons[0]!.values?.["at"]);
   expect(at(["qd1"])).toContain("qd1 = 2");
   expect(at()).not.toContain("qd1");
 });
@@ -350,9 +335,7 @@ test("a rounded angle is told that it is rounded, and one that is far off is not
 });
 
 test("a pose is told as the sliders have it: angles in degrees within a turn, lengths in metres", () => {
-  expect(atText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
-    "θ1 = 60°, d2 = 0.25 m, a1 = 1 m",
-  );
+  expect(atText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe("θ1 = 60°, d2 = 0.25 m, a1 = 1 m");
 });
 
 test.each([

@@ -52,10 +52,7 @@ describe("the graph", () => {
     expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
     const learned = { ...NEW, learned: 1 };
     const later = placesOf(INDEX, { rates: learned, columns: learned }, {}, 0);
-    expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual([
-      "differentiation",
-      "propagation",
-    ]);
+    expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["differentiation", "propagation"]);
     const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
     expect(inverse.missing.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
   });

@@ -21,7 +21,7 @@ import {
 } from "../src/practice/skills.js";
 import { ratesOf, velocityOf } from "../src/learn/tools.js";
 import { type Item, STEPS } from "../src/practice/choice.js";
-import { en } from "../src/text/en.js";
+import en from "../src/text/en.json" with { type: "json" };
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
 const right = (skill: Skill, key: string, now = 0, helped = false, most = 9, again = false) =>
@@ -45,9 +45,7 @@ test("three arms in a row without help are learned, one more after a day is mast
 
 test("a wrong answer begins the row anew, and a bank of two arms asks for no third", () => {
   const row = right(right(NEW, "001"), "002");
-  expect(
-    answered(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row,
-  ).toEqual([]);
+  expect(answered(row, item("003"), { right: false, helped: false, again: false, now: 0, most: 9 }).row).toEqual([]);
   expect(right(right(NEW, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
@@ -194,9 +192,7 @@ const robot = (joints: Robot["joints"], task: Robot["task"], values: Robot["valu
   task,
   values,
 });
-const PLAIN = armOf(
-  robot([row("a1", "0", "0", 1), row("a2", "0", "0", 2)], ["vx", "vy"], { a1: 0.4, a2: 0.34 }),
-);
+const PLAIN = armOf(robot([row("a1", "0", "0", 1), row("a2", "0", "0", 2)], ["vx", "vy"], { a1: 0.4, a2: 0.34 }));
 const ELBOW = armOf(
   robot([row("a1", "pi/2", "d1", 1), row("a2", "0", "0", 2), row("a3", "0", "0", 3)], ["vx", "vy", "vz"], {
     a1: 0.2,
@@ -208,16 +204,10 @@ const ELBOW = armOf(
 const degrees = (...angles: number[]) => angles.map((angle) => (angle * Math.PI) / 180);
 
 /** What is seen of an arm in a pose. */
-function seen(
-  arm: typeof PLAIN,
-  pose: number[],
-  more: { rates?: number[]; weld?: Weld; place?: number } = {},
-): Seen {
+function seen(arm: typeof PLAIN, pose: number[], more: { rates?: number[]; weld?: Weld; place?: number } = {}): Seen {
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
-  const welding = more.weld
-    ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 }
-    : null;
+  const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
   const stage = {
     arm,
     pose,

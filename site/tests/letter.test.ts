@@ -11,6 +11,4 @@ test.each([
   ["x", { letter: "x", dotted: false, mark: "", index: "" }],
 ])("%s is set as it is", (latex, parts) => expect(partsOf(latex)).toEqual(parts));
 
-test.each(["\\det J_{11}", "|v_P|", "\\kappa^2"])("%s is typeset", (latex) =>
-  expect(partsOf(latex)).toBeNull(),
-);
+test.each(["\\det J_{11}", "|v_P|", "\\kappa^2"])("%s is typeset", (latex) => expect(partsOf(latex)).toBeNull());

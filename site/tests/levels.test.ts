@@ -58,11 +58,7 @@ test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
 });
 
 test("a counterexample is the answer's own, and no configuration that is missing", () => {
-  const [, formula, set] = WRONG.map(([, verdict]) => told(verdict, "counterexample")) as [
-    Verdict,
-    Verdict,
-    Verdict,
-  ];
+  const [, formula, set] = WRONG.map(([, verdict]) => told(verdict, "counterexample")) as [Verdict, Verdict, Verdict];
   expect(text(formula)).toContain("yours is 0.877");
   expect(formula.at).toBeDefined();
   expect(set.at).toBeUndefined();

@@ -21,9 +21,7 @@ const ARM: Known = {
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
 };
 const angles = (): string[] =>
-  [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(
-    ({ value }) => value,
-  );
+  [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(({ value }) => value);
 const lengths = (): HTMLInputElement[] =>
   [...document.querySelectorAll<HTMLInputElement>('.own-row input[aria-label^="a"]')].filter(
     ({ ariaLabel, value }) => !ariaLabel?.includes("alpha") && value === "0.5",

@@ -27,18 +27,14 @@ test("the right Jacobian has the columns of the arm at every pose", () => {
   ] as const) {
     const { jacobian } = stateAt(armOf(problem.robot), [theta1, theta2]);
     const found = columns({ theta1, theta2 })!;
-    found.forEach((column, i) =>
-      column.forEach((value, row) => expect(value).toBeCloseTo(jacobian[row]![i]!)),
-    );
+    found.forEach((column, i) => column.forEach((value, row) => expect(value).toBeCloseTo(jacobian[row]![i]!)));
   }
 });
 
 test("a wrong one differs, and what is no Jacobian has no columns", () => {
   const columns = ownColumns(problem, part("jacobian"), RIGHT.replace("-a2*s12]", "a2*s12]"))!;
   expect(columns({ theta1: 0.3, theta2: 1.1 })![1]![0]).toBeCloseTo(0.4 * Math.sin(1.4));
-  expect(
-    ownColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null,
-  ).toBeNull();
+  expect(ownColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null).toBeNull();
   for (const typed of ["", "a1", "[[1, 2]]", "[[a1,", "[[a1, blank], [blank, blank]]"])
     expect(ownColumns(problem, part("jacobian"), typed)).toBeNull();
   expect(ownColumns(problem, part("position"), RIGHT)).toBeNull();

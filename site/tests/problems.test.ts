@@ -2,9 +2,9 @@
 import { afterEach, expect, test, vi } from "vitest";
 
 import type { Index, Problem, Solutions, Texts } from "../src/bank.js";
-import { de } from "../src/text/de.js";
 import { solvedIn, titledIn, toldIn } from "../src/text/problems.js";
 import { ENGLISH, speak } from "../src/text/text.js";
+import de from "../src/text/de.json" with { type: "json" };
 
 const part = {
   name: "rank",

@@ -13,9 +13,7 @@ test.each([
   ['<p><strong>Answer:</strong> three letters in quotes, as in <code>"ABC"</code>.</p>'],
 ])("%s is left out", (said) => {
   const asked = `<p><em>Which</em> of <strong>these</strong>?</p>\n${LIST}${said}\n`;
-  expect(promptOf(part(asked, ["one", "two"])).trim()).toBe(
-    "<p><em>Which</em> of <strong>these</strong>?</p>",
-  );
+  expect(promptOf(part(asked, ["one", "two"])).trim()).toBe("<p><em>Which</em> of <strong>these</strong>?</p>");
   expect(promptOnPaper(part(asked, ["one", "two"]))).toContain("<strong>B.</strong> two");
   expect(promptOnPaper(part(asked, ["one", "two"]))).not.toContain("quot");
 });

@@ -12,13 +12,7 @@ import kept from "./readings.json" with { type: "json" };
 
 interface Kept extends Pick<Asked, "symbols" | "problems"> {
   readonly readings: readonly (readonly [text: string, symbols: number, tree: string | null])[];
-  readonly answers: readonly (readonly [
-    k: number,
-    part: string,
-    text: string,
-    outcome: string,
-    share: number,
-  ])[];
+  readonly answers: readonly (readonly [k: number, part: string, text: string, outcome: string, share: number])[];
 }
 
 const KEPT = kept as unknown as Kept;
@@ -89,9 +83,7 @@ describe("the vocabulary", () => {
   test.each(["names", "notation", "latex", "tokens", "reader"])("%s has no list of its own", (module) => {
     const { limits: _, patterns: __, about: ___, habits: ____, ...tables } = VOCABULARY;
     const words = (table: unknown): string[] =>
-      typeof table === "string"
-        ? [table]
-        : Object.entries(table as object).flatMap(([k, v]) => [k, ...words(v)]);
+      typeof table === "string" ? [table] : Object.entries(table as object).flatMap(([k, v]) => [k, ...words(v)]);
     const listed = new Set(words(tables).filter((word) => /..|[^\x00-\x7f]/u.test(word)));
     const source = readFileSync(new URL(`../src/read/${module}.ts`, import.meta.url), "utf8");
     const quoted = [...source.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([, text]) => text as string);

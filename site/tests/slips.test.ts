@@ -10,13 +10,10 @@ import type { Verdict } from "../src/grade/verdict.js";
 import { missingIn } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { read } from "../src/read/reader.js";
-import type { TextKey } from "../src/text/en.js";
-import { message, said } from "../src/text/text.js";
+import { message, said, type TextKey } from "../src/text/text.js";
 import { type Slipped, toldOf } from "./slips.js";
 
-const PROBLEMS = JSON.parse(
-  readFileSync(new URL("./slips.json", import.meta.url), "utf-8"),
-) as readonly Slipped[];
+const PROBLEMS = JSON.parse(readFileSync(new URL("./slips.json", import.meta.url), "utf-8")) as readonly Slipped[];
 
 /** What a slip may be called; an angle's sign is an angle, and in one sine or cosine throughout is once. */
 const CALLED: Readonly<Record<string, readonly string[]>> = {
@@ -70,9 +67,7 @@ test.each(PROBLEMS.map((problem) => [problem.id, problem] as const))(
     const pairs = problem.pairs ?? [];
     const outcomes = toldOf({ ...problem, slips: pairs });
     const others = pairs.flatMap(([part, slip], i) => {
-      const may = slip
-        .split(" & ")
-        .flatMap((each) => CALLED[each === ORDER ? "sign of a column" : each] ?? []);
+      const may = slip.split(" & ").flatMap((each) => CALLED[each === ORDER ? "sign of a column" : each] ?? []);
       const called = outcomes[i]![2].filter((key) => key.startsWith("slip."));
       return called.filter((key) => !may.includes(key)).map((key) => [part, slip, key]);
     });
@@ -109,10 +104,7 @@ const toldBy = ({ slips = [] }: Verdict): string[] =>
 
 test.each([
   ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: one angle leaves out"],
-  [
-    "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]",
-    "Entry (2, 1): a sine and a cosine are exchanged",
-  ],
+  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): a sine and a cosine are exchanged"],
   ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: the length a1 is missing"],
   ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 is missing"],
   ["[[a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]", "Entry (1, 1): one sign"],
@@ -163,9 +155,7 @@ test("of two entries in a column only that is told which a slip explains", () =>
 
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
 const print = (rows: readonly (readonly string[])[]) =>
-  POINTS.map((_, k) =>
-    keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0),
-  );
+  POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0));
 
 test("a mistake of the problem's in one column is named beside a slip in another, with where", () => {
   const next = [
@@ -177,9 +167,7 @@ test("a mistake of the problem's in one column is named beside a slip in another
   expect(both.mistake).toBeUndefined();
   expect(both.slips).toHaveLength(2);
   expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
-  expect(toldBy(both)).toContainEqual(
-    expect.stringContaining("Column 2 seems to have the wrong overall sign"),
-  );
+  expect(toldBy(both)).toContainEqual(expect.stringContaining("Column 2 seems to have the wrong overall sign"));
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
@@ -194,9 +182,7 @@ test("two mistakes of the problem's are named in the columns in which they were 
   ];
   const key = { ...JACOBIAN, mistakes: [first, second].map((rows, i) => [i, ...print(rows)]) };
   const { slips } = judgeValues("[[a1^2, a2^3*s1], [a2^3, a1^2*c1]]", key);
-  expect(slips).toEqual(
-    [0, 1].map((i) => ({ mistake: i, where: message("slip.column", { row: 1, column: i + 1 }) })),
-  );
+  expect(slips).toEqual([0, 1].map((i) => ({ mistake: i, where: message("slip.column", { row: 1, column: i + 1 }) })));
 });
 
 const WIDE = keyOf([
@@ -254,9 +240,7 @@ const VELOCITY: ValuesKey = {
   symbols: [...SYMBOLS, ...RATES],
   points: POINTS.map((point, k) => [...point, ...AT[k]!]),
   columns: 1,
-  right: [0, 2].map((i) =>
-    AT.map(([one, two], k) => one * JACOBIAN.right[i]![k]! + two * JACOBIAN.right[i + 1]![k]!),
-  ),
+  right: [0, 2].map((i) => AT.map(([one, two], k) => one * JACOBIAN.right[i]![k]! + two * JACOBIAN.right[i + 1]![k]!)),
   linear: Object.fromEntries(
     RATES.map((rate, c) => [rate, [c, 2 + c].map((i) => JACOBIAN.right[i]!.slice(0, 2) as number[])]),
   ),
@@ -267,17 +251,12 @@ test.each([
   [`[-a2*s12*qd2, ${Y}]`, "Entry 1: all terms with qd1 are missing"],
   [`[${X}, -(a1*c1 + a2*c12)*qd1 + a2*c12*qd2]`, "Entry 2: one sign is wrong"],
   [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: the factor qd1 is missing from the terms"],
-  [
-    `[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`,
-    "Entry 2: all terms with qd1 have the wrong sign",
-  ],
+  [`[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`, "Entry 2: all terms with qd1 have the wrong sign"],
   [`[0.5*a1 - 0.5*a1, ${Y}]`, "Entry 1: all terms with qd1, qd2 are missing"],
   ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
   [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
 ])("of the terms with one rate in %s it is told: %s", (typed, says) => {
-  const told = toldBy(judgeValues(typed, VELOCITY)).map((each) =>
-    each.replace("Entries 1, 2", "Your answer"),
-  );
+  const told = toldBy(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "Your answer"));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
@@ -375,8 +354,7 @@ function shoulder(a1: number, bend: number): number[] {
 }
 
 const folded = (at: Readonly<Record<string, number>>) => {
-  const reach =
-    at["a1"]! + at["a2"]! * Math.cos(at["theta2"]!) + at["a3"]! * Math.cos(at["theta2"]! + at["theta3"]!);
+  const reach = at["a1"]! + at["a2"]! * Math.cos(at["theta2"]!) + at["a3"]! * Math.cos(at["theta2"]! + at["theta3"]!);
   return Math.abs(Math.sin(at["theta3"]! + 30 * DEGREE) * reach) < 1e-6;
 };
 
@@ -389,24 +367,15 @@ test.each([
   ["theta3 = -pi/12, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.half-radians", "theta3")]],
   ["theta3 = -30, theta3 = 150, a1 + a2*c2 + a3*c23 = 0", [message("slip.degrees")]],
   ["theta3 = -pi/6*pi/180, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [message("slip.radians")]],
-  [
-    "theta3 = -pi/6, theta3 = 5*pi/6, theta1 = 0, a1 + a2*c2 + a3*c23 = 0",
-    [of("slip.called-singular", "theta1")],
-  ],
-  [
-    "theta3 = -pi/6 and theta1 = 0, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0",
-    [of("slip.too-narrow", "theta1")],
-  ],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, theta1 = 0, a1 + a2*c2 + a3*c23 = 0", [of("slip.called-singular", "theta1")]],
+  ["theta3 = -pi/6 and theta1 = 0, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 = 0", [of("slip.too-narrow", "theta1")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 - a3*c23 = 0", [inTie("slip.sign")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c3 = 0", [inTie("slip.relative")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a2*c2 + a3*c23 = 0", [inTie("slip.term-missing", "a1")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*s2 + a3*s23 = 0", [inTie("slip.all-waves")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c2 + a3*c23 + a1*a2 = 0", [inTie("slip.term-extra")]],
   ["theta3 = -pi/6, theta3 = 5*pi/6, a1^3 + a2*s2 = 0", undefined],
-  [
-    "theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0",
-    [of("slip.other-joint", "theta1")],
-  ],
+  ["theta3 = -pi/6, theta3 = 5*pi/6, a1 + a2*c1 + a3*cos(theta1 + theta3) = 0", [of("slip.other-joint", "theta1")]],
   ["theta1 + theta2 = 0", undefined], // sin(theta3 + pi/6) times this vanishes, too
 ])("of an elbow's set %s it is told what went wrong", (typed, slips) => {
   const offsets = new Map([["theta3", 30 * DEGREE]]);

@@ -14,12 +14,7 @@ export type Slipped = Pick<Problem, "id" | "robot" | "parts" | "said"> & {
 };
 
 /** The outcome, the name of the mistake that is told, the keys of what else is said, and how many wrong entries nothing is said of. */
-export type Told = readonly [
-  outcome: string,
-  mistake: string | null,
-  reasons: readonly string[],
-  left: number,
-];
+export type Told = readonly [outcome: string, mistake: string | null, reasons: readonly string[], left: number];
 
 export function toldOf(problem: Slipped): readonly Told[] {
   const singular = singularIn(problem);
@@ -41,9 +36,7 @@ export function toldOf(problem: Slipped): readonly Told[] {
 
 /** How many wrong entries are in no place of which something is said. */
 function leftBy({ entries = [], slips = [] }: Verdict): number {
-  const wrong = entries.flatMap((row, r) =>
-    row.flatMap((right, c) => (right ? [] : [[r + 1, c + 1] as const])),
-  );
+  const wrong = entries.flatMap((row, r) => row.flatMap((right, c) => (right ? [] : [[r + 1, c + 1] as const])));
   const columns = entries[0]?.length ?? 1;
   return wrong.filter(([r, c]) => !slips.some((each) => isIn(r, c, each, columns))).length;
 }

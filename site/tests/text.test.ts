@@ -4,9 +4,9 @@ import { describe, expect, test } from "vitest";
 import { judgeValues } from "../src/grade/values.js";
 import { read } from "../src/read/reader.js";
 import { asMatrix, ReadError } from "../src/read/tree.js";
-import { de } from "../src/text/de.js";
-import { en, type TextKey } from "../src/text/en.js";
-import { ENGLISH, inDigits, message, said } from "../src/text/text.js";
+import { ENGLISH, inDigits, message, said, type TextKey } from "../src/text/text.js";
+import de from "../src/text/de.json" with { type: "json" };
+import en from "../src/text/en.json" with { type: "json" };
 
 const GERMAN = { code: "de", catalogue: de };
 const filled = (text: string): string[] => [...text.matchAll(/\{([\w-]+)\}/g)].map(([all]) => all).sort();
@@ -27,26 +27,8 @@ describe("the catalogue", () => {
     (language) => {
       const due = new Intl.NumberFormat(language.code, { maximumSignificantDigits: 6, useGrouping: false });
       const exponents = Array.from({ length: 60 }, (_, k) => 10 ** (k - 30));
-      const sizes = exponents.flatMap((size) => [
-        size,
-        -1.5 * size,
-        (size * 2) / 3,
-        9.999996 * size,
-        1234567 * size,
-      ]);
-      for (const value of [
-        0,
-        -0,
-        7,
-        100,
-        1e21,
-        0.30000000000000004,
-        -123456.5,
-        NaN,
-        Infinity,
-        -Infinity,
-        ...sizes,
-      ])
+      const sizes = exponents.flatMap((size) => [size, -1.5 * size, (size * 2) / 3, 9.999996 * size, 1234567 * size]);
+      for (const value of [0, -0, 7, 100, 1e21, 0.30000000000000004, -123456.5, NaN, Infinity, -Infinity, ...sizes])
         expect(inDigits(value, language)).toBe(due.format(value).replace("-", "−"));
     },
   );
@@ -63,16 +45,8 @@ describe("what can't be read", () => {
   };
 
   test.each([
-    [
-      "2*(theta1",
-      "expected ')', found the end, at character 10",
-      "erwartet wird „)“, gefunden wurde das Ende",
-    ],
-    [
-      "2 3",
-      "two numbers stand side by side, at character 3",
-      "zwei Zahlen stehen nebeneinander, bei Zeichen 3",
-    ],
+    ["2*(theta1", "expected ')', found the end, at character 10", "erwartet wird „)“, gefunden wurde das Ende"],
+    ["2 3", "two numbers stand side by side, at character 3", "zwei Zahlen stehen nebeneinander, bei Zeichen 3"],
     ["", "nothing is there", "es steht nichts da"],
     ["f(2)", "the function 'f' is not understood", "die Funktion „f“ wird nicht verstanden"],
   ])("%s is told in English and in German", (text, english, german) => {
@@ -91,9 +65,7 @@ describe("what can't be read", () => {
       mistakes: [],
     } as const;
     const { reasons } = judgeValues("2*", key);
-    expect(said(reasons[0]!, GERMAN)).toMatch(
-      /^Das lässt sich nicht als Antwort lesen: erwartet wird eine Zahl/,
-    );
+    expect(said(reasons[0]!, GERMAN)).toMatch(/^Das lässt sich nicht als Antwort lesen: erwartet wird eine Zahl/);
   });
 });
 

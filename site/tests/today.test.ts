@@ -3,17 +3,7 @@ import { describe, expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
 import { nameOf } from "../src/practice/choice.js";
-import {
-  dayOf,
-  type Day,
-  isSolved,
-  itemOf,
-  keepDay,
-  keptDay,
-  marks,
-  onDay,
-  tried,
-} from "../src/practice/today.js";
+import { dayOf, type Day, isSolved, itemOf, keepDay, keptDay, marks, onDay, tried } from "../src/practice/today.js";
 
 function indexOf(families: number, problems: number): Index {
   return {

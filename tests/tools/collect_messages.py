@@ -1,7 +1,7 @@
 """The messages of all texts, collected from where they are written, and merged into the file of every language.
 
 `make messages` does it after a text has changed, and once for a new line in `languages.LANGUAGES`. It writes
-`locale/CODE.po`, which translators work on, and from it the texts of the site, `site/src/text/CODE.ts`. The same
+`locale/CODE.po`, which translators work on, and from it the texts of the site, `site/src/text/CODE.json`. The same
 sources give the same bytes: no dates, no line numbers, one line a text.
 """
 
@@ -40,7 +40,7 @@ from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 _ROOT = Path(__file__).resolve().parents[2]
 _EXERCISES = _ROOT / "exercises"
 SITE = _ROOT / "site" / "src" / "text"
-"""Where the site has its texts: English in en.ts."""
+"""Where the site has its texts: English in en.json."""
 
 Key = tuple[str | None, tuple[str, ...]]
 """The context of a message, and the message itself."""
@@ -48,8 +48,6 @@ Key = tuple[str | None, tuple[str, ...]]
 FoundMessage = tuple[str, str | tuple[str, ...], str | None]
 """The file that a message is from, the message (or those for one and for many), its context."""
 
-_QUOTED = r'"(?:[^"\\]|\\.)*"'
-_ENTRY = re.compile(rf'^  "(?P<key>[\w.-]+)":\s*(?P<text>{_QUOTED}(?:\s*\+\s*{_QUOTED})*),$', re.MULTILINE)
 _DATED = re.compile(r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE)
 
 FILLED = re.compile(r"%\((\w+)\)s")
@@ -92,7 +90,7 @@ def _find_messages() -> Iterator[FoundMessage]:
     for text in _errata_texts():
         yield "exercises/chapter/errata.toml", text, "erratum"
     for key, text in site_english().items():
-        yield "site/src/text/en.ts", text, site_context(key)
+        yield "site/src/text/en.json", text, site_context(key)
 
 
 def _errata_texts() -> Iterator[str]:
@@ -120,30 +118,14 @@ def site_context(key: str) -> str:
 
 def site_english() -> dict[str, str]:
     """Return the texts of the site in English, by their keys."""
-    source = (SITE / "en.ts").read_text(encoding="utf-8")
-    return {
-        entry["key"]: "".join(map(json.loads, re.findall(_QUOTED, entry["text"]))) for entry in _ENTRY.finditer(source)
-    }
+    english: dict[str, str] = json.loads((SITE / "en.json").read_text(encoding="utf-8"))
+    return english
 
 
 def site_text(code: str, words: Catalogue) -> str:
     """Return the site's file of a language."""
-    lines = [
-        f"  {json.dumps(key)}: {json.dumps(words.translations.pgettext(site_context(key), text), ensure_ascii=False)},"
-        for key, text in site_english().items()
-    ]
-    return "\n".join(
-        [
-            f"// Made of exercises/locale/{code}.po by `make messages`, and not to be edited here.",
-            "",
-            'import type { Catalogue } from "./en.js";',
-            "",
-            f"export const {code}: Catalogue = {{",
-            *lines,
-            "};",
-            "",
-        ]
-    )
+    texts = {key: words.translations.pgettext(site_context(key), text) for key, text in site_english().items()}
+    return json.dumps(texts, ensure_ascii=False, indent=2) + "\n"
 
 
 def merge_messages(path: Path, messages: Catalog) -> Catalog:
@@ -254,7 +236,7 @@ def main() -> None:
         path = LOCALE / f"{code}.po"
         catalog = merge_messages(path, messages)
         write_atomically(path, po_text(catalog))
-        write_atomically(SITE / f"{code}.ts", site_text(code, read_catalogue(path)))
+        write_atomically(SITE / f"{code}.json", site_text(code, read_catalogue(path)))
         print(f"{path.relative_to(_ROOT)}: {len(messages)} messages")
         for fault in find_faults(code, catalog, messages):
             print(f"  {fault}")

@@ -98,8 +98,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
     const pressed = (event: KeyboardEvent): void => {
       const { key, target, ctrlKey, metaKey, altKey } = event;
       if (key === "Escape" && now.current) light(null, null);
-      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key))
-        event.preventDefault();
+      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key)) event.preventDefault();
     };
     document.addEventListener("keydown", pressed, { signal: over.signal });
     addEventListener("scroll", () => now.current && setScrolled(scrollY), {

@@ -32,8 +32,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   const columns = columnsFor(limits.length, h);
   const w = width - LEFT - LEAD - COLUMN * columns;
   const x = (t: number): number => LEFT + (t / total) * w;
-  const y = (share: number): number =>
-    TOP + (h * (most - Math.max(-most, Math.min(most, share)))) / (2 * most);
+  const y = (share: number): number => TOP + (h * (most - Math.max(-most, Math.min(most, share)))) / (2 * most);
   const end = journey.stations.at(-1)!.s / speed;
   return (
     <figure class="arm-chart">

@@ -80,9 +80,7 @@ function kindOfPlace(arm: Arm, pose: Pose, tolerance: number): Kind {
     const turned = Array.from({ length: TURNS }, (_, k) =>
       pose.map((value, i) => (i === joint ? value + (2 * Math.PI * k) / TURNS : value)),
     );
-    if (
-      turned.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(REGULAR, tolerance))
-    ) {
+    if (turned.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(REGULAR, tolerance))) {
       return turned.some((other) => kindSeen(arm, other, tolerance) === "boundary") ? "boundary" : "internal";
     }
   }

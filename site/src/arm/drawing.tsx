@@ -18,17 +18,7 @@ import { atShare, linkOf, nearestShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, along, dot, subtract, type Vec3 } from "./vector.js";
-import {
-  ARROWS,
-  FIRST_ORBIT,
-  flatPlane,
-  lifted,
-  type Orbit,
-  pixel,
-  type Pixel,
-  type View,
-  viewOf,
-} from "./view.js";
+import { ARROWS, FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { nearness } from "./words.js";
 
@@ -65,10 +55,7 @@ interface DrawingProps extends Pick<
 
 /** What is held: a link at a share of its way, the point, the path's end, or the view. */
 type Held =
-  | { readonly link: number; readonly share: number }
-  | "point"
-  | "target"
-  | { readonly from: Orbit; readonly at: Pixel };
+  { readonly link: number; readonly share: number } | "point" | "target" | { readonly from: Orbit; readonly at: Pixel };
 
 const TURN = Math.PI / 180;
 /** What is held is by so much nearer to the pointer after each of its moves, once the view has changed meanwhile. */
@@ -245,9 +232,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
 
 /** The place on a link that is held. */
 function heldOn(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
-  return held !== null && typeof held === "object" && "link" in held
-    ? atShare(links[held.link]!, held.share)
-    : null;
+  return held !== null && typeof held === "object" && "link" in held ? atShare(links[held.link]!, held.share) : null;
 }
 
 /**
@@ -288,19 +273,7 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
     const heads = around.map((arrow) => add(first.point, arrow));
     const isLost = shownLost(arm, first, measuresOf(first), concealed) !== null;
     return framingOf(arm, first, [...heads, ...aims, ...besides], page, { flat, lines: isLost ? 2 : 1 });
-  }, [
-    near,
-    arm,
-    home,
-    width,
-    height,
-    begun,
-    layers.columns,
-    layers.ellipse,
-    aims.length,
-    besides,
-    concealed,
-  ]);
+  }, [near, arm, home, width, height, begun, layers.columns, layers.ellipse, aims.length, besides, concealed]);
   const nearer = useMemo(() => (framing ? framed(whole, framing) : whole), [framing, whole]);
   const isBack = isSame(state.pose, home) && isSeen(arm, state, nearer, aims);
   const isOut = !isBack && (left || !isSeen(arm, state, nearer, aims));
@@ -404,11 +377,7 @@ interface Grip {
 
 function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean }): JSX.Element {
   return (
-    <g
-      class={`arm-point${chosen ? " arm-chosen" : ""}`}
-      transform={`translate(${x} ${y})`}
-      onPointerDown={onDown}
-    >
+    <g class={`arm-point${chosen ? " arm-chosen" : ""}`} transform={`translate(${x} ${y})`} onPointerDown={onDown}>
       <circle class="arm-point-grip" r={18} />
       <circle class="arm-point-ring" r={7} />
       <circle class="arm-point-dot" r={2.8} />
@@ -427,11 +396,7 @@ function Target({ at: [x, y], onDown }: Grip): JSX.Element {
 }
 
 /** The line from the point down to the plane of the base, by which its depth can be seen. */
-function Foot({
-  arm,
-  state,
-  view,
-}: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
+function Foot({ arm, state, view }: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
   const { o, z } = arm.base;
   const height = dot(subtract(state.point, o), z);
   const [px, py] = pixel(view, state.point);

@@ -59,10 +59,7 @@ function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
       <circle class="arm-joint-face" cx={x} cy={y} r={9.5} />
       {toward > 0.9 && <circle class="arm-joint-dot" cx={x} cy={y} r={2.6} />}
       {toward < -0.9 && (
-        <path
-          class="arm-joint-cross"
-          d={`M${x - r} ${y - r}l${2 * r} ${2 * r}M${x + r} ${y - r}l${-2 * r} ${2 * r}`}
-        />
+        <path class="arm-joint-cross" d={`M${x - r} ${y - r}l${2 * r} ${2 * r}M${x + r} ${y - r}l${-2 * r} ${2 * r}`} />
       )}
     </g>
   );

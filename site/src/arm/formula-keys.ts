@@ -10,8 +10,7 @@ import { isSame, jointOf, SYMBOL, symbolsIn, termsOf } from "./terms.js";
 function formulasOf(arm: Arm): Element[] {
   return [...document.querySelectorAll("main math")].filter(
     (math) =>
-      !math.closest(".arm") &&
-      [...math.querySelectorAll(SYMBOL)].some((symbol) => jointOf(symbol, arm) !== null),
+      !math.closest(".arm") && [...math.querySelectorAll(SYMBOL)].some((symbol) => jointOf(symbol, arm) !== null),
   );
 }
 
@@ -39,8 +38,7 @@ export function useFormulaStops(arm: Arm, describedBy: string): void {
     return () => {
       watch.disconnect();
       clearTimeout(wait);
-      for (const math of stops)
-        for (const name of ["tabindex", "aria-describedby"]) math.removeAttribute(name);
+      for (const math of stops) for (const name of ["tabindex", "aria-describedby"]) math.removeAttribute(name);
     };
   }, [arm, describedBy]);
 }
@@ -49,11 +47,7 @@ export function useFormulaStops(arm: Arm, describedBy: string): void {
 const SOON = 100;
 
 /** The term to which a key leads in a formula from what is pointed at there, or from none; null for any other key. */
-export function stepped(
-  math: Element,
-  from: readonly Element[] | null,
-  key: string,
-): readonly Element[] | null {
+export function stepped(math: Element, from: readonly Element[] | null, key: string): readonly Element[] | null {
   const terms = termsOf(math);
   const around = terms.filter((term) => from?.every((part) => term.some((one) => one.contains(part))));
   const term = terms.find((one) => from && isSame(one, from)) ?? around.at(-1);

@@ -78,12 +78,7 @@ interface Spanned {
 }
 
 /** What is to be seen in one direction of the page: places, and bodies if there are any, each with room beside them. */
-function spanned(
-  places: readonly number[],
-  room: Pair,
-  bodies: Pair | undefined,
-  roomOfBodies: Pair,
-): Spanned {
+function spanned(places: readonly number[], room: Pair, bodies: Pair | undefined, roomOfBodies: Pair): Spanned {
   const lows: Pair[] = [[Math.min(...places), room[0]]];
   const highs: Pair[] = [[Math.max(...places), room[1]]];
   if (bodies) {

@@ -27,15 +27,7 @@ export const Joints = paced(
       <fieldset class="arm-joints" data-joints={arm.joints.length}>
         <legend>{say("arm.joints")}</legend>
         {arm.joints.map(({ name }, i) => (
-          <Row
-            key={name}
-            arm={arm}
-            index={i}
-            value={pose[i]!}
-            chosen={chosen === i}
-            onChoose={choose}
-            onValue={set}
-          />
+          <Row key={name} arm={arm} index={i} value={pose[i]!} chosen={chosen === i} onChoose={choose} onValue={set} />
         ))}
       </fieldset>
     );
@@ -81,10 +73,9 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
         step={radians ? 0.01 : turns ? 0.5 : 0.005}
         {...common}
         aria-label={say(turns ? "arm.joint.turn" : "arm.joint.slide", { joint: name })}
-        aria-valuetext={say(
-          radians ? "arm.value.radians" : turns ? "arm.value.degrees" : "arm.value.metres",
-          { value: shown },
-        )}
+        aria-valuetext={say(radians ? "arm.value.radians" : turns ? "arm.value.degrees" : "arm.value.metres", {
+          value: shown,
+        })}
         onInput={(event) => set(event.currentTarget.value)}
       />
       <input

@@ -53,11 +53,7 @@ const FAR = 30;
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, RING] = [1000, 6, 400, 5];
 
 /** Places for labels in the order of their rank; `lines` are what they should not cover, corner by corner. */
-export function placed(
-  wanted: readonly Wanted[],
-  lines: readonly (readonly Pixel[])[],
-  room: Room,
-): Placed[] {
+export function placed(wanted: readonly Wanted[], lines: readonly (readonly Pixel[])[], room: Room): Placed[] {
   const taken: { at: Pixel; half: Half }[] = [];
   const inTheWay = lines.flatMap(sampled);
   const found: Placed[] = [];
@@ -128,9 +124,7 @@ function isInside([x, y]: Pixel, half: Half, { width, height, covered }: Room): 
 }
 
 function areOver(a: Pixel, halfA: Half, b: Pixel, halfB: Half): boolean {
-  return (
-    Math.abs(a[0] - b[0]) < halfA.width + halfB.width && Math.abs(a[1] - b[1]) < halfA.height + halfB.height
-  );
+  return Math.abs(a[0] - b[0]) < halfA.width + halfB.width && Math.abs(a[1] - b[1]) < halfA.height + halfB.height;
 }
 
 function sampled(line: readonly Pixel[]): Pixel[] {

@@ -56,8 +56,7 @@ export function SingularMap({
     EDGE + h - ((v - up.low) / (up.high - up.low)) * h,
   ];
   const here: Spot = [pose[pair[0]]!, pose[pair[1]]!];
-  const go = ([u, v]: Spot): void =>
-    move(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
+  const go = ([u, v]: Spot): void => move(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
   const pointed = (event: PointerEvent): void => {
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
@@ -86,10 +85,7 @@ export function SingularMap({
 
   // What stays while one walks is not put together anew with every step: a line has hundreds of spots.
   const place = [across.low, across.high, up.low, up.high, w, h];
-  const lines = useMemo(
-    () => <Lines kinds={kinds} px={px} corner={[LEFT, EDGE]} size={[w, h]} />,
-    [kinds, ...place],
-  );
+  const lines = useMemo(() => <Lines kinds={kinds} px={px} corner={[LEFT, EDGE]} size={[w, h]} />, [kinds, ...place]);
   const ticks = useMemo(
     () => (
       <>
@@ -113,10 +109,7 @@ export function SingularMap({
     ),
     [arm, pair, radians, ...place],
   );
-  const legend = useMemo(
-    () => (terrain ? <Legend kinds={kinds} lost={terrain.most === 0} /> : null),
-    [terrain, kinds],
-  );
+  const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.most === 0} /> : null), [terrain, kinds]);
   const [x, y] = px(here);
   const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
@@ -168,10 +161,7 @@ export function SingularMap({
           <li>{say("practice.loading")}</li>
         </ul>
       )}
-      <Here
-        value={name}
-        number={digits(shown === "least" ? measures.least : (measures.det ?? measures.volume))}
-      />
+      <Here value={name} number={digits(shown === "least" ? measures.least : (measures.det ?? measures.volume))} />
     </section>
   );
 }
@@ -297,9 +287,7 @@ function inParts(angle: number): string {
 }
 
 function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
-  const found = (["boundary", "internal", "unknown"] as const).filter((kind) =>
-    kinds.some((one) => one.kind === kind),
-  );
+  const found = (["boundary", "internal", "unknown"] as const).filter((kind) => kinds.some((one) => one.kind === kind));
   return (
     <ul class="arm-legend">
       {found.map((kind) => (

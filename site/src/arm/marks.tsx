@@ -189,10 +189,7 @@ function groundAt([x, y]: Pixel): Pixel[] {
   ];
 }
 
-function wantedLabels(
-  { arm, state, view, reach, layers, flat, ends }: MarksProps,
-  arrows: NamedArrows,
-): Wanted[] {
+function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
   const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
@@ -217,8 +214,7 @@ function wantedLabels(
     wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
   if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
-  for (const column of arrows.columns)
-    if (lengthOf(view, column) > LEAST) wanted.push(headLabel(view, column));
+  for (const column of arrows.columns) if (lengthOf(view, column) > LEAST) wanted.push(headLabel(view, column));
   for (const axis of names ? arrows.axes : [])
     if (lengthOf(view, axis) > 14 && (flat || axis.style !== GREY))
       wanted.push({ ...headLabel(view, axis), beside: true });
@@ -244,8 +240,7 @@ function wantedLabels(
   });
   for (const { from, vector, ...named } of arrows.vectors) {
     const [x, y] = drawn(view, vector);
-    if (Math.hypot(x, y) > 40)
-      wanted.push({ ...named, at: pixel(view, along(from, vector, 0.55)), toward: [-y, x] });
+    if (Math.hypot(x, y) > 40) wanted.push({ ...named, at: pixel(view, along(from, vector, 0.55)), toward: [-y, x] });
   }
   return wanted;
 }

@@ -202,10 +202,7 @@ export function longest(arm: Arm): number {
 }
 
 /** The columns of J that are drawn as arrows at P: how the point moves, or how the link turns if only that counts. */
-export function arrowsOf(
-  arm: Arm,
-  state: State,
-): { readonly turning: boolean; readonly columns: readonly Vec3[] } {
+export function arrowsOf(arm: Arm, state: State): { readonly turning: boolean; readonly columns: readonly Vec3[] } {
   const turning = arm.task.every((row) => row > 2);
   const first = turning ? 3 : 0;
   const columns = arm.joints.map((_, j): Vec3 => {

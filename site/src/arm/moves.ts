@@ -7,14 +7,7 @@ import { add, along, cross, dot, norm, subtract, type Vec3 } from "./vector.js";
 import { drawn, type Pixel, type View } from "./view.js";
 
 /** The pose after one joint has carried a place on its link along with a step on the page, as far as it can. */
-export function linkDragged(
-  arm: Arm,
-  state: State,
-  view: View,
-  joint: number,
-  place: Vec3,
-  step: Pixel,
-): Pose {
+export function linkDragged(arm: Arm, state: State, view: View, joint: number, place: Vec3, step: Pixel): Pose {
   const { z, o } = state.frames[joint]!;
   const moved = arm.joints[joint]!.kind === "R" ? cross(z, subtract(place, o)) : z;
   const [gx, gy] = drawn(view, moved);
@@ -75,9 +68,7 @@ function onItsSide(arm: Arm, before: Pose, now: Pose): Pose {
   if (sideOf(arm, now) === side) return now;
   const still = stillMotion(arm, now, 1e-4);
   if (!still) return now; // it has gone through, and on
-  const beside = [HAIR, -HAIR, 100 * HAIR, -100 * HAIR].map((by) =>
-    now.map((value, i) => value + by * still[i]!),
-  );
+  const beside = [HAIR, -HAIR, 100 * HAIR, -100 * HAIR].map((by) => now.map((value, i) => value + by * still[i]!));
   return beside.find((next) => sideOf(arm, next) === side) ?? now;
 }
 
@@ -97,12 +88,7 @@ function stillMotion(arm: Arm, pose: Pose, share: number): readonly number[] | n
  * The pose after a step, or after a part of it, that brings the point nearer; null where none does. One in which the
  * arm stays bent on its side goes first: out of a stretched pose it bends both ways alike, and should not snap over.
  */
-function nearer(
-  arm: Arm,
-  pose: Pose,
-  step: readonly number[],
-  isNearer: (point: Vec3) => boolean,
-): Pose | null {
+function nearer(arm: Arm, pose: Pose, step: readonly number[], isNearer: (point: Vec3) => boolean): Pose | null {
   const side = sideOf(arm, pose);
   const after = (motion: readonly number[], share: number): Pose =>
     pose.map((value, i) => {
@@ -149,8 +135,7 @@ function stepDown(arm: Arm, state: State, error: Vec3, reach: number, seen?: Vie
       if (!free[i] || !free[j]) return 0;
       const [first, last] = i < j ? [i, j] : [j, i];
       // d J_last / d q_first: what is further out is turned along.
-      const turned =
-        arm.joints[first]!.kind === "R" ? dot(cross(state.frames[first]!.z, columns[last]!), error) : 0;
+      const turned = arm.joints[first]!.kind === "R" ? dot(cross(state.frames[first]!.z, columns[last]!), error) : 0;
       return dot(drawn[i]!, drawn[j]!) - turned;
     }),
   );

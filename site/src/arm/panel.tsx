@@ -9,9 +9,8 @@ import { memo } from "../memo.js";
 import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { NamedPose, SymbolInfo } from "../bank.js";
-import type { TextKey } from "../text/en.js";
 import type { State } from "./model.js";
-import { inDigits, say } from "../text/text.js";
+import { inDigits, say, type TextKey } from "../text/text.js";
 import { Answering } from "./answering.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
@@ -79,10 +78,7 @@ function Panel(props: ArmProps): JSX.Element {
   const stage = useStage(props, first);
   const { onStage, over } = props;
   // In the same frame as the drawing.
-  useLayoutEffect(
-    () => onStage?.(stage),
-    [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld],
-  );
+  useLayoutEffect(() => onStage?.(stage), [stage.state, stage.rested, stage.welding?.place, stage.welding?.weld]);
   const { arm, robot, rested, welding, concealed } = stage;
   const shown = { layers: stage.layers, concealed, toggle: stage.toggle, reset: stage.reset };
   const [folded, setFolded] = useState(false);
@@ -169,12 +165,7 @@ function Panel(props: ArmProps): JSX.Element {
                   </button>
                 ))}
                 {wide ? null : (
-                  <button
-                    type="button"
-                    class="arm-fold"
-                    aria-expanded={!folded}
-                    onClick={() => setFolded(!folded)}
-                  >
+                  <button type="button" class="arm-fold" aria-expanded={!folded} onClick={() => setFolded(!folded)}>
                     {folded ? (
                       say("arm.unfold")
                     ) : (

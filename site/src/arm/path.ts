@@ -46,9 +46,7 @@ export function obstacle(arm: Arm): "turns" | "rows" | null {
 /** The path to a target; coordinates that the task does not count stay where they are. */
 export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
   const start = stateAt(arm, pose).point;
-  const way = subtract(target, start).map((value, row) =>
-    arm.task.includes(row) ? value : 0,
-  ) as unknown as Vec3;
+  const way = subtract(target, start).map((value, row) => (arm.task.includes(row) ? value : 0)) as unknown as Vec3;
   const length = norm(way);
   return { start, unit: unit(way), length };
 }

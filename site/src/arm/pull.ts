@@ -10,10 +10,8 @@ export function onPull(pulled: (way: "up" | "down") => void): (start: PointerEve
     const end = ({ type, clientX, clientY }: PointerEvent): void => {
       over.abort();
       const [across, down] = [clientX - start.clientX, clientY - start.clientY];
-      if (type === "pointerup" && Math.abs(down) > Math.max(LEAST, Math.abs(across)))
-        pulled(down < 0 ? "up" : "down");
+      if (type === "pointerup" && Math.abs(down) > Math.max(LEAST, Math.abs(across))) pulled(down < 0 ? "up" : "down");
     };
-    for (const event of ["pointerup", "pointercancel"] as const)
-      addEventListener(event, end, { signal: over.signal }); // wherever it is let go
+    for (const event of ["pointerup", "pointercancel"] as const) addEventListener(event, end, { signal: over.signal }); // wherever it is let go
   };
 }

@@ -15,7 +15,5 @@ export function evenNumbers(seed: number): () => number {
 /** Poses with every joint variable between -pi and pi (rad or m). */
 export function randomPoses(count: number, joints: number, seed: number): number[][] {
   const next = evenNumbers(seed);
-  return Array.from({ length: count }, () =>
-    Array.from({ length: joints }, () => (2 * next() - 1) * Math.PI),
-  );
+  return Array.from({ length: count }, () => Array.from({ length: joints }, () => (2 * next() - 1) * Math.PI));
 }

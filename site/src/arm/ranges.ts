@@ -1,16 +1,6 @@
 // How far the joints of an arm go on the page, and the pose in which it is shown first.
 
-import {
-  type Arm,
-  isMixed,
-  longest,
-  measuresOf,
-  placesAt,
-  type Pose,
-  reachOf,
-  type State,
-  stateAt,
-} from "./model.js";
+import { type Arm, isMixed, longest, measuresOf, placesAt, type Pose, reachOf, type State, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
@@ -36,9 +26,7 @@ export function rangeOf(arm: Arm, index: number): Range {
 
 /** The arm with room for poses that are told, should a slide be further out in them than usual. */
 export function withRoom(arm: Arm, poses: readonly Pose[]): Arm {
-  const shown = poses.filter((pose) =>
-    pose.some((value, i) => within(arm, i, value) !== value && isSlide(arm, i)),
-  );
+  const shown = poses.filter((pose) => pose.some((value, i) => within(arm, i, value) !== value && isSlide(arm, i)));
   return shown.length > 0 ? { ...arm, shown } : arm;
 }
 

@@ -6,15 +6,7 @@ import type { JSX } from "preact";
 import { type Journey, pointOn } from "./path.js";
 import { pixel, type View } from "./view.js";
 
-export function Route({
-  journey,
-  view,
-  place,
-}: {
-  journey: Journey;
-  view: View;
-  place: number;
-}): JSX.Element {
+export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {
   const { path, stations } = journey;
   const ends = [0, stations.at(-1)!.s, path.length].map((s) => pixel(view, pointOn(path, s)));
   const [[ax, ay], [ex, ey], [bx, by]] = ends as [

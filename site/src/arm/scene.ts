@@ -131,11 +131,7 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
 
 /** A solid that is drawn in many places at once. */
 function copiesIn(scene: Scene, solid: BufferGeometry): InstancedMesh {
-  const copies = new InstancedMesh(
-    solid,
-    new MeshStandardMaterial({ roughness: 0.75, metalness: 0 }),
-    MOST_PIECES,
-  );
+  const copies = new InstancedMesh(solid, new MeshStandardMaterial({ roughness: 0.75, metalness: 0 }), MOST_PIECES);
   copies.frustumCulled = false; // all of the arm is in view, and where it is changes
   scene.add(copies);
   return copies;
@@ -168,9 +164,7 @@ function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
     ...arm.joints.flatMap(({ kind }, i) => {
       const [low, high] = bodyOf(arm, state, i, places[i]!);
       const color = palette.joints[i % palette.joints.length]!;
-      return kind === "R"
-        ? between("bar", low, high, joint, color)
-        : between("box", low, high, 1.7 * joint, color);
+      return kind === "R" ? between("bar", low, high, joint, color) : between("box", low, high, 1.7 * joint, color);
     }),
     round(state.point, 0.6 * joint, palette.link),
   ];
@@ -197,9 +191,7 @@ function round([x, y, z]: Vec3, radius: number, color: string): Piece {
 /** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): Matrix4 {
   const { sigma, v } = right(columns);
-  const [a, b, c] = v.map((axis, k) =>
-    new Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)),
-  );
+  const [a, b, c] = v.map((axis, k) => new Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)));
   return new Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
 }
 

@@ -56,8 +56,7 @@ export function nearestShare(
   for (let k = 0; k + 1 < corners.length; k += 1) {
     const [[ax, ay], [bx, by]] = [corners[k]!, corners[k + 1]!];
     const length = (bx - ax) ** 2 + (by - ay) ** 2;
-    const t =
-      length > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
+    const t = length > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
     const away = Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
     if (away < least) [best, least] = [k + t, away];
   }

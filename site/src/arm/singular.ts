@@ -7,9 +7,7 @@ import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
 const SINGULAR = 1e-5;
 
 /** Tells of poses of a problem's arm whether they are singular; lengths have the values that go with the pose. */
-export function singularIn({
-  robot,
-}: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
+export function singularIn({ robot }: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
   const { joints } = armOf(robot);
   const names = new Set(joints.map(({ name }) => name));
   let last: { readonly lengths: string; readonly arm: Arm } | null = null; // a table is read, which takes longest

@@ -66,13 +66,8 @@ export interface Axis {
 
 /** The principal axes of a symmetric matrix A, largest value first: the right singular vectors of A + c I > 0. */
 export function axesOf(symmetric: Matrix): Axis[] {
-  const shift = Math.max(
-    ...symmetric.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0)),
-    1e-9,
-  );
-  const { sigma, v } = right(
-    symmetric.map((row, i) => row.map((value, j) => (i === j ? value + shift : value))),
-  );
+  const shift = Math.max(...symmetric.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0)), 1e-9);
+  const { sigma, v } = right(symmetric.map((row, i) => row.map((value, j) => (i === j ? value + shift : value))));
   return sigma.map((size, k) => ({ value: size - shift, vector: v[k]! }));
 }
 

@@ -26,8 +26,7 @@ export function jointOf(symbol: Element, arm: Arm): number | null {
   const [letter, index] = parts;
   const count = arm.joints.length;
   const own = Number(index) - 1;
-  if (/^[θcs]$/.test(letter) && index.length > 1 && own >= count)
-    return inRange(Number(index.at(-1)) - 1, count);
+  if (/^[θcs]$/.test(letter) && index.length > 1 && own >= count) return inRange(Number(index.at(-1)) - 1, count);
   if (/^([θcsadαJ]|[θdq]˙)$/.test(letter)) return inRange(own, count);
   if (/^[zp]\*?$/.test(letter)) return inRange(own + 1, count);
   return null;

@@ -4,16 +4,7 @@ import { type Kind, kindAt, kindIsSure } from "./classify.js";
 import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
 import { rangeOf } from "./ranges.js";
-import {
-  type Grid,
-  gridOf,
-  type Spot,
-  type Stretch,
-  stretches,
-  touches,
-  valleys,
-  zeroLines,
-} from "./zeros.js";
+import { type Grid, gridOf, type Spot, type Stretch, stretches, touches, valleys, zeroLines } from "./zeros.js";
 
 export type Shown = "det" | "least";
 
@@ -51,9 +42,7 @@ export function telling(arm: Arm): Pair {
       return sum + Math.abs(a! - b!);
     }, 0),
   );
-  const order = arm.joints
-    .map((_, i) => i)
-    .sort((a, b) => Math.round(1e6 * (weight[b]! - weight[a]!)) || a - b);
+  const order = arm.joints.map((_, i) => i).sort((a, b) => Math.round(1e6 * (weight[b]! - weight[a]!)) || a - b);
   const [first = 0, second = 0] = order;
   return first < second ? [first, second] : [second, first];
 }
@@ -66,8 +55,7 @@ export function poseAtSpot(pose: Pose, [across, up]: Pair, [u, v]: Spot): Pose {
 export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terrain {
   const [across, up] = pair.map((joint) => rangeOf(arm, joint));
   const volume = (u: number, v: number): number => signedVolume(arm, poseAtSpot(pose, pair, [u, v]));
-  const least = (u: number, v: number): number =>
-    measuresOf(stateAt(arm, poseAtSpot(pose, pair, [u, v]))).least;
+  const least = (u: number, v: number): number => measuresOf(stateAt(arm, poseAtSpot(pose, pair, [u, v]))).least;
   const ranges: [Spot, Spot] = [
     [across!.low, across!.high],
     [up!.low, up!.high],

@@ -69,9 +69,7 @@ function planeOf(arm: Arm): "x" | "y" | "z" | null {
   ] as const) {
     const square = states.every((state) => {
       const level = arm.base.o[axis];
-      const still = [...state.frames.map(({ o }) => o), state.point].every(
-        (p) => Math.abs(p[axis] - level) < 1e-9,
-      );
+      const still = [...state.frames.map(({ o }) => o), state.point].every((p) => Math.abs(p[axis] - level) < 1e-9);
       const turns = arm.joints.every(
         (joint, i) => Math.abs(Math.abs(state.frames[i]!.z[axis]) - (joint.kind === "R" ? 1 : 0)) < 1e-9,
       );
@@ -104,10 +102,8 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   const high = spanWith(down, up, -dot(o, page.up), 0.2 * aside);
   const room = 1.02; // for arrows and letters
   const scale =
-    Math.min(
-      (width - BUTTONS) / (room * (across.high - across.low)),
-      height / (room * (high.high - high.low)),
-    ) * orbit.zoom;
+    Math.min((width - BUTTONS) / (room * (across.high - across.low)), height / (room * (high.high - high.low))) *
+    orbit.zoom;
   const upright = along(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
   const axes = axonometric(orbit);
   const shown = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;

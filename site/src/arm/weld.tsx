@@ -107,9 +107,7 @@ export function Welding(props: WeldProps): JSX.Element {
             goTo(Number(event.currentTarget.value));
           }}
         />
-        <output>
-          {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
-        </output>
+        <output>{say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}</output>
       </div>
       <div class="arm-parts" role="group" aria-label={say("arm.weld.parts")}>
         {PARTS.map((name) => (
@@ -150,9 +148,7 @@ function Rates({
               <th scope="row" class={jointClass(i)}>
                 <Letters name={name} dot />
               </th>
-              <td>
-                {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
-              </td>
+              <td>{say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}</td>
               <td>
                 {say(over ? "arm.weld.over" : "arm.weld.within", {
                   percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
@@ -174,8 +170,7 @@ function SetUp({
   weld,
   onSet,
 }: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
-  const suggest = (regular: boolean) => (): void =>
-    onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
+  const suggest = (regular: boolean) => (): void => onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
   const starts = [
     ["arm.weld.here", () => onSet({ from: pose })],
     ["arm.weld.regular", suggest(true)],
@@ -207,13 +202,7 @@ function SetUp({
           />
         ))}
         {FIELDS.filter(({ name }) => name !== "slides" || slides).map(({ name, text, ...field }) => (
-          <Field
-            key={name}
-            {...field}
-            say={say(text)}
-            value={weld[name]}
-            onSet={(value) => onSet({ [name]: value })}
-          />
+          <Field key={name} {...field} say={say(text)} value={weld[name]} onSet={(value) => onSet({ [name]: value })} />
         ))}
       </div>
       <p class="arm-hint">{say("arm.weld.task")}</p>
@@ -294,9 +283,7 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   } else
     for (const { s, i } of exceeding) {
       const values = { joint: joint(i), s: decimals(s, 3), limit: limits[i]! };
-      said.push(
-        say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values),
-      );
+      said.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
     }
   if (said.length === 1 && journey.path.length > 0) said.push(say("arm.weld.keeps"));
   return said.join(" ");

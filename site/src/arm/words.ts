@@ -51,9 +51,7 @@ export function singularityInWords(arm: Arm, state: State): string {
   const { det, volume, least, ratio } = measures;
   const percent = decimals(100 * ratio, 1);
   const size =
-    det === null
-      ? say("arm.words.volume", { value: digits(volume) })
-      : say("arm.words.det", { value: digits(det) });
+    det === null ? say("arm.words.volume", { value: digits(volume) }) : say("arm.words.det", { value: digits(det) });
   const how = nearness(arm, measures);
   const said = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${how}`)];
   if (how === "singular") {

@@ -44,9 +44,7 @@ export function useMap(
   }, [arm, pair.join(), shown, settled]);
   return useMemo(
     () =>
-      worked && worked.arm === arm && worked.shown === shown && worked.pair.join() === pair.join()
-        ? worked
-        : null,
+      worked && worked.arm === arm && worked.shown === shown && worked.pair.join() === pair.join() ? worked : null,
     [worked, arm, pair.join(), shown],
   );
 }

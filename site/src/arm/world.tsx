@@ -17,9 +17,7 @@ const LENGTH = 40;
 
 /** Whether the base stands elsewhere than the world frame, or is turned in it. */
 function isApart({ base }: Arm): boolean {
-  return (
-    norm(base.o) > 1e-9 || norm(subtract(base.x, AXES[0]!)) > 1e-9 || norm(subtract(base.z, AXES[2]!)) > 1e-9
-  );
+  return norm(base.o) > 1e-9 || norm(subtract(base.x, AXES[0]!)) > 1e-9 || norm(subtract(base.z, AXES[2]!)) > 1e-9;
 }
 
 /** The corners of the way from the world's origin to the base, along its axes one after the other. */
@@ -60,7 +58,6 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
 export function worldLabels(arm: Arm, view: View, flat: boolean): Wanted[] {
   if (!isApart(arm)) return [];
   const wanted = worldAxes(view, flat).map((axis) => headLabel(view, axis));
-  if (norm(arm.base.o) > 1e-9)
-    wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), toward: [-0.7, 0.7] });
+  if (norm(arm.base.o) > 1e-9) wanted.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), toward: [-0.7, 0.7] });
   return wanted;
 }

@@ -93,9 +93,7 @@ function cellsNearZero({ us, vs, values }: Grid): Spot[] {
   const found: Spot[] = [];
   for (let j = 0; j + 1 < vs.length; j += 1) {
     for (let i = 0; i + 1 < us.length; i += 1) {
-      const around = values
-        .slice(Math.max(0, j - 1), j + 3)
-        .flatMap((row) => row.slice(Math.max(0, i - 1), i + 3));
+      const around = values.slice(Math.max(0, j - 1), j + 3).flatMap((row) => row.slice(Math.max(0, i - 1), i + 3));
       const corners = [values[j]![i]!, values[j]![i + 1]!, values[j + 1]![i]!, values[j + 1]![i + 1]!];
       const differ = Math.max(...around) - Math.min(...around);
       const signs = corners.filter((corner) => corner >= 0).length % 4 !== 0;
@@ -129,11 +127,7 @@ function linesThrough(
     if (found.length === 2) link(found[0]!, found[1]!);
     if (found.length === 4) {
       const pairs =
-        apart === null
-          ? [low, high, left, right]
-          : apart(i, j)
-            ? [low, right, high, left]
-            : [low, left, high, right];
+        apart === null ? [low, high, left, right] : apart(i, j) ? [low, right, high, left] : [low, left, high, right];
       link(pairs[0]!, pairs[1]!);
       link(pairs[2]!, pairs[3]!);
     }
@@ -232,11 +226,7 @@ function descended(value: Value, start: Spot, du: number, dv: number): Spot {
 }
 
 /** A line cut where its kind changes; the kind is asked at every few spots and between two that differ. */
-export function stretches(
-  line: readonly Spot[],
-  every: number,
-  kind: (spot: Spot) => Kind | "unknown",
-): Stretch[] {
+export function stretches(line: readonly Spot[], every: number, kind: (spot: Spot) => Kind | "unknown"): Stretch[] {
   const known = new Map<number, Kind | "unknown">();
   const at = (index: number): Kind | "unknown" => {
     const before = known.get(index);

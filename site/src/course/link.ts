@@ -1,14 +1,7 @@
 // Links to a round of practice, as an instructor makes them: read, explained where they are wrong, and written.
 
 import type { Index } from "../bank.js";
-import {
-  ANYTHING,
-  faultOf as faultOfWish,
-  type Item,
-  items,
-  shuffled,
-  type Wish,
-} from "../practice/choice.js";
+import { ANYTHING, faultOf as faultOfWish, type Item, items, shuffled, type Wish } from "../practice/choice.js";
 import type { Topic } from "../practice/topics.js";
 import { message, type Message } from "../text/text.js";
 import type { Round } from "./round.js";
@@ -62,8 +55,7 @@ export function readLink(search: string, languages: readonly string[]): Link | M
   const found = new Map<string, string>();
   for (const [given, value] of new URLSearchParams(search)) {
     const name = ALSO[given] ?? given;
-    if (!KNOWN.includes(name))
-      return message("link.unknown", { name: short(given), known: KNOWN.join(", ") });
+    if (!KNOWN.includes(name)) return message("link.unknown", { name: short(given), known: KNOWN.join(", ") });
     if (found.has(name)) return message("link.twice", { name: given });
     if (value.length > LONGEST) return message("link.long", { name: given, most: LONGEST });
     found.set(name, value);
@@ -76,8 +68,7 @@ export function readLink(search: string, languages: readonly string[]): Link | M
     [
       !["", "0", "1"].includes(told("embed")) && message("link.embed", { value: told("embed") }),
       !(count >= 1 && count <= MOST) && message("link.count", { value: told("n"), most: MOST }),
-      !(tries >= 0 && tries <= MOST_TRIES) &&
-        message("link.tries", { value: told("tries"), most: MOST_TRIES }),
+      !(tries >= 0 && tries <= MOST_TRIES) && message("link.tries", { value: told("tries"), most: MOST_TRIES }),
       !(difficulty <= 4) && message("practice.unknown-difficulty", { name: told("difficulty") }),
       found.has("origin") && !isOrigin(told("origin")) && message("link.origin", { value: told("origin") }),
       told("lang") !== "" &&

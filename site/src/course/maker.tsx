@@ -8,8 +8,7 @@ import { LESSONS } from "../learn/lessons.js";
 import { Copied } from "../pages/copied.js";
 import { Choice, WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
-import { said, say } from "../text/text.js";
-import type { TextKey } from "../text/en.js";
+import { said, say, type TextKey } from "../text/text.js";
 import { newSeed } from "./embedded.js";
 import { askedBy, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
 
@@ -140,10 +139,7 @@ function Count({ label, value, least, most, onValue }: CountProps): JSX.Element 
         value={Math.min(value, Math.max(most, least))}
         onChange={(event) => {
           const wanted = Math.round(Number(event.currentTarget.value));
-          const kept = Math.min(
-            Math.max(Number.isFinite(wanted) ? wanted : least, least),
-            Math.max(most, least),
-          );
+          const kept = Math.min(Math.max(Number.isFinite(wanted) ? wanted : least, least), Math.max(most, least));
           event.currentTarget.value = String(kept); // what was typed may be more than there is
           onValue(kept);
         }}

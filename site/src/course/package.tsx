@@ -24,11 +24,7 @@ function Package({ set }: { set: Packed }): JSX.Element {
   return (
     <WithIndex>
       {(index) => (
-        <RoundView
-          index={index}
-          round={roundOf(set, index, there?.learner ?? "")}
-          recipient={there ?? nobody}
-        />
+        <RoundView index={index} round={roundOf(set, index, there?.learner ?? "")} recipient={there ?? nobody} />
       )}
     </WithIndex>
   );

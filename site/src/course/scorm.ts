@@ -102,12 +102,7 @@ interface AnswerModel {
 }
 
 /** An answer, as the n-th of the platform's record. */
-function interaction(
-  model: Model,
-  n: number,
-  { place, part, answer, verdict }: Given,
-  round: Round,
-): Elements {
+function interaction(model: Model, n: number, { place, part, answer, verdict }: Given, round: Round): Elements {
   const { item, points } = round.asked[place]!;
   const [type, response] = responseOf(part, answer, model.answer);
   const elements: Elements = [
@@ -125,8 +120,7 @@ function interaction(
 function responseOf({ key }: Part, answer: string, as: AnswerModel): [type: string, response: string] {
   const letters = [...answer.trim().toLowerCase()];
   if (/^[A-H]+$/i.test(answer.trim())) {
-    if (key.type === "choice" || key.type === "selection")
-      return ["choice", [...new Set(letters)].join(as.between)];
+    if (key.type === "choice" || key.type === "selection") return ["choice", [...new Set(letters)].join(as.between)];
     if (key.type === "matching")
       return ["matching", letters.map((letter, i) => `${i + 1}${as.pair}${letter}`).join(as.between)];
   }
@@ -221,8 +215,7 @@ export function platform(version: Version, from: Above): Platform | null {
   /** The record of answers is the platform's to keep or not: what it does not take is no failure. */
   const record = (given: Given, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
-    if (count < MOST_RECORDED)
-      for (const [name, value] of interaction(model, count, given, round)) set(name, value);
+    if (count < MOST_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
   const tell = (news: News): boolean => {
     if (!takes || over) return true;

@@ -6,8 +6,7 @@ import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
 const JOINT = /^theta\d+$/;
 const TURN = 2 * Math.PI;
 
-export const isWave = ({ kind, text }: Node): boolean =>
-  kind === "call" && (text === "sin" || text === "cos");
+export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (text === "sin" || text === "cos");
 export const otherWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
 
 export function everyWave(tree: Node, change: (wave: Node) => Node): Node {

@@ -6,8 +6,7 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { decimal, integer, namesIn, type Node, node } from "../read/tree.js";
-import type { TextKey } from "../text/en.js";
-import { inDigits } from "../text/text.js";
+import { inDigits, type TextKey } from "../text/text.js";
 import {
   anglesIn,
   countedFrom,
@@ -19,17 +18,7 @@ import {
   otherWave,
   withAngle,
 } from "./angles.js";
-import {
-  type Known,
-  known,
-  type Library,
-  libraryOf,
-  type Terms,
-  termsNear,
-  termsOf,
-  times,
-  waves,
-} from "./library.js";
+import { type Known, known, type Library, libraryOf, type Terms, termsNear, termsOf, times, waves } from "./library.js";
 import type { At } from "./verdict.js";
 
 /** Share by which a value at one configuration may differ from what it is taken for. */
@@ -121,8 +110,7 @@ export function* changes(entry: Node, due: number, means: Means): Generator<Chan
   }
 }
 
-const kindOfAngle = (typed: Node, due: Node): Kind =>
-  isRelative(typed, due) ? "slip.relative" : "slip.angle";
+const kindOfAngle = (typed: Node, due: Node): Kind => (isRelative(typed, due) ? "slip.relative" : "slip.angle");
 
 /** An entry, or a numerator in it, with two missing terms; neither cancels one of its own terms. */
 export function* withTwoTerms(entry: Node, due: number, means: Means): Generator<Change> {
@@ -271,8 +259,7 @@ function* lengthened(entry: Node, due: number, { library, at }: Means): Generato
       if (missing > 1 && Math.abs(left) <= NEAR * Math.abs(due)) yield chosen;
       return;
     }
-    for (const factor of factors)
-      yield* ways(k + 1, left - term.sign * term.value * factor.value, [...chosen, factor]);
+    for (const factor of factors) yield* ways(k + 1, left - term.sign * term.value * factor.value, [...chosen, factor]);
   };
   for (const way of ways(0, due, [])) {
     const mended = terms.map(({ tree, sign }, k) => {
@@ -316,8 +303,7 @@ function piecesOf(entry: Node): Piece[] {
   return found;
 }
 
-const stem = (text: string): string =>
-  /^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, "");
+const stem = (text: string): string => (/^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, ""));
 
 function near(a: number, b: number): boolean {
   return Math.abs(a - b) <= NEAR * Math.max(Math.abs(a), Math.abs(b));

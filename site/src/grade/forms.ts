@@ -76,11 +76,8 @@ export function matrixOf(
 ): Node[][] {
   const tree = rightSide(spread(typed, [...labels, ...vectors]), known);
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
-  if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
-    throw new ReadError("read.no-order");
-  return asMatrix(
-    ofVectors(tree, labels, vectors, { rows, columns }) ?? unlabelled(tree, labels, { rows, columns }),
-  );
+  if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered)) throw new ReadError("read.no-order");
+  return asMatrix(ofVectors(tree, labels, vectors, { rows, columns }) ?? unlabelled(tree, labels, { rows, columns }));
 }
 
 /** The matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; null for anything else. */
@@ -115,9 +112,7 @@ function spread(tree: Node, due: readonly string[]): Node {
     const sides = chainOf(each);
     const left = sides.slice(0, -1);
     const isDue = ({ kind, text }: Node): boolean => kind === "name" && called.includes(labelOf(text));
-    return left.length > 0 && left.every(isDue)
-      ? left.map((one) => node("eq", one, sides.at(-1) as Node))
-      : [each];
+    return left.length > 0 && left.every(isDue) ? left.map((one) => node("eq", one, sides.at(-1) as Node)) : [each];
   });
   return isChain && found.length === 1 ? tree : node(tree.kind, ...found);
 }
@@ -134,9 +129,7 @@ function nameBefore(tree: Node): string {
 /** The entries of a row or column; nothing of what is none. */
 function vectorOf({ kind, args }: Node): readonly Node[] {
   const rows = kind === "list" ? args : [];
-  const entries = rows.map((row) =>
-    row.kind === "list" && row.args.length === 1 ? (row.args[0] as Node) : row,
-  );
+  const entries = rows.map((row) => (row.kind === "list" && row.args.length === 1 ? (row.args[0] as Node) : row));
   return entries.some((entry) => entry.kind === "list") ? [] : entries;
 }
 
@@ -162,8 +155,7 @@ export function shaped(rows: Node[][], key: Shape): Rows | Verdict {
 /** The tree of an answer to a part as it is judged: of a table where the text is of another shape. Throws ReadError. */
 export function readDue(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
-  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type))
-    return read(text, known);
+  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return read(text, known);
   const table = key.type === "numbers" ? numbersText(text, rows) : tableText(text, rows, columns);
   const found = ifRead(() => shaped(asMatrix(rightSide(read(text, known), known)), { rows, columns }));
   return read("outcome" in found ? (table ?? text) : text, known);
@@ -214,8 +206,7 @@ function isCalled(tree: Node): boolean {
   return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
 }
 
-const isNamed = ({ kind, args }: Node): boolean =>
-  (kind === "pair" || kind === "eq") && args[0]?.kind === "name";
+const isNamed = ({ kind, args }: Node): boolean => (kind === "pair" || kind === "eq") && args[0]?.kind === "name";
 const isLabelled = (tree: Node): boolean =>
   isNamed(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
 
@@ -234,8 +225,7 @@ function unlabelled(tree: Node, labels: readonly string[], { rows, columns }: Sh
   const said = tree.args.map((arg) => labelOf(arg.args[0]?.text ?? ""));
   const twice = said.findIndex((label, i) => said.lastIndexOf(label) !== i);
   const areNamed = tree.args.every(isNamed);
-  if (twice >= 0 && areNamed)
-    throw new ReadError("read.twice", { name: tree.args[twice]?.args[0]?.text ?? "" });
+  if (twice >= 0 && areNamed) throw new ReadError("read.twice", { name: tree.args[twice]?.args[0]?.text ?? "" });
   if (twice >= 0) return tree; // rows of a matrix may begin alike
   const called = (due: readonly string[]): readonly Node[] | null =>
     due.length > 0 && said.length === new Set(due).size && due.every((each) => said.includes(each))
@@ -259,8 +249,7 @@ const POINT_OF_ENTRY = whole("point_of_entry");
 export function labelOf(name: string): string {
   const joined = name.replaceAll("_", "").toLowerCase();
   let plain = VELOCITIES.get(joined) ?? joined;
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
-    plain = plain.replaceAll(spelled, letter);
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled)) plain = plain.replaceAll(spelled, letter);
   const entry = POINT_OF_ENTRY.exec(plain)?.[1];
   return entry ?? (plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain);
 }

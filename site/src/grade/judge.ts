@@ -44,9 +44,7 @@ function judged(problem: Problem, part: Part, answer: string, isSingular: IsSing
     case "numbers":
       return judgeNumbers(answer, key, labels);
     case "configurations": {
-      const angles = new Set(
-        problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])),
-      );
+      const angles = new Set(problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])));
       const offsets = offsetsOf(problem.robot, angles);
       return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
     }
@@ -75,8 +73,7 @@ function perhapsTogether(answer: string, judgeText: (text: string) => Verdict): 
   const found = judgeText(answer);
   const parted = answer.trim().split(/\s*[,;\n]\s*/);
   const about = new Set(parted.map((one) => /^\w+(?=\s*=[^=]+$)/.exec(one)?.[0]));
-  if (!isUnsound(found) || parted.length < 2 || about.size < parted.length || about.has(undefined))
-    return found;
+  if (!isUnsound(found) || parted.length < 2 || about.size < parted.length || about.has(undefined)) return found;
   const second = judgeText(parted.join(" and "));
   if (isUnread(second) || isUnsound(second) || second.outcome === "missing") return found;
   const slips = (found.slips ?? []).filter((slip) => !("key" in slip) || slip.key !== "slip.and-missing");

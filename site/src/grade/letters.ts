@@ -30,9 +30,7 @@ function single(chosen: number, { right, told }: LettersKey): Verdict {
   return {
     ...wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" }),
     ...(first === undefined || more.length > 0 ? {} : { mistake: first }),
-    ...(first === undefined || more.length === 0
-      ? {}
-      : { slips: [first, ...more].map((mistake) => ({ mistake })) }),
+    ...(first === undefined || more.length === 0 ? {} : { slips: [first, ...more].map((mistake) => ({ mistake })) }),
   };
 }
 
@@ -57,9 +55,7 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
   const misses = all.size - hits;
   if (hits === key.right.length && misses === 0) return correct();
   const wrongOnes = [...all].filter((index) => !key.right.includes(index));
-  const places = wrongOnes.map(
-    (index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const,
-  );
+  const places = wrongOnes.map((index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const);
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })], behind(places, key));
 }
@@ -78,10 +74,7 @@ function matched(chosen: readonly number[], key: LettersKey): Verdict {
 
 /** The options that are meant by letters in a row or with commas between; null where it is something else. */
 export function chosenLetters(answer: string, options: number): number[] | null {
-  const said = plain(answer.slice(0, 200)).replace(
-    /\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|["'()[\]{}.,;&+\s]/g,
-    "",
-  );
+  const said = plain(answer.slice(0, 200)).replace(/\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|["'()[\]{}.,;&+\s]/g, "");
   const letters = LETTERS.slice(0, options).toLowerCase();
   const found = [...said].map((letter) => letters.indexOf(letter));
   return found.length > 0 && !found.includes(-1) ? found : null;

@@ -1,7 +1,6 @@
 // How much is told of a wrong answer, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
 
-import { message, type Message } from "../text/text.js";
-import type { TextKey } from "../text/en.js";
+import { message, type Message, type TextKey } from "../text/text.js";
 import type { Verdict } from "./verdict.js";
 
 /** From little to all; each tells what those before it do. */

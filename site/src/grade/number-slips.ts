@@ -1,8 +1,7 @@
 // What went wrong in numbers: a known mistake of the problem, the way in which they are written, or both.
 
 import type { NumbersKey } from "../bank.js";
-import { message, type Message } from "../text/text.js";
-import type { TextKey } from "../text/en.js";
+import { message, type Message, type TextKey } from "../text/text.js";
 import { fewest } from "./slips.js";
 import type { Slip } from "./verdict.js";
 
@@ -52,8 +51,7 @@ export function slipsInNumbers(
   return isClose(typed) ? { slips: [rounding("slip.close", key)] } : {};
 }
 
-const rounding = (says: TextKey, { tolerance }: NumbersKey): Message =>
-  message(says, { percent: 100 * tolerance });
+const rounding = (says: TextKey, { tolerance }: NumbersKey): Message => message(says, { percent: 100 * tolerance });
 
 // --- mistakes of the problem ---
 
@@ -72,9 +70,7 @@ function areNear(
   relative: number,
 ): boolean {
   const least = floor * (tolerance > 0 ? relative / tolerance : 1);
-  return theirs.every(
-    (value, i) => Math.abs(mine[i]! - value) <= Math.max((relative + KEPT) * Math.abs(value), least),
-  );
+  return theirs.every((value, i) => Math.abs(mine[i]! - value) <= Math.max((relative + KEPT) * Math.abs(value), least));
 }
 
 /** The likeliest mistake that gives all digits of the numbers; else, of several numbers, the nearest in tolerance. */
@@ -91,9 +87,7 @@ function mistakeBehind({ mine, key, relative }: Typed): number | undefined {
 /** A mistake that gives the numbers once they are written as is due. */
 function mistakeAndMore({ mine, key, relative }: Typed): Slip[] | null {
   if (mine.length < 2) return null; // which some pair gives by chance
-  const share = mine.map(
-    (value) => 2 * (relative + (key.floor * relative) / key.tolerance / Math.abs(value)),
-  );
+  const share = mine.map((value) => 2 * (relative + (key.floor * relative) / key.tolerance / Math.abs(value)));
   let tries = BY_CHANCE / share.reduce((product, each) => product * Math.min(1, each), 1);
   for (const way of WAYS) {
     const factors = key.units.map((unit) => way.factor(unit));
@@ -102,8 +96,7 @@ function mistakeAndMore({ mine, key, relative }: Typed): Slip[] | null {
       tries -= 1;
       if (tries < 0) return null;
       const given = theirs.map((value, i) => value * factors[i]!);
-      if (areNear(mine, given, key, relative))
-        return [{ mistake: index as number }, way.says(message("slip.answer"))];
+      if (areNear(mine, given, key, relative)) return [{ mistake: index as number }, way.says(message("slip.answer"))];
     }
   }
   return null;
@@ -158,11 +151,7 @@ function writtenOtherwise(typed: Typed): Slip[] | null {
       const due = key.right[i]!;
       const factor = way.factor(key.units[i] ?? "");
       const isZero = Math.abs(due) <= key.floor;
-      return (
-        factor !== 1 &&
-        !isZero &&
-        Math.abs(mine[i]! - factor * due) <= (relative + KEPT) * Math.abs(factor * due)
-      );
+      return factor !== 1 && !isZero && Math.abs(mine[i]! - factor * due) <= (relative + KEPT) * Math.abs(factor * due);
     });
   const { told, open } = fewest(
     WAYS.map((way) => ({ ...way, places: fits(way) })),

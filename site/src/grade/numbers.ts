@@ -62,9 +62,7 @@ function numbers(entries: readonly Node[], key: NumbersKey, text: string): Verdi
     Math.abs(value - due) <= Math.max(key.tolerance * Math.abs(due), key.floor);
   const right = mine.map((value, i) => near(value, key.right[i] as number));
   if (right.every(Boolean))
-    return correct(
-      key.tolerance < EXACT ? undefined : message("verdict.numbers", { percent: 100 * key.tolerance }),
-    );
+    return correct(key.tolerance < EXACT ? undefined : message("verdict.numbers", { percent: 100 * key.tolerance }));
   const first = right.indexOf(false);
   const reason = message("verdict.number", {
     index: first + 1,
@@ -128,9 +126,7 @@ function along(entries: readonly Node[], key: ValuesKey): Verdict {
   if (unknown) return graded(0, [unknown]);
   const vectors = found.map((values) => values.map(({ re, im }) => (im === 0 ? re : NaN)));
   const mistake = key.mistakes.find(([, ...theirs]) =>
-    theirs.every(
-      (their, k) => Math.abs(printOf(vectors[k] ?? []) - their) <= PRINT * Math.max(their, PRINT_FROM),
-    ),
+    theirs.every((their, k) => Math.abs(printOf(vectors[k] ?? []) - their) <= PRINT * Math.max(their, PRINT_FROM)),
   );
   return named(differs(names, configuration(key, off, new Set())), mistake);
 }

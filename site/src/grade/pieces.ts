@@ -97,8 +97,7 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
   const found: Piece[] = [];
   let joint: Node | null = null;
   for (const arg of tree.args) {
-    const saysMore =
-      [...namesIn(arg)].some((each) => joints.has(each)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
+    const saysMore = [...namesIn(arg)].some((each) => joints.has(each)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (saysMore) {
       let last = arg;
       while (last.kind === "or") last = last.args.at(-1) as Node;
@@ -124,10 +123,7 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
 function together(sets: readonly (readonly Piece[])[]): Piece[] {
   const count = sets.reduce((product, each) => product * each.length, 1);
   if (count > MOST_PIECES) throw new ReadError("read.cases", { count, most: MOST_PIECES });
-  return sets.reduce<Piece[]>(
-    (all, each) => all.flatMap((one) => each.map((other) => [...one, ...other])),
-    [[]],
-  );
+  return sets.reduce<Piece[]>((all, each) => all.flatMap((one) => each.map((other) => [...one, ...other])), [[]]);
 }
 
 function assigned(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
@@ -152,11 +148,9 @@ function vanishing(tree: Node): Piece[] {
 function bare(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
-  const lessNothing =
-    tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
+  const lessNothing = tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
   const rooted = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
-  const power =
-    tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
+  const power = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
   return lessNothing || power || tree.kind === "neg" || rooted ? bare(first) : tree;
 }
 
@@ -176,7 +170,6 @@ function turns(tree: Node): string | null {
   if (namesIn(tree).size > 0) return null;
   const { re, im } = evaluate(tree, {});
   const sixths = (re / Math.PI) * 720;
-  if (im !== 0 || !(Math.abs(sixths - Math.round(sixths)) < 1e-9 * Math.max(1, Math.abs(sixths))))
-    return null;
+  if (im !== 0 || !(Math.abs(sixths - Math.round(sixths)) < 1e-9 * Math.max(1, Math.abs(sixths)))) return null;
   return String(((Math.round(sixths) % 1440) + 1440) % 1440);
 }

@@ -107,12 +107,7 @@ function inAngles(set: Claims, claim: Piece): Message | null {
 }
 
 /** A value of an angle times a factor, if its size is such a one; everything else as it is. */
-function times(
-  atom: Atom,
-  angles: ReadonlySet<string>,
-  factor: number,
-  isOne: (size: number) => boolean,
-): Atom {
+function times(atom: Atom, angles: ReadonlySet<string>, factor: number, isOne: (size: number) => boolean): Atom {
   const { joint, zero } = atom;
   if (joint === null || !angles.has(joint) || namesIn(zero).size > 0) return atom;
   const value = evaluate(zero, {}).re;
@@ -130,8 +125,7 @@ function inValues(set: Claims, claim: Piece): Message | null {
       return message("slip.quarter-turn", { joint: seen(joint) });
     const offset = offsets.get(joint) ?? 0;
     if (offset !== 0 && isTurned(joint, -offset)) return message("slip.offset", { joint: seen(joint) });
-    if (offset !== 0 && isTurned(joint, -2 * offset))
-      return message("slip.offset-sign", { joint: seen(joint) });
+    if (offset !== 0 && isTurned(joint, -2 * offset)) return message("slip.offset-sign", { joint: seen(joint) });
     if (isOfValues(claim, joint) && fits(set, claim, mirrored(joint), mirrored(joint)))
       return message("slip.value-sign", { joint: seen(joint) });
   }
@@ -181,10 +175,7 @@ function inTie({ open, symbols, joints }: Claims, claim: Piece): Message | null 
   for (const poses of open) {
     const means = meansOf([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
     for (const { kind, what = "", entry: changed } of changes(entry, 1, means))
-      if (
-        !found.has(kind) &&
-        poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints)))
-      )
+      if (!found.has(kind) && poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints))))
         found.set(kind, what);
   }
   const kind = IN_TIES.find((each) => found.has(each));
@@ -195,8 +186,7 @@ function inTie({ open, symbols, joints }: Claims, claim: Piece): Message | null 
 
 /** Those that a condition may have, in their order; a sine that it is multiplied by may vanish itself. */
 const IN_TIES = KINDS.filter(
-  (kind) =>
-    !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
+  (kind) => !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
 );
 
 /** A pose in which all joints are elsewhere: there nothing vanishes that does not vanish everywhere. */

@@ -98,9 +98,7 @@ function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[]
   const ofConditions = (key.conditions ?? [key.pieces.length]).map((count) =>
     key.pieces.slice(start, (start += count)).filter((piece) => piece.length > 0),
   );
-  return ofConditions
-    .filter((pieces) => pieces.length > 0)
-    .map((pieces) => pieces.map((piece) => piece.map(poseOf)));
+  return ofConditions.filter((pieces) => pieces.length > 0).map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
 /**
@@ -124,9 +122,7 @@ function counted(tree: Node): Node {
 /** Whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}. */
 function isWholeNumber({ kind, args: [left, right] }: Node): boolean {
   return (
-    (kind === "eq" || kind === "in") &&
-    VOCABULARY.whole_numbers.includes(left?.text ?? "") &&
-    right?.kind !== "name"
+    (kind === "eq" || kind === "in") && VOCABULARY.whole_numbers.includes(left?.text ?? "") && right?.kind !== "name"
   );
 }
 
@@ -151,8 +147,7 @@ function saysNothing(tree: Node): boolean {
   if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
-  const isSeveral =
-    ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
+  const isSeveral = ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
   return hasBlank(tree) && !isSeveral;
 }
 
@@ -161,8 +156,7 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
   const joint = key.joints.at(-1) ?? "";
   const used = [...namesIn(tree)];
   const unknown = used.filter(
-    (each) =>
-      !key.symbols.includes(each) && !key.joints.includes(each) && !VOCABULARY.whole_numbers.includes(each),
+    (each) => !key.symbols.includes(each) && !key.joints.includes(each) && !VOCABULARY.whole_numbers.includes(each),
   );
   if (unknown.length > 0)
     return wrong("read.unknown", {
@@ -173,8 +167,7 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (each: Node) =>
-    ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) &&
-    key.joints.some((one) => namesIn(each).has(one));
+    ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) && key.joints.some((one) => namesIn(each).has(one));
   return several.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
 }
 
@@ -182,10 +175,7 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
 function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
   const isOpen = ({ kind, args: [, last] }: Node): boolean =>
     kind === "*" && last?.kind === "name" && joints.includes(last.text);
-  return anyNode(
-    tree,
-    (each) => each.kind === "and" && each.text === CHAIN && chainOf(each).slice(1, -1).some(isOpen),
-  );
+  return anyNode(tree, (each) => each.kind === "and" && each.text === CHAIN && chainOf(each).slice(1, -1).some(isOpen));
 }
 
 /** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */

@@ -118,9 +118,7 @@ function ofSymbols(answer: Answer, key: ValuesKey): [missing: Finding[], others:
     const places = new Map<string, number[]>();
     for (const i of answer.wrong) {
       const used = namesIn(answer.entries[i] as Node);
-      const some = linear.filter(
-        ([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean),
-      );
+      const some = linear.filter(([symbol, factors]) => used.has(symbol) === isIn && factors[i]?.some(Boolean));
       // all of several, or one of them
       for (const symbols of some.length > 1 ? [some, ...some.map((one) => [one])] : [some])
         if (symbols.length > 0 && isOffBy(answer, i, key, symbols, off)) {
@@ -180,8 +178,7 @@ function slipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
 /** The problem's mistakes that give a column, or a row, or all wrong entries but those of one or but one. */
 function mistakesIn({ wrong, mistakeIn }: Answer, { columns }: ValuesKey): Finding[] {
   const lines = [...wrong.map((i) => (j: number) => i % columns === j % columns)];
-  if (columns > 1)
-    lines.push(...wrong.map((i) => (j: number) => Math.floor(i / columns) === Math.floor(j / columns)));
+  if (columns > 1) lines.push(...wrong.map((i) => (j: number) => Math.floor(i / columns) === Math.floor(j / columns)));
   const some = lines.flatMap((isIn) => [wrong.filter(isIn), wrong.filter((i) => !isIn(i))]);
   const sets = [...some, ...wrong.map((i) => wrong.filter((j) => j !== i))];
   const apart = new Map(
@@ -189,9 +186,7 @@ function mistakesIn({ wrong, mistakeIn }: Answer, { columns }: ValuesKey): Findi
   );
   return [...apart.values()].flatMap((places) => {
     const mistake = mistakeIn(new Set(places));
-    return mistake === undefined
-      ? []
-      : [{ places, whole: true, says: (where: Message) => ({ mistake, where }) }];
+    return mistake === undefined ? [] : [{ places, whole: true, says: (where: Message) => ({ mistake, where }) }];
   });
 }
 

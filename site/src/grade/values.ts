@@ -5,29 +5,11 @@ import { evaluate, type Value } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { tableText } from "../read/tables.js";
-import {
-  anyNode,
-  columnsOf,
-  digitsOfDecimals,
-  hasBlank,
-  namesIn,
-  type Node,
-  type Rows,
-} from "../read/tree.js";
+import { anyNode, columnsOf, digitsOfDecimals, hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
 import { table, VOCABULARY } from "../read/vocabulary.js";
-import { inDigits, message, type Message, say } from "../text/text.js";
-import type { TextKey } from "../text/en.js";
+import { inDigits, message, type Message, say, type TextKey } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
-import {
-  entriesOf,
-  isBlank,
-  matrixOf,
-  ofScalars,
-  otherComponent,
-  readAs,
-  rightSide,
-  shaped,
-} from "./forms.js";
+import { entriesOf, isBlank, matrixOf, ofScalars, otherComponent, readAs, rightSide, shaped } from "./forms.js";
 import { slipsIn } from "./slips.js";
 import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
 
@@ -61,9 +43,7 @@ export function judgeValues(
           (text) => {
             const tree = read(text, known);
             const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, vectors);
-            return rows && isTurned(rows, key)
-              ? turned(rows, key)
-              : entriesOf(tree, key, known, labels, vectors);
+            return rows && isTurned(rows, key) ? turned(rows, key) : entriesOf(tree, key, known, labels, vectors);
           },
           answer,
           () => tableText(answer, key.rows, key.columns),
@@ -139,9 +119,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const reason = unknown ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
-    key.points.every((_, j) =>
-      same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null),
-    );
+    key.points.every((_, j) => same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null));
   const wrong = differing.flatMap((j, i) => (j >= 0 && !blank[i] ? [i] : []));
   const at = (j: number) => configuration(key, j, names);
   const mistakeIn = (some: ReadonlySet<number>) => mistakeBehind(mine, key.mistakes, key, some);
@@ -253,8 +231,7 @@ function amissIn(
     if (!isNegative && !isOther) return 0;
     if (isOther && !wrong.some((i) => moving.includes(i))) return 0; // any number would be right but for a factor
     const several = right.length > 1;
-    if (isNegative && isOther)
-      return { count: 2, says: several ? "verdict.but-signs-both" : "verdict.but-both" };
+    if (isNegative && isOther) return { count: 2, says: several ? "verdict.but-signs-both" : "verdict.but-both" };
     if (!isNegative) return { count: 1, says: "verdict.but-factor" };
     return { count: 1, says: several ? "verdict.but-signs" : "verdict.but-sign" };
   }
@@ -280,13 +257,7 @@ function counted(right: readonly boolean[], zeros: readonly boolean[]): Message[
   return [message("verdict.entries", { right: entries.filter(Boolean).length, count: entries.length })];
 }
 
-function difference(
-  entries: readonly Node[],
-  i: number,
-  mine: Value | null,
-  key: ValuesKey,
-  k: number,
-): Message {
+function difference(entries: readonly Node[], i: number, mine: Value | null, key: ValuesKey, k: number): Message {
   const place = { row: Math.floor(i / key.columns) + 1, column: (i % key.columns) + 1 };
   if (!mine) return message("verdict.blank", place);
   const due = key.right[i]?.[k] ?? null;
@@ -295,9 +266,7 @@ function difference(
     yours: complexText(mine),
     expected: numberText(due),
   };
-  return entries.length === 1
-    ? message("verdict.differs", values)
-    : message("verdict.entry", { ...place, ...values });
+  return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
 
 /** The index of the mistake that gives this answer, or, with all other entries as they are due, `some` of it. */
@@ -359,9 +328,7 @@ function shownAt(key: ValuesKey, k: number, entry: Node): At {
       (key.spoken ?? []).includes(symbol) ||
       (isMoving && isRate(symbol)),
   );
-  return Object.fromEntries(
-    shown.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]),
-  );
+  return Object.fromEntries(shown.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
 }
 
 export function atText(at: At): string {
@@ -389,8 +356,7 @@ export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Mess
   const { symbols, constants, spoken = [] } = key;
   const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
   if (unknown.length === 0) return null;
-  if (unknown.every((each) => UNITS.has(each)))
-    return message("read.unit-left", { unit: unknown[0] as string });
+  if (unknown.every((each) => UNITS.has(each))) return message("read.unit-left", { unit: unknown[0] as string });
   // of rates, velocities and forces those of which the question speaks
   const isUsed = (each: string): boolean =>
     !constants || isJoint(each) || constants.includes(each) || spoken.includes(each);

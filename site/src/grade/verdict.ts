@@ -1,8 +1,7 @@
 // What is said of an answer.
 
 import { ReadError } from "../read/tree.js";
-import { message, type Message, type Values } from "../text/text.js";
-import type { TextKey } from "../text/en.js";
+import { message, type Message, type Values, type TextKey } from "../text/text.js";
 
 /** Symbols' values at a configuration, by name. */
 export type At = Readonly<Record<string, number>>;

@@ -26,12 +26,10 @@ export function Dots({ skill, classes }: DotsProps): JSX.Element | null {
   );
 }
 
-const filled = ({ row, learned }: Row): number =>
-  learned !== undefined ? NEEDED : Math.min(row.length, NEEDED);
+const filled = ({ row, learned }: Row): number => (learned !== undefined ? NEEDED : Math.min(row.length, NEEDED));
 
 /** How a class stands, with its name. */
-export const inClass = ({ name }: Stretch, row: Row): string =>
-  `${say(`classes.${name}`)}: ${rowInWords(row)}`;
+export const inClass = ({ name }: Stretch, row: Row): string => `${say(`classes.${name}`)}: ${rowInWords(row)}`;
 
 function rowInWords(row: Row): string {
   if (row.mastered !== undefined) return say("lesson.state-mastered");

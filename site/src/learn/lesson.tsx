@@ -76,9 +76,7 @@ function Idea({
   const { tool, goals } = lesson;
   const rates = stage ? ratesOf(tool, dials, stage.state) : [];
   const velocity = stage ? velocityOf(stage.arm, stage.state, rates) : ZERO;
-  const reached = stage
-    ? goals.flatMap(({ reached }, i) => (reached({ stage, rates, velocity }) ? [i] : []))
-    : [];
+  const reached = stage ? goals.flatMap(({ reached }, i) => (reached({ stage, rates, velocity }) ? [i] : [])) : [];
   const moved = useRef(false); // the arm as it stands first reaches nothing
   const first = useRef("");
   const hasPath = useRef(false); // nor does the path as it is laid first
@@ -95,9 +93,7 @@ function Idea({
   const over = useMemo(
     () =>
       tool
-        ? (now: Stage, view: View) => (
-            <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
-          )
+        ? (now: Stage, view: View) => <Shares stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
         : undefined,
     [tool, dials],
   );
@@ -117,14 +113,7 @@ function Idea({
           </p>
         ))}
         {tool && stage ? (
-          <DialBoard
-            tool={tool}
-            arm={stage.arm}
-            dials={dials}
-            rates={rates}
-            velocity={velocity}
-            onDials={setDials}
-          />
+          <DialBoard tool={tool} arm={stage.arm} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
         ) : null}
         <h3>{say("lesson.try")}</h3>
         <ul class="goals" aria-live="polite">
@@ -135,9 +124,7 @@ function Idea({
               </span>
               <span>
                 <Rich text={say(text)} />
-                {skill.goals.includes(i) ? (
-                  <span class="visually-hidden"> {say("lesson.reached")}</span>
-                ) : null}
+                {skill.goals.includes(i) ? <span class="visually-hidden"> {say("lesson.reached")}</span> : null}
               </span>
             </li>
           ))}

@@ -8,7 +8,7 @@ import type { Layers } from "../arm/marks.js";
 import type { Pane, Stage } from "../arm/stage.js";
 import { dot, norm, type Vec3 } from "../arm/vector.js";
 import { type Topic, topicOf } from "../practice/topics.js";
-import type { TextKey } from "../text/en.js";
+import type { TextKey } from "../text/text.js";
 import type { Tool } from "./tools.js";
 
 /** What a goal is judged by: the stage, the rates of the joints (where a tool sets them), and the velocity of P. */
@@ -39,8 +39,7 @@ export interface Lesson extends Topic {
 /** A lesson as written below: its id names its texts; by default the arm is plain and there is no tool. */
 type Written = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
   Partial<Pick<Lesson, "arm" | "tool">> & {
-    readonly id:
-      "rates" | "columns" | "differentiation" | "propagation" | "inverse" | "singular" | "kinds" | "path";
+    readonly id: "rates" | "columns" | "differentiation" | "propagation" | "inverse" | "singular" | "kinds" | "path";
     readonly goals: readonly Goal["reached"][];
   };
 

@@ -78,9 +78,7 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
               </p>
               <p class="muted">
                 <Dots skill={skill} classes={classes.map(([each]) => each)} />{" "}
-                {due
-                  ? say("lesson.due")
-                  : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
+                {due ? say("lesson.due") : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
               </p>
             </li>
           );
@@ -91,8 +89,7 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
   );
 }
 
-const lessonIn = (asked: URLSearchParams): Lesson | undefined =>
-  LESSONS.find(({ id }) => id === asked.get("lesson"));
+const lessonIn = (asked: URLSearchParams): Lesson | undefined => LESSONS.find(({ id }) => id === asked.get("lesson"));
 
 /** The room that a lesson takes, before it is there. */
 const Loading = (): JSX.Element => (
@@ -105,7 +102,5 @@ const Loading = (): JSX.Element => (
 );
 
 await showPart("learn", ["Learn", "page.learn"], ({ arms }) => (
-  <WithIndex loading={<Loading />}>
-    {(index) => <Learn arms={JSON.parse(arms!) as Arms} index={index} />}
-  </WithIndex>
+  <WithIndex loading={<Loading />}>{(index) => <Learn arms={JSON.parse(arms!) as Arms} index={index} />}</WithIndex>
 ));

@@ -8,9 +8,7 @@ import { Tex } from "../practice/math.js";
 export function Rich({ text }: { text: string }): JSX.Element {
   return (
     <>
-      {text
-        .split("$")
-        .map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <span key={i}>{piece}</span>))}
+      {text.split("$").map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <span key={i}>{piece}</span>))}
     </>
   );
 }

@@ -38,15 +38,7 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
 }
 
 /** Lines from each lesson to what it builds on: once from left to right, once downwards; a page shows one of both. */
-function Lines({
-  places,
-  layers,
-  most,
-}: {
-  places: readonly Place[];
-  layers: number;
-  most: number;
-}): JSX.Element {
+function Lines({ places, layers, most }: { places: readonly Place[]; layers: number; most: number }): JSX.Element {
   const middle = ({ lesson: { at } }: Place): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
   const ways = places.flatMap((place) =>
     place.lesson.needs.map((need) => {

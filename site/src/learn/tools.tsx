@@ -37,10 +37,7 @@ export function ratesOf(tool: Tool | null, dials: Dials, { counted }: State): re
 
 /** The velocity of P with rates of the joints (m/s). */
 export function velocityOf(arm: Arm, state: State, rates: readonly number[]): Vec3 {
-  return arrowsOf(arm, state).columns.reduce(
-    (sum, column, i) => add(sum, scaled(column, rates[i] ?? 0)),
-    ZERO,
-  );
+  return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaled(column, rates[i] ?? 0)), ZERO);
 }
 
 const MOST = 1e3;
@@ -48,15 +45,7 @@ const MOST = 1e3;
 const SEEN = 2;
 
 /** The share of each joint in the velocity of P, one behind the other, and their sum. */
-export function Shares({
-  stage,
-  view,
-  rates,
-}: {
-  stage: Stage;
-  view: View;
-  rates: readonly number[];
-}): JSX.Element {
+export function Shares({ stage, view, rates }: { stage: Stage; view: View; rates: readonly number[] }): JSX.Element {
   const { arm, state } = stage;
   const by = SEEN * speedScale(arm);
   const shares = arrowsOf(arm, state).columns.map((column, i) =>
@@ -70,12 +59,7 @@ export function Shares({
         from = add(from, share);
         return <Arrow key={i} view={view} from={start} vector={share} style={`arm-share ${jointClass(i)}`} />;
       })}
-      <Arrow
-        view={view}
-        from={state.point}
-        vector={scaled(velocityOf(arm, state, rates), by)}
-        style="arm-sum"
-      />
+      <Arrow view={view} from={state.point} vector={scaled(velocityOf(arm, state, rates), by)} style="arm-sum" />
     </g>
   );
 }

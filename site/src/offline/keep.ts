@@ -83,5 +83,4 @@ export const megabytes = (bytes: number): number => {
 
 export const sum = (files: readonly Wanted[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
 
-export const problemsIn = (files: readonly Wanted[]): number =>
-  new Set(files.map(({ problem }) => problem)).size;
+export const problemsIn = (files: readonly Wanted[]): number => new Set(files.map(({ problem }) => problem)).size;

@@ -10,9 +10,7 @@ import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type
 
 /** What is known: nothing yet, that nothing can be kept, or the cache with all files and those that are missing. */
 type Known =
-  | null
-  | "impossible"
-  | { readonly cache: Cache; readonly all: readonly Wanted[]; readonly missing: readonly Wanted[] };
+  null | "impossible" | { readonly cache: Cache; readonly all: readonly Wanted[]; readonly missing: readonly Wanted[] };
 
 interface OfflineProps {
   readonly title: string;

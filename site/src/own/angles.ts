@@ -15,10 +15,7 @@ export function inAngles(table: Table, angles: Angles): Table {
   const row = (each: TypedRow, i: number): TypedRow => ({
     ...each,
     alpha: cell(each.alpha),
-    theta:
-      each.kind === "P"
-        ? cell(each.theta)
-        : kept(each.theta, () => turning(each.theta, i, table.angles, angles)),
+    theta: each.kind === "P" ? cell(each.theta) : kept(each.theta, () => turning(each.theta, i, table.angles, angles)),
   });
   const [x, y, z] = table.turn;
   return { ...table, angles, rows: table.rows.map(row), turn: [cell(x), cell(y), cell(z)] };

@@ -108,12 +108,7 @@ function Choice<T extends string>(props: {
       <legend>{props.legend}</legend>
       {props.all.map((each) => (
         <label key={each}>
-          <input
-            type="radio"
-            name={name}
-            checked={each === props.chosen}
-            onChange={() => props.onChoose(each)}
-          />
+          <input type="radio" name={name} checked={each === props.chosen} onChange={() => props.onChoose(each)} />
           {props.text(each)}
         </label>
       ))}

@@ -21,9 +21,7 @@ export function tomlOf(table: Table): string {
     const moving = movingEntry(row.kind);
     lines.push("", "[[joint]]", `kind = "${row.kind}"`);
     for (const entry of ENTRIES)
-      lines.push(
-        `${entry} = ${quoted(entry === moving ? withOwn(row[entry], row.kind, i) : plain(row[entry]))}`,
-      );
+      lines.push(`${entry} = ${quoted(entry === moving ? withOwn(row[entry], row.kind, i) : plain(row[entry]))}`);
   });
   return `${lines.join("\n")}\n`;
 }

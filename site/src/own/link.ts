@@ -7,16 +7,7 @@
 //
 // Cells have no "~" and "_" but as %7E and %5F: these signs no program writes otherwise when it hands an address on.
 
-import {
-  ENTRIES,
-  isTaskRow,
-  LONGEST,
-  MOST_JOINTS,
-  type Table,
-  type Triple,
-  type TypedRow,
-  ZEROS,
-} from "./table.js";
+import { ENTRIES, isTaskRow, LONGEST, MOST_JOINTS, type Table, type Triple, type TypedRow, ZEROS } from "./table.js";
 
 /** What an address tells: a robot by its name, or a table; and a pose (degrees or metres, joint by joint). */
 export interface Told {

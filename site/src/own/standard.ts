@@ -18,9 +18,7 @@ interface Base {
 export function robotOf(table: Table, numbers: Numbers): Robot {
   const home: Base = { position: numbers.place, rotation: turned(numbers.turn) };
   const isModified = table.convention === "modified-dh";
-  const [base, rows] = upright(
-    ...(isModified ? shifted(home, numbers.rows) : ([home, numbers.rows] as const)),
-  );
+  const [base, rows] = upright(...(isModified ? shifted(home, numbers.rows) : ([home, numbers.rows] as const)));
   const [yaw, tilt, rest] = anglesOf(base.rotation);
   const joints = rows.map((row, i): Robot["joints"][number] => {
     const theta = row.theta + (i === 0 ? rest : 0);
@@ -62,9 +60,7 @@ function about(axis: 0 | 1 | 2, angle: number): Matrix {
 }
 
 function product(left: Matrix, right: Matrix): Matrix {
-  return left.map((row) =>
-    right[0]!.map((_, j) => row.reduce((sum, value, k) => sum + value * right[k]![j]!, 0)),
-  );
+  return left.map((row) => right[0]!.map((_, j) => row.reduce((sum, value, k) => sum + value * right[k]![j]!, 0)));
 }
 
 /** The rows of a modified table as those of the standard one: their a and alpha stand before their joint. */

@@ -187,8 +187,7 @@ export function withVariable(
   return [inRadians(finite(rest), angles), slope < 0];
 }
 
-const offsetFor = (angles: Angles | null): string =>
-  angles === null ? "0.2" : angles === "degrees" ? "90" : "pi/2";
+const offsetFor = (angles: Angles | null): string => (angles === null ? "0.2" : angles === "degrees" ? "90" : "pi/2");
 
 /** What a joint's own variable may be called. */
 function variablesOf(kind: Kind, index: number): readonly string[] {
@@ -228,8 +227,7 @@ function refuseTurns(value: number, angles: Angles | null, tree: Node): void {
 }
 
 const hasPi = (tree: Node): boolean => anyNode(tree, ({ kind, text }) => kind === "name" && text === "pi");
-const hasAngles = (tree: Node): boolean =>
-  anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
+const hasAngles = (tree: Node): boolean => anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
 
 /** What may be right, but is probably meant otherwise; null where nothing is. */
 export function noteOn({ rows, tool }: Numbers): Message | null {

@@ -1,16 +1,12 @@
 // What every page does: it speaks the language of the reader, and is kept for when there is no connection.
 
 import { ROOT } from "../load.js";
-import type { TextKey } from "../text/en.js";
 import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
-import { ENGLISH, say, speak, type Values } from "../text/text.js";
+import { ENGLISH, say, speak, type Values, type TextKey } from "../text/text.js";
 
 export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
-    window.addEventListener(
-      "load",
-      () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined),
-    );
+    window.addEventListener("load", () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined));
   }
   if (document.body.dataset["anywhere"] !== undefined) leadFromAnywhere();
   speak(await loadLanguage().catch(() => ENGLISH));

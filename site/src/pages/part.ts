@@ -2,9 +2,8 @@
 
 import { type JSX, render } from "preact";
 
-import type { TextKey } from "../text/en.js";
 import { chosenLanguage } from "../text/languages.js";
-import { say } from "../text/text.js";
+import { say, type TextKey } from "../text/text.js";
 import { startPage } from "./page.js";
 
 /** Start a page, say its title in the language of the reader, and show its part in the element of that id. */

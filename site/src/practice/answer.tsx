@@ -78,14 +78,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
   );
 }
 
-function Entries({
-  problem,
-  part,
-  onAnswer,
-  onCheck,
-  rows,
-  columns,
-}: Field & { rows: number; columns: number }) {
+function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { rows: number; columns: number }) {
   const [asText, setAsText] = useState(false);
   const [math, setMath] = useState(false);
   const place = useRef<HTMLDivElement>(null);
@@ -113,8 +106,7 @@ function Entries({
       </>
     );
   }
-  const change = (index: number, value: string) =>
-    fill(entries.map((entry, i) => (i === index ? value : entry)));
+  const change = (index: number, value: string) => fill(entries.map((entry, i) => (i === index ? value : entry)));
   const toText = () => {
     const text = matrixText(entries, columns) || typed.current;
     typed.current = text;
@@ -290,12 +282,7 @@ function Symbols({
   const put = (text: string, latex: string) => {
     const held = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
     if (held instanceof HTMLInputElement || held instanceof HTMLTextAreaElement) {
-      held.setRangeText(
-        text,
-        held.selectionStart ?? held.value.length,
-        held.selectionEnd ?? held.value.length,
-        "end",
-      );
+      held.setRangeText(text, held.selectionStart ?? held.value.length, held.selectionEnd ?? held.value.length, "end");
       held.dispatchEvent(new Event("input", { bubbles: true }));
       held.focus();
     } else if (held) putInto(held, latex);

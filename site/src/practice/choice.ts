@@ -56,9 +56,7 @@ export const nameOf = ({ family, key, question }: Item): string => `${family}/${
 
 /** How far arms of the bank vary: the steps in their order, then what an instructor named. */
 export function variations(index: Index): string[] {
-  const found = new Set(
-    index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)),
-  );
+  const found = new Set(index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)));
   return [...STEPS.filter((step) => found.delete(step)), ...found];
 }
 
@@ -89,8 +87,7 @@ export function problemsIn(index: Index): (item: Item) => Listed {
 }
 
 /** How many steps the arm of a problem is from the chapter's. */
-export const stepOf = ({ variation }: Listed): number =>
-  Math.max(0, (STEPS as readonly string[]).indexOf(variation));
+export const stepOf = ({ variation }: Listed): number => Math.max(0, (STEPS as readonly string[]).indexOf(variation));
 
 /** The item to ask next: one that went wrong and is due, else a new one by the luck of `random`; null without any. */
 export function next(
@@ -173,9 +170,7 @@ export const isMissed = (attempt: Attempted | undefined): boolean =>
 
 /** Random numbers from 0 to 1 that a text decides. */
 export const numbers = (seed: string): (() => number) =>
-  randomNumbers(
-    [...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5),
-  );
+  randomNumbers([...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5));
 
 /** A wish as the end of an address, to be handed on; and back. */
 export function asLink(wish: Wish): string {
@@ -221,11 +216,7 @@ export function faultOf(index: Index, wish: Wish, search: string): Message | nul
   if (difficulty !== null && wish.difficulty === null)
     return message("practice.unknown-difficulty", { name: difficulty });
   if (items(index, wish).length > 0) return null;
-  if (
-    arm &&
-    question &&
-    items(index, { ...ANYTHING, family: arm.name, question: question.name }).length === 0
-  )
+  if (arm && question && items(index, { ...ANYTHING, family: arm.name, question: question.name }).length === 0)
     return message("practice.never-asked", { question: question.title, arm: arm.title });
   return message("practice.none");
 }

@@ -46,9 +46,7 @@ export function rowOf(skill: Skill, classes: readonly Stretch[], at: number): Ro
 
 /** The skill with a row of a class. */
 export function withRow(skill: Skill, classes: readonly Stretch[], at: number, row: Row): Skill {
-  return at === 0
-    ? { ...skill, ...row }
-    : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: row } };
+  return at === 0 ? { ...skill, ...row } : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: row } };
 }
 
 /** Which class is asked next: one that is due, else the first that is not learned yet, else the last. */

@@ -5,17 +5,7 @@ import type { Index } from "../bank.js";
 import { type Message, said, say } from "../text/text.js";
 import { type Item, nameOf } from "./choice.js";
 import { classesOf, rowOf, type Stretch, withRow } from "./classes.js";
-import {
-  type Answered,
-  answered,
-  armsIn,
-  isDue,
-  NEW,
-  nextIn,
-  outcomeOf,
-  type Row,
-  type Skills,
-} from "./skills.js";
+import { type Answered, answered, armsIn, isDue, NEW, nextIn, outcomeOf, type Row, type Skills } from "./skills.js";
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and in which of them an item is, by its name. */
@@ -93,9 +83,7 @@ export function dueClasses(skills: Skills, now: number, sorting: Sorting): Class
     const rows: readonly Row[] = skill ? [skill, ...Object.values(skill.beyond ?? {})] : [];
     if (!rows.some((row) => isDue(row, now))) return [];
     const { classes } = sorting(topic);
-    return classes.flatMap((_, at) =>
-      isDue(rowOf(skill!, classes, at), now) ? [{ topic, classes, at }] : [],
-    );
+    return classes.flatMap((_, at) => (isDue(rowOf(skill!, classes, at), now) ? [{ topic, classes, at }] : []));
   });
 }
 
@@ -118,6 +106,4 @@ export function classInWords({ topic, classes, at }: ClassOfTopic): string {
 
 /** What came of an answer, in a line for each class. */
 export const outcomesInWords = (outcomes: readonly Outcome[]): string[] =>
-  outcomes.map(({ of, outcome }) =>
-    say("practice.counts", { what: classInWords(of), outcome: said(outcome) }),
-  );
+  outcomes.map(({ of, outcome }) => say("practice.counts", { what: classInWords(of), outcome: said(outcome) }));

@@ -18,9 +18,7 @@ export function matrixText(entries: readonly string[], columns: number): string 
  * this shape.
  */
 export function entriesOf(text: string, rows: number, columns: number): string[] | null {
-  return (
-    listedEntries(text, rows, columns) ?? listedEntries(tableText(text, rows, columns) ?? "", rows, columns)
-  );
+  return listedEntries(text, rows, columns) ?? listedEntries(tableText(text, rows, columns) ?? "", rows, columns);
 }
 
 function listedEntries(text: string, rows: number, columns: number): string[] | null {

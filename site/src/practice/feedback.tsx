@@ -114,8 +114,7 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 }
 
 /** What the variable of a joint is called. */
-export const nameOfJoint = ({ kind }: Row, index: number): string =>
-  `${kind === "R" ? "theta" : "d"}${index + 1}`;
+export const nameOfJoint = ({ kind }: Row, index: number): string => `${kind === "R" ? "theta" : "d"}${index + 1}`;
 
 /** The joint values at which an answer differs, where all joints are told, and it could be read. */
 export function poseOf(problem: Problem, verdict: Verdict): At | undefined {

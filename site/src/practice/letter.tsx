@@ -21,9 +21,7 @@ export function partsOf(latex: string): Parts | null {
     /^(?:\\dot\{([^{}]+)\}|(\\?[A-Za-z]+))(\^\*)?(?:_\{?(\w+)\}?)?('?)$/.exec(latex) ?? [];
   const name = dotted ?? plain;
   const letter = name?.startsWith("\\") ? GREEK[name.slice(1)] : name;
-  return letter === undefined
-    ? null
-    : { letter, dotted: dotted !== undefined, mark: star ? "*" : prime && "′", index };
+  return letter === undefined ? null : { letter, dotted: dotted !== undefined, mark: star ? "*" : prime && "′", index };
 }
 
 /**

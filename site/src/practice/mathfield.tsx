@@ -53,8 +53,7 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         field.setAttribute("aria-label", label);
         field.mathVirtualKeyboardPolicy = "auto";
         field.addEventListener("input", () => onValue(textOf(field)));
-        for (const event of ["focusin", "keydown"])
-          field.addEventListener(event, hearKeys, { capture: true });
+        for (const event of ["focusin", "keydown"]) field.addEventListener(event, hearKeys, { capture: true });
         field.addEventListener("keydown", (event) => {
           if (event.key === "Enter") onEnter();
         });

@@ -4,8 +4,7 @@ import type { JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import type { TextKey } from "../text/en.js";
-import { message, said, say } from "../text/text.js";
+import { message, said, say, type TextKey } from "../text/text.js";
 import {
   ANYTHING,
   asLink,
@@ -188,9 +187,7 @@ function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
     ["practice.this-question", { ...ANYTHING, question: wish.question }],
     ["practice.all", ANYTHING],
   ];
-  return ways.filter(
-    ([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0,
-  );
+  return ways.filter(([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0);
 }
 
 /** What is asked, and its place in a set: the one `from` which one goes on, else the first that was not tried yet. */

@@ -41,8 +41,7 @@ export function Settings(props: SettingsProps): JSX.Element {
 /** A wish in a line: what arm, what question, how difficult. */
 function inShort({ families, questions }: Index, wish: Wish): string {
   const arm = families.find(({ name }) => name === wish.family)?.title ?? say("practice.any-arm");
-  const question =
-    questions.find(({ name }) => name === wish.question)?.title ?? say("practice.any-question");
+  const question = questions.find(({ name }) => name === wish.question)?.title ?? say("practice.any-question");
   const more = [
     wish.difficulty === null ? "" : say("practice.points", { difficulty: wish.difficulty }),
     wish.variation ? variationName(wish.variation) : "",
@@ -93,10 +92,7 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         >
           {say("practice.forget")}
         </button>
-        <a
-          class="button quiet"
-          href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}
-        >
+        <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}>
           {say("sheet.make")}
         </a>
       </p>

@@ -26,9 +26,7 @@ const MOST = 20;
 export function sheetFrom(search: string): SheetWish | null {
   const found = new URLSearchParams(search);
   const count = Number(found.get("sheet") ?? NaN);
-  return Number.isInteger(count) && count >= 1
-    ? { count: Math.min(count, MOST), key: found.has("key") }
-    : null;
+  return Number.isInteger(count) && count >= 1 ? { count: Math.min(count, MOST), key: found.has("key") } : null;
 }
 
 export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
@@ -87,11 +85,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
         </label>
         {solvable ? (
           <label class="sheet-check">
-            <input
-              type="checkbox"
-              checked={sheet.key}
-              onChange={() => change({ ...sheet, key: !sheet.key })}
-            />
+            <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
             {say("sheet.with-key")}
           </label>
         ) : null}
@@ -125,9 +119,7 @@ async function gathered(items: readonly Item[], solvable: boolean): Promise<read
         problem,
         asked: asked.flatMap((item) => {
           const part = problem.parts.find(({ kind }) => kind === item.question);
-          return part
-            ? [{ item, part, typed: parts.find(({ name }) => name === part.name)?.typed ?? "" }]
-            : [];
+          return part ? [{ item, part, typed: parts.find(({ name }) => name === part.name)?.typed ?? "" }] : [];
         }),
       };
     }),

@@ -106,12 +106,7 @@ const FEW = 3;
  * The next item, harder as the row grows; if possible about an arm that is not in the row, and none of those that were
  * `asked` in this sitting.
  */
-export function nextIn(
-  all: readonly Item[],
-  skill: Row,
-  asked: readonly string[],
-  random: () => number,
-): Item | null {
+export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[], random: () => number): Item | null {
   const fresh = all.filter((item) => !skill.row.includes(armOf(item)));
   const about = fresh.length > 0 ? fresh : all;
   const unasked = about.filter((item) => !asked.includes(nameOf(item)));
@@ -150,10 +145,7 @@ function mergedSkill(own: Skill, other: Skill): Skill {
   const goals = [...new Set([...own.goals, ...other.goals])];
   const classes = new Set([...Object.keys(own.beyond ?? {}), ...Object.keys(other.beyond ?? {})]);
   const beyond = Object.fromEntries(
-    [...classes].map((name) => [
-      name,
-      further(own.beyond?.[name] ?? NEW_ROW, other.beyond?.[name] ?? NEW_ROW),
-    ]),
+    [...classes].map((name) => [name, further(own.beyond?.[name] ?? NEW_ROW, other.beyond?.[name] ?? NEW_ROW)]),
   );
   return { ...further(own, other), goals, ...(classes.size > 0 ? { beyond } : {}) };
 }
@@ -180,7 +172,5 @@ function isRow(found: unknown): found is Row {
   if (typeof found !== "object" || found === null) return false;
   const { row, learned, mastered } = found as Partial<Record<keyof Row, unknown>>;
   const time = (value: unknown): boolean => value === undefined || Number.isFinite(value);
-  return (
-    Array.isArray(row) && row.every((each) => typeof each === "string") && time(learned) && time(mastered)
-  );
+  return Array.isArray(row) && row.every((each) => typeof each === "string") && time(learned) && time(mastered);
 }

@@ -128,8 +128,7 @@ export function Task(props: TaskProps): JSX.Element {
     const found = loaded.judge(problem, part, answer, isSingular);
     const shown = told(found, lower(level, judgedAt));
     setVerdict(shown);
-    const isDrawn =
-      found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
+    const isDrawn = found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
     const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
     setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
@@ -170,9 +169,7 @@ export function Task(props: TaskProps): JSX.Element {
       </form>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       <div role="status" ref={verdictPlace}>
-        {verdict ? (
-          <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} notes={notes} />
-        ) : null}
+        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} notes={notes} /> : null}
       </div>
       <Help
         item={item}
@@ -209,11 +206,7 @@ export function Task(props: TaskProps): JSX.Element {
         )}
         <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
         {part.figure ? (
-          <figure
-            class={isPosed ? "printed" : ""}
-            lang="en"
-            dangerouslySetInnerHTML={{ __html: part.figure }}
-          />
+          <figure class={isPosed ? "printed" : ""} lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} />
         ) : null}
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? (
@@ -278,9 +271,7 @@ interface HelpProps {
 
 function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
-  const [solution, setSolution] = useState<
-    (Solutions["parts"][number] & { lang?: string | undefined }) | null
-  >(null);
+  const [solution, setSolution] = useState<(Solutions["parts"][number] & { lang?: string | undefined }) | null>(null);
   const [failed, setFailed] = useState("");
   const show = () => {
     onSolution();
@@ -324,9 +315,7 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
         <div class="solution">
           <h3>{say("practice.solution-title")}</h3>
           <Html html={solution.solution} lang={solution.lang} />
-          {solution.figure ? (
-            <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} />
-          ) : null}
+          {solution.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} /> : null}
           <details>
             <summary>{say("practice.typed")}</summary>
             <pre>

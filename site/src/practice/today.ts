@@ -73,8 +73,7 @@ export const checkedDay = (found: unknown): Day | null => (isDay(found) ? found 
 
 export const keptDay = (storage: Storage | null): Day | null => keptJson(storage, KEY, checkedDay);
 
-export const keepDay = (storage: Storage | null, day: Day | null): void =>
-  keepText(storage, KEY, JSON.stringify(day));
+export const keepDay = (storage: Storage | null, day: Day | null): void => keepText(storage, KEY, JSON.stringify(day));
 
 /** Of two the later; of the same day that which has more tries, unless it is the first that is solved. */
 export function laterDay(mine: Day | null, other: Day | null): Day | null {

@@ -1,6 +1,6 @@
 // The questions and families of the bank that each lesson practises. learn/lessons.ts has what introduces them.
 
-import type { TextKey } from "../text/en.js";
+import type { TextKey } from "../text/text.js";
 
 export interface Topic {
   /** The lesson's name in links, and in what is kept. */

@@ -3,8 +3,7 @@
 import type { ComponentChildren, JSX } from "preact";
 
 import type { Index } from "../bank.js";
-import type { TextKey } from "../text/en.js";
-import { say } from "../text/text.js";
+import { say, type TextKey } from "../text/text.js";
 import { ANYTHING, items, STEPS, variations, type Wish } from "./choice.js";
 import type { Topic } from "./topics.js";
 

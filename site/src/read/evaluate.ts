@@ -5,8 +5,7 @@
 
 import Complex from "complex.js";
 
-import type { TextKey } from "../text/en.js";
-import { message } from "../text/text.js";
+import { message, type TextKey } from "../text/text.js";
 import { REAL } from "./real.js";
 import { type Node, ReadError } from "./tree.js";
 
@@ -58,8 +57,7 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
       size = Math.abs(tree.value);
       return tree.value;
     case "name": {
-      const value =
-        CONSTANTS.get(tree.text) ?? (Object.hasOwn(values, tree.text) ? values[tree.text] : NaN) ?? NaN;
+      const value = CONSTANTS.get(tree.text) ?? (Object.hasOwn(values, tree.text) ? values[tree.text] : NaN) ?? NaN;
       size = absolute(value);
       return value;
     }

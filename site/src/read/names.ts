@@ -74,8 +74,7 @@ export function factorsOf(raw: string, known: ReadonlySet<string>): readonly str
 function custom(name: string, known: ReadonlySet<string>): Piece | null {
   const short = SHORT.exec(name);
   const counted = short ? angles(short[3] as string, known, short[2]) : [];
-  if (short && counted.length > 0)
-    return { kind: SHORTHAND.get(short[1] as string) as "sin" | "cos", parts: counted };
+  if (short && counted.length > 0) return { kind: SHORTHAND.get(short[1] as string) as "sin" | "cos", parts: counted };
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
@@ -88,8 +87,7 @@ function custom(name: string, known: ReadonlySet<string>): Piece | null {
 
 function together(name: string, known: ReadonlySet<string>): Piece | null {
   let joined = name.replaceAll("_", "");
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
-    joined = joined.replaceAll(spelled, letter);
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled)) joined = joined.replaceAll(spelled, letter);
   joined = VELOCITIES.get(joined) ?? joined;
   const written = [joined, joined.toLowerCase()].find((each) => known.has(each));
   if (written !== undefined) return named(written);
@@ -115,10 +113,7 @@ function split(name: string, known: ReadonlySet<string>): Piece[] {
   if (known.size === 0) return [];
   const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
   words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
-  const pattern = compiled(
-    [...words.map(literally), VOCABULARY.patterns.short_without_space].join("|"),
-    "gy",
-  );
+  const pattern = compiled([...words.map(literally), VOCABULARY.patterns.short_without_space].join("|"), "gy");
   const found: Piece[] = [];
   let at = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {

@@ -71,8 +71,7 @@ function counted(row: string, known: ReadonlySet<string>): string {
   const inner = terms.slice(1, -1);
   const first = terms[0];
   const last = terms.at(-1);
-  if (terms.length < LIMITS.many || !first || !last || inner.some(({ symbol }) => !known.has(symbol)))
-    return row;
+  if (terms.length < LIMITS.many || !first || !last || inner.some(({ symbol }) => !known.has(symbol))) return row;
   const counts = new Map<string, number>();
   for (const { sign, symbol } of inner) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
   const sums = [...counts.keys()].sort().map((each) => `${each[0]}${counts.get(each)}*${each.slice(1)}`);
@@ -85,8 +84,7 @@ const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 /** An answer in plain text; the names that are `known` are never taken for units. */
 export function plain(answer: string, known: ReadonlySet<string>): string {
   let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
-  if (lengthOf(text, LIMITS.long) > LIMITS.long)
-    text = text.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known));
+  if (lengthOf(text, LIMITS.long) > LIMITS.long) text = text.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.meant);
   text = withoutUnits(text, known);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
@@ -182,11 +180,7 @@ function withoutUnit(text: string, known: ReadonlySet<string>): string {
   const rest = text.slice(0, found.index);
   // A list can't be scaled, and in theta2 = pi*m the m is any whole number.
   const isList = factor !== "" && "[{".includes(rest[0] ?? " ");
-  if (
-    isList ||
-    text.includes("=") ||
-    (WHOLE.includes(unit) && BEFORE_WHOLE.some((sign) => rest.endsWith(sign)))
-  )
+  if (isList || text.includes("=") || (WHOLE.includes(unit) && BEFORE_WHOLE.some((sign) => rest.endsWith(sign))))
     return text;
   return factor ? `(${rest})${factor}` : rest;
 }

@@ -54,8 +54,7 @@ function operation(top: Node, given: readonly Node[]): Node {
   const args = given.map((arg) => (isBracket(arg) ? (arg.args[0] as Node) : arg)); // [a + b] c: brackets, and no list
   const [one, other] = args as [Node, Node];
   if (!args.some(isList)) return { ...top, args };
-  if (top.kind === "^")
-    return isList(one) && !isList(other) ? power(rowsOf(one), other) : impossible("^", args);
+  if (top.kind === "^") return isList(one) && !isList(other) ? power(rowsOf(one), other) : impossible("^", args);
   if (top.kind === "neg") return each(rowsOf(one), (entry) => node("neg", entry));
   const both = isList(one) && isList(other);
   if ((top.kind === "+" || top.kind === "-") && both) return sum(top.kind, args);
@@ -109,16 +108,13 @@ function product(args: readonly Node[]): Node {
   if (one.length * other.length * (other[0] as readonly Node[]).length >= LIMITS.worked_out)
     throw new ReadError("read.long-products");
   const times = (row: readonly Node[], column: readonly Node[]): Node =>
-    row
-      .map((entry, i) => node("*", entry, column[i] as Node))
-      .reduce((total, term) => node("+", total, term));
+    row.map((entry, i) => node("*", entry, column[i] as Node)).reduce((total, term) => node("+", total, term));
   return listOf(one.map((row) => columnsOf(other).map((column) => times(row, column))));
 }
 
 /** The transpose, or the inverse by cofactors, of a matrix. */
 function power(rows: Rows, exponent: Node): Node {
-  if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text))
-    return listOf(columnsOf(rows));
+  if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text)) return listOf(columnsOf(rows));
   const [of] = exponent.args;
   const isInverse = exponent.kind === "neg" && of?.kind === "number" && of.value === 1;
   if (!isInverse || rows.length !== rows[0]?.length || rows.length > LARGEST)

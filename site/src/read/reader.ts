@@ -1,8 +1,7 @@
 // Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
 // The grammar of ../../../exercises/formula/parser.py; ../../tests/readers.test.ts holds both together.
 
-import type { TextKey } from "../text/en.js";
-import { type Message, message, type Values } from "../text/text.js";
+import { type Message, message, type Values, type TextKey } from "../text/text.js";
 import { METRE, withoutMetres } from "./metres.js";
 import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
@@ -253,9 +252,7 @@ class Parser {
   /** Whether a term is on a symbol of the problem; x = 1 only names an entry. */
   private isCondition({ kind, args }: Node): boolean {
     if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
-    return (
-      (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((each) => this.known.has(each))
-    );
+    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((each) => this.known.has(each));
   }
 
   /**
@@ -338,9 +335,7 @@ class Parser {
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.sum());
     if (bracket) this.expect(")");
     const several = value.kind === "list" || value.kind === "set";
-    return several
-      ? node(value.kind, ...value.args.map((one) => node("+", one, step)))
-      : node("+", value, step);
+    return several ? node(value.kind, ...value.args.map((one) => node("+", one, step))) : node("+", value, step);
   }
 
   private sum(): Node {
@@ -413,12 +408,7 @@ class Parser {
     const bracket = this.peek() === "[";
     const found = this.power();
     const [only] = found.args;
-    if (
-      bracket &&
-      found.kind === "list" &&
-      found.args.length === 1 &&
-      /^(number|neg)$/.test(only?.kind ?? "")
-    ) {
+    if (bracket && found.kind === "list" && found.args.length === 1 && /^(number|neg)$/.test(only?.kind ?? "")) {
       this.at = here;
       throw this.fail("read.no-entry");
     }
@@ -438,12 +428,7 @@ class Parser {
       if (depth < 0 || (depth === 0 && (NO_FACTOR.has(text) || WORDS.has(text)))) return false;
       symbols ||= kind === "name" && !isConstant(text);
     }
-    const [bar, first, last, close] = [
-      this.here(),
-      this.tokens[this.at + 1],
-      this.tokens[at - 1],
-      this.tokens[at],
-    ];
+    const [bar, first, last, close] = [this.here(), this.tokens[this.at + 1], this.tokens[at - 1], this.tokens[at]];
     if (!first || !last || close?.kind === "end" || !symbols) return false;
     const isTight = first.at === bar.at + 1 && last.at + last.text.length === close?.at;
     const behind = this.tokens[at + 1] as Token;
@@ -486,8 +471,7 @@ class Parser {
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
     if (!isName || VOCABULARY.whole_numbers.includes(text)) return false;
     const before = this.tokens[this.at - 1];
-    if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? ""))
-      return false;
+    if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? "")) return false;
     const next = this.ahead(1);
     if (VOCABULARY.lengths.includes(text)) return !POWERS_OF_UNIT.has(next.text);
     return !GO_ON.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
@@ -576,8 +560,7 @@ class Parser {
     const plain = this.plain.get(raw);
     if (typeof plain === "string") return this.function(plain);
     if (plain && !opens) return plain;
-    if (raw.endsWith(".diff") && opens)
-      return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
+    if (raw.endsWith(".diff") && opens) return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
     const own = plainName(raw);
     if (opens && BOUND.has(own)) return this.bound(own, null);
     const varies = this.known.has(own) || JOINT.test(own);
@@ -693,11 +676,7 @@ class Parser {
   private functionOf(called: string): Node {
     const power = this.take("^", "**") ? this.signed(this.exponent) : null; // sin^2(x)
     const opened = this.peek();
-    const args = this.take("(")
-      ? this.args(")")
-      : this.take("[")
-        ? this.args("]")
-        : [this.bareArgument(called)];
+    const args = this.take("(") ? this.args(")") : this.take("[") ? this.args("]") : [this.bareArgument(called)];
     this.bracesAreLists ||= opened === "[";
     const due = ARITY.get(called) ?? 1;
     if (args.length !== due) throw this.fail("read.arguments", { name: called, due, count: args.length });
@@ -725,8 +704,7 @@ class Parser {
       this.at += 1;
       factors.push(this.named(this.textAt(-1)));
     }
-    if (factors.length === 0 || ["/", "^", "**"].includes(this.peek()))
-      throw this.fail("read.bare", { name: called });
+    if (factors.length === 0 || ["/", "^", "**"].includes(this.peek())) throw this.fail("read.bare", { name: called });
     this.withoutBrackets = this.at;
     return factors.reduce((product, factor) => node("*", product, factor));
   }

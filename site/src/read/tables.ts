@@ -104,9 +104,7 @@ function namedNumbers(text: string): readonly string[] {
 
 /** Whether a number stands there, alone or times what its unit is worth. */
 function isNumber(entry: string): boolean {
-  return FACTORS.some(
-    (factor) => entry.endsWith(factor) && NUMBER.test(entry.slice(0, entry.length - factor.length)),
-  );
+  return FACTORS.some((factor) => entry.endsWith(factor) && NUMBER.test(entry.slice(0, entry.length - factor.length)));
 }
 
 function listed(cells: Cells): string {

@@ -1,7 +1,6 @@
 // Expressions as trees of plain nodes; what the kinds mean is as in ../../../exercises/formula/trees.py.
 
-import type { TextKey } from "../text/en.js";
-import { ENGLISH, type Message, message, said, type Values } from "../text/text.js";
+import { ENGLISH, type Message, message, said, type Values, type TextKey } from "../text/text.js";
 import { VOCABULARY } from "./vocabulary.js";
 
 export type Kind =
@@ -172,8 +171,7 @@ export function asMatrix(tree: Node): Node[][] {
   const isRows = ({ kind, args }: Node): boolean =>
     kind === "list" && args.length > 0 && args.every((item) => item.kind === "list");
   let top = tree;
-  while (top.kind === "list" && top.args.length === 1 && isRows(top.args[0] as Node))
-    top = top.args[0] as Node;
+  while (top.kind === "list" && top.args.length === 1 && isRows(top.args[0] as Node)) top = top.args[0] as Node;
   const isRowMatrix = (item: Node): boolean =>
     isRows(item) && item.args.length === 1 && (item.args[0] as Node).args.length > 1;
   if (top.kind === "list" && top.args.length > 0 && top.args.every(isRowMatrix))
@@ -191,7 +189,6 @@ export function asMatrix(tree: Node): Node[][] {
   const lengths = rows.map((row) => row.length);
   if (rows.length === 0) throw new ReadError("read.empty-list");
   if (new Set(lengths).size !== 1) throw new ReadError("read.ragged", { lengths: lengths.join(", ") });
-  if (rows.flat().some(({ kind }) => ["list", "set", "dict"].includes(kind)))
-    throw new ReadError("read.nested-list");
+  if (rows.flat().some(({ kind }) => ["list", "set", "dict"].includes(kind))) throw new ReadError("read.nested-list");
   return rows;
 }

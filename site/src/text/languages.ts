@@ -9,7 +9,7 @@ const PARAMETER = "lang";
 /** Each language by its code: what it calls itself, and how its texts are loaded. */
 export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Promise<Language> }>> = {
   en: { name: "English", load: async () => ENGLISH },
-  de: { name: "Deutsch", load: async () => ({ code: "de", catalogue: (await import("./de.js")).de }) },
+  de: { name: "Deutsch", load: async () => ({ code: "de", catalogue: (await import("./de.json")).default }) },
 };
 
 export function chosenLanguage(): string {

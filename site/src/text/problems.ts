@@ -4,10 +4,8 @@ import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "../b
 
 /** The index with titles in a language; what has none there keeps its English one. */
 export function titledIn(lang: string, index: Index, titles: Titles | null): Index {
-  const titled = <T extends { name: string; title: string }>(
-    all: readonly T[],
-    by: Readonly<Record<string, string>>,
-  ) => all.map((one) => (by[one.name] ? { ...one, title: by[one.name] as string, lang } : one));
+  const titled = <T extends { name: string; title: string }>(all: readonly T[], by: Readonly<Record<string, string>>) =>
+    all.map((one) => (by[one.name] ? { ...one, title: by[one.name] as string, lang } : one));
   if (!titles) return index;
   return {
     ...index,
@@ -33,8 +31,7 @@ export function toldIn(lang: string, problem: Problem, texts: Texts | null): Pro
 /** Solutions in a language; in English where they are missing, or are those of another problem. */
 export function solvedIn(lang: string, solutions: Solutions, texts: SolvedTexts | null): Solutions {
   const { parts } = solutions;
-  const same =
-    texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
+  const same = texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
   if (!texts || !same) return solutions;
   return { ...solutions, lang, parts: parts.map((part, i) => ({ ...part, ...texts.parts[i] })) };
 }
@@ -44,8 +41,7 @@ function fit({ parts, said }: Problem, texts: Texts): boolean {
     texts.parts.length === parts.length &&
     texts.said.length === said.length &&
     texts.parts.every(
-      ({ name, options }, i) =>
-        name === parts[i]?.name && options?.length === (parts[i]?.options ?? undefined)?.length,
+      ({ name, options }, i) => name === parts[i]?.name && options?.length === (parts[i]?.options ?? undefined)?.length,
     )
   );
 }

@@ -1,6 +1,10 @@
 // Texts by key in the language of the page, with numbers as that language writes them.
 
-import { type Catalogue, en, type TextKey } from "./en.js";
+import english from "./en.json" with { type: "json" };
+
+/** English has every text, `{name}` is filled in; another language has the same keys. */
+export type TextKey = keyof typeof english;
+export type Catalogue = Readonly<Record<TextKey, string>>;
 
 /** What is filled into a text: words as they stand, numbers, or another text. */
 export type Values = { readonly [name: string]: string | number | Message };
@@ -20,7 +24,7 @@ export interface Language {
   readonly catalogue: Catalogue;
 }
 
-export const ENGLISH: Language = { code: "en", catalogue: en };
+export const ENGLISH: Language = { code: "en", catalogue: english };
 
 let page = ENGLISH;
 

@@ -17,8 +17,7 @@ describe.each(HEIGHTS)("names of curves that end at %i, %i, …", (...heights) =
     for (const { at } of names) expect(at >= 16 - 1e-9 && at <= 16 + room + 1e-9).toBe(true);
     names.forEach((one, i) =>
       names.forEach((other, k) => {
-        if (i !== k && one.column === other.column)
-          expect(Math.abs(one.at - other.at)).toBeGreaterThanOrEqual(15);
+        if (i !== k && one.column === other.column) expect(Math.abs(one.at - other.at)).toBeGreaterThanOrEqual(15);
         if (heights[i]! < heights[k]!) expect(one.at).toBeLessThanOrEqual(other.at);
       }),
     );

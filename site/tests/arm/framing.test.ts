@@ -1,16 +1,7 @@
 // The nearer view with which an arm is seen first.
 import { describe, expect, it } from "vitest";
 
-import {
-  crowding,
-  edgesOf,
-  bodiesOf,
-  framed,
-  framingOf,
-  isSame,
-  isSeen,
-  readableFrom,
-} from "../../src/arm/framing.js";
+import { crowding, edgesOf, bodiesOf, framed, framingOf, isSame, isSeen, readableFrom } from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";

@@ -11,9 +11,7 @@ test("a letter stands on the side where it is wanted, unless words lie there", (
   expect(placed([P], [], room)[0]!.y).toBeGreaterThan(96);
   const [clear] = placed([P], [], { ...room, covered: [words] });
   expect(clear!.y + 9).toBeLessThanOrEqual(96);
-  expect(placed([P], [], { ...room, covered: [{ ...words, left: 130, right: 200 }] })[0]!.y).toBeGreaterThan(
-    96,
-  );
+  expect(placed([P], [], { ...room, covered: [{ ...words, left: 130, right: 200 }] })[0]!.y).toBeGreaterThan(96);
 });
 
 test("a letter that has no place in sight is left out", () =>

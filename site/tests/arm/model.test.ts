@@ -42,9 +42,7 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
 
   it("has p* from every origin to the point", () => {
     const state = stateAt(arm, randomPoses(1, arm.joints.length, 2)[0]!);
-    pStar(arm, state).forEach((p, i) =>
-      expect(norm(subtract(add(state.frames[i]!.o, p), state.point))).toBeCloseTo(0),
-    );
+    pStar(arm, state).forEach((p, i) => expect(norm(subtract(add(state.frames[i]!.o, p), state.point))).toBeCloseTo(0));
   });
 
   it("starts away from singularities, within its ranges", () => {

@@ -1,15 +1,7 @@
 // The point of interest pulled: as far as the arm reaches, and further.
 import { describe, expect, it } from "vitest";
 
-import {
-  type Arm,
-  armOf,
-  measuresOf,
-  type Pose,
-  reachOf,
-  signedVolume,
-  stateAt,
-} from "../../src/arm/model.js";
+import { type Arm, armOf, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "../../src/arm/model.js";
 import { pointMoved } from "../../src/arm/moves.js";
 import { randomPoses } from "../../src/arm/random.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";

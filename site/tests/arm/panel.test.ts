@@ -20,14 +20,11 @@ function show(props: Partial<ArmProps>): void {
   void act(() => render(h(Arm, { robot: PLAIN, symbols, ...props }), document.body));
 }
 
-const press = (button: string): void =>
-  void act(() => document.querySelector<HTMLButtonElement>(button)!.click());
+const press = (button: string): void => void act(() => document.querySelector<HTMLButtonElement>(button)!.click());
 const lengths = (): string => document.querySelector(".arm-lengths")?.textContent ?? "";
 
 function numbers(): string[] {
-  return [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(
-    (i) => i.value,
-  );
+  return [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map((i) => i.value);
 }
 
 /** Where a disc is moved to, by the group that it is in. */
@@ -71,19 +68,12 @@ describe("the panel", () => {
     const [[x, y], r] = [placeOf(disc), Number(disc.getAttribute("r"))];
     expect(Math.hypot(x0! - x!, y0! - y!)).toBeGreaterThan(r!);
     expect(Math.hypot(x1! - x!, y1! - y!)).toBeGreaterThan(r! + 1);
-    const labels = [...document.querySelectorAll(".arm-letter-layer .arm-j1 text")].map(
-      (one) => one.textContent,
-    );
+    const labels = [...document.querySelectorAll(".arm-letter-layer .arm-j1 text")].map((one) => one.textContent);
     expect(labels.some((label) => label!.startsWith("J"))).toBe(true);
     expect(document.querySelector(".arm-lost")).not.toBeNull();
-    expect(document.querySelector(".arm-lost-words")!.textContent).toContain(
-      "can't be moved along this line",
-    );
+    expect(document.querySelector(".arm-lost-words")!.textContent).toContain("can't be moved along this line");
     show({ pose: { theta1: 0.5, theta2: 1 } });
-    expect([document.querySelector(".arm-lost"), document.querySelector(".arm-lost-words")]).toEqual([
-      null,
-      null,
-    ]);
+    expect([document.querySelector(".arm-lost"), document.querySelector(".arm-lost-words")]).toEqual([null, null]);
   });
 
   it("draws a pose that it is told, and the next one", () => {
@@ -144,17 +134,13 @@ describe("the panel", () => {
     const first = { theta1: 0, theta2: 0 };
     const told = (): string => document.querySelector(".arm")!.textContent!;
     show({ first, concealed: true });
-    expect(
-      document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost"),
-    ).toBeNull();
+    expect(document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost")).toBeNull();
     expect(told().split("once you have answered")).toHaveLength(2); // once, though map and numbers are both in sight
     press('.arm-tabs button[aria-expanded="true"]');
     expect(told().split("once you have answered")).toHaveLength(2);
     expect(told()).not.toMatch(/ingular|determinant/);
     show({ first, concealed: false });
-    expect(
-      document.querySelectorAll(".arm-jacobian, .arm-column, .arm-ellipse, .arm-lost").length,
-    ).toBeGreaterThan(3);
+    expect(document.querySelectorAll(".arm-jacobian, .arm-column, .arm-ellipse, .arm-lost").length).toBeGreaterThan(3);
     expect(told()).toContain("Singular");
   });
 
@@ -206,9 +192,7 @@ describe("the panel", () => {
     const press = (key: string): [number, number] => {
       const [x, y] = point();
       void act(() => {
-        document
-          .querySelector(".arm-box")!
-          .dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+        document.querySelector(".arm-box")!.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
       });
       return [point()[0] - x, point()[1] - y];
     };
@@ -222,8 +206,7 @@ describe("the panel", () => {
   });
 
   it("shows the pose on the map where its axes say", () => {
-    const of = (selector: string, name: string): number =>
-      Number(document.querySelector(selector)!.getAttribute(name));
+    const of = (selector: string, name: string): number => Number(document.querySelector(selector)!.getAttribute(name));
     const [across, up] = [Math.PI / 2, -Math.PI / 4];
     show({ pose: { theta1: across, theta2: up } });
     const box = ["x", "y", "width", "height"].map((name) => of(".arm-map-edge", name));

@@ -37,9 +37,7 @@ describe("a term", () => {
   });
 
   it("is what a cell of a matrix has", () => {
-    const math = formula(
-      `<mtable><mtr><mtd>${sub("c", "1")}</mtd><mtd>${sub("s", "12")}</mtd></mtr></mtable>`,
-    );
+    const math = formula(`<mtable><mtr><mtd>${sub("c", "1")}</mtd><mtd>${sub("s", "12")}</mtd></mtr></mtable>`);
     expect(words(termAt(symbol(math, 1)))).toBe("s12");
   });
 
@@ -117,12 +115,7 @@ describe("keys", () => {
     expect(["ArrowDown", "ArrowDown", "ArrowDown", "ArrowUp", "ArrowUp"].map(after)).toEqual([
       ...["a2", "c12", "c12", "a2", "a2c12"],
     ]);
-    expect(["ArrowDown", "ArrowRight", "ArrowRight", "ArrowLeft"].map(after)).toEqual([
-      "a2",
-      "d1",
-      "d1",
-      "a2c12",
-    ]);
+    expect(["ArrowDown", "ArrowRight", "ArrowRight", "ArrowLeft"].map(after)).toEqual(["a2", "d1", "d1", "a2c12"]);
     expect(after("End")).toBe("d1");
     expect(stepped(whole, parts, "Tab")).toBeNull();
   });

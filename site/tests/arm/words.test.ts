@@ -35,9 +35,7 @@ describe("the planar arm in words", () => {
     const state = stateAt(arm, [0.5, 0]);
     expect(nearness(arm, measuresOf(state))).toBe("singular");
     expect(kindHere(arm, state)).toBe("boundary");
-    expect(inWords(arm, state, false)).toContain(
-      "At the boundary of the workspace. The point can't be moved",
-    );
+    expect(inWords(arm, state, false)).toContain("At the boundary of the workspace. The point can't be moved");
   });
 });
 
@@ -53,12 +51,6 @@ describe("other arms in words", () => {
   });
 
   it("call their symbols by their letters", () => {
-    expect(["theta12", "d3", "p*0", "P", "sigma_min"].map(plainLetters)).toEqual([
-      "θ12",
-      "d3",
-      "p*0",
-      "P",
-      "σmin",
-    ]);
+    expect(["theta12", "d3", "p*0", "P", "sigma_min"].map(plainLetters)).toEqual(["θ12", "d3", "p*0", "P", "σmin"]);
   });
 });
