@@ -16,10 +16,7 @@ const ROUNDS = Number(process.env.ROUNDS ?? 3);
 
 /** Processor time (ms) of the main thread, of each move and of as many frames in which nothing moves. */
 async function dragged(browser, root) {
-  const context = await browser.newContext({
-    serviceWorkers: "block",
-    viewport: { width: 1280, height: 900 },
-  });
+  const context = await browser.newContext({ serviceWorkers: "block", viewport: { width: 1280, height: 900 } });
   const page = await context.newPage();
   await page.goto(`${root}/practice.html?arm=${ARM}&question=link-velocity`);
   await page.locator(".arm-zero").first().waitFor({ state: "attached" });

@@ -84,11 +84,7 @@ function check() {
       watched.disconnect();
       done(performance.now() - start);
     });
-    watched.observe(document.querySelector(".asked"), {
-      childList: true,
-      subtree: true,
-      characterData: true,
-    });
+    watched.observe(document.querySelector(".asked"), { childList: true, subtree: true, characterData: true });
     document.querySelector('form button[type="submit"]').click();
   });
 }
@@ -99,11 +95,7 @@ async function corpus(browser, server) {
   const made = await build({
     configFile: false,
     logLevel: "silent",
-    build: {
-      write: false,
-      minify: true,
-      lib: { entry: join(HERE, "grading.ts"), formats: ["iife"], name: "grading" },
-    },
+    build: { write: false, minify: true, lib: { entry: join(HERE, "grading.ts"), formats: ["iife"], name: "grading" } },
   });
   const [{ output }] = [made].flat();
   const page = await browser.newPage();

@@ -82,7 +82,7 @@ test("the map is walked on by finger", async () => {
 test("the path is played, and the arm runs into its limits", async () => {
   const { page, wrong } = await withArm(POSITION);
   await page.getByRole("button", { name: "Path", exact: true }).click();
-  const place = page.getByLabel("Place on the path");
+  const place = page.getByLabel("Position on the path");
   const at = async () => Number(await place.inputValue());
   assert.equal(await at(), 0);
   await page.locator(".arm-verdict", { hasText: /can.t continue|would have to rotate faster/ }).waitFor();
@@ -109,7 +109,7 @@ test("the path goes by steps where the system asks for no motion", async () => {
   const { page, wrong } = await withArm(POSITION, { ...PHONE, reducedMotion: "reduce" });
   await page.getByRole("button", { name: "Path", exact: true }).tap();
   assert.equal(await page.getByRole("button", { name: "Play" }).count(), 0);
-  const place = page.getByLabel("Place on the path");
+  const place = page.getByLabel("Position on the path");
   await page.getByRole("button", { name: "Next step" }).tap();
   const once = Number(await place.inputValue());
   assert.ok(once > 0);

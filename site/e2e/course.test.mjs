@@ -177,12 +177,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
     const fail = () => {
       throw new Error("down");
     };
-    window.API = {
-      LMSInitialize: () => "true",
-      LMSGetValue: () => "",
-      LMSSetValue: refuse,
-      LMSCommit: refuse,
-    };
+    window.API = { LMSInitialize: () => "true", LMSGetValue: () => "", LMSSetValue: refuse, LMSCommit: refuse };
     window.API.LMSFinish = fail;
     document.body.innerHTML = '<iframe src="scorm12/index.html" width="1000" height="800"></iframe>';
   });
@@ -297,11 +292,11 @@ test("the same seed asks the same questions, in German where the link says so; w
   const { page: german } = await opened(there, "practice.html?embed=1&seed=a&n=2&lang=de");
   await german.getByText("0 von 2 beantwortet").waitFor();
   for (const [search, said] of [
-    ["embed=1&lession=rates", /It contains “lession”, which is unknown; a link may contain embed, lesson/],
+    ["embed=1&lession=rates", /It contains “lession”, which is unknown. Allowed are embed, lesson/],
     ["seed=a&n=0", /It contains n=0; n must be a whole number from 1 to 100/],
     ["seed=a&n=99", /It asks for 99 questions, but only \d+ match/],
-    ["seed=a&lesson=foo", /It asks for the lesson “foo”; there are rates, columns/],
-    ["seed=a&arm=foo", /asks for the arm “foo”, which is not here/],
+    ["seed=a&lesson=foo", /It asks for the lesson “foo”, which doesn't exist. Choose one of rates, columns/],
+    ["seed=a&arm=foo", /asks for the arm “foo”, which doesn't exist here/],
   ]) {
     const { page } = await opened(there, `practice.html?${search}`);
     await page.getByText(said).waitFor();
@@ -316,16 +311,16 @@ test("links are made by choosing, with a preview that shows what is sent", async
     await page.getByLabel("Title for students").fill('Ada\'s "week"');
     await page.getByLabel("How many questions").fill("99");
     await page.getByLabel("How many questions").blur();
-    await page.getByLabel("Origin of the page around it").fill("moodle");
+    await page.getByLabel("Origin of the surrounding page").fill("moodle");
     await page.getByText("“moodle” is not an origin").waitFor();
-    await page.getByLabel("Origin of the page around it").fill("https://moodle.example.org");
+    await page.getByLabel("Origin of the surrounding page").fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
     const code = await page.getByLabel("A frame for a page of your course").inputValue();
     assert.match(link, /^http:\/\/127.0.0.1:\d+\/practice\.html\?question=determinant&n=1&seed=\w+&name=Ada/);
     const frame = page.frameLocator(".maker-preview");
     await frame.locator(".round-head strong", { hasText: 'Ada\'s "week"' }).waitFor();
     await frame.locator("form .answer").waitFor();
-    await page.getByText("What the page around it receives").click();
+    await page.getByText("What the surrounding page receives").click();
     await page.getByText('"event": "opened"').waitFor();
     await assertAccessible(page);
     await page.setContent(code);

@@ -27,11 +27,7 @@ export const chromiumPage = (page) => ({
 });
 
 /** A page of Firefox, as hands take it. */
-export const firefoxPage = (page) => ({
-  run: page.run,
-  open: page.open,
-  keys: page.keys,
-});
+export const firefoxPage = (page) => ({ run: page.run, open: page.open, keys: page.keys });
 
 const LOOK = 40;
 const LOOKS = 500;

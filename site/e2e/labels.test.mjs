@@ -15,13 +15,7 @@ const crowded = (page) =>
     const boxes = texts.map((text) => {
       const { left, right, top, bottom } = text.getBoundingClientRect();
       const middle = (top + bottom) / 2;
-      return {
-        name: text.textContent,
-        left: left + 1,
-        right: right - 1,
-        top: middle - 6,
-        bottom: middle + 6,
-      };
+      return { name: text.textContent, left: left + 1, right: right - 1, top: middle - 6, bottom: middle + 6 };
     });
     return boxes.flatMap((a, i) =>
       boxes
@@ -31,10 +25,7 @@ const crowded = (page) =>
     );
   });
 
-for (const [name, options] of Object.entries({
-  wide: { viewport: { width: 1440, height: 900 } },
-  phone: PHONE,
-})) {
+for (const [name, options] of Object.entries({ wide: { viewport: { width: 1440, height: 900 } }, phone: PHONE })) {
   test(`no letter of the stage lies over another: ${name}`, async () => {
     const { page, context } = await openedAnew(there, "own.html", options);
     for (const robot of ROBOTS) {

@@ -72,10 +72,10 @@ test("what is due is on top of the practice page, and is answered in its order",
 
 test("a wrong link says what is wrong with it, and a set has ten problems", async () => {
   for (const [search, said] of [
-    ["arm=foo", /asks for the arm “foo”, which is not here: there are planar-2r/],
+    ["arm=foo", /asks for the arm “foo”, which doesn't exist here. Choose one of planar-2r/],
     ["question=foo", /asks for the question “foo”/],
-    ["variation=foo", /there are chapter/],
-    ["difficulty=9", /there are 0 to 4/],
+    ["variation=foo", /Choose one of chapter/],
+    ["difficulty=9", /it must be from 0 to 4/],
   ]) {
     const { page } = await opened(there, `practice.html?${search}`);
     await page.getByText(said).waitFor();

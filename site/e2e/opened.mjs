@@ -167,10 +167,7 @@ export async function assertAccessible(page) {
     window.axe.run({
       runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
       // axe takes MathML for nothing: headers that hold a formula seem empty to it
-      rules: {
-        "empty-table-header": { enabled: false },
-        "label-content-name-mismatch": { enabled: true },
-      },
+      rules: { "empty-table-header": { enabled: false }, "label-content-name-mismatch": { enabled: true } },
       resultTypes: ["violations"], // of what is in order it then tells less, which takes half the time
     }),
   );

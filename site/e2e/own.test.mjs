@@ -132,9 +132,7 @@ for (const [robot, width] of [
   test(`all numbers of ${robot} are whole at ${width} pixels`, async () => {
     const joints = robot === "panda" ? 7 : 6;
     const at = Array.from({ length: joints }, () => "-142.7").join("_");
-    const { page } = await opened(there, `own.html#robot=${robot}&at=${at}`, {
-      viewport: { width, height: 900 },
-    });
+    const { page } = await opened(there, `own.html#robot=${robot}&at=${at}`, { viewport: { width, height: 900 } });
     await page.locator(".own-figures").waitFor();
     await page.locator(".arm-jacobian").waitFor();
     const found = await page.evaluate(() => {

@@ -14,10 +14,7 @@ const KEPT = {
   "qdot-progress": { "planar-2r/001/jacobian": { right: true, box: 1, due: 4e12 } },
 };
 
-for (const [name, options] of Object.entries({
-  wide: WIDE,
-  "on a German phone": { ...PHONE, locale: "de-DE" },
-})) {
+for (const [name, options] of Object.entries({ wide: WIDE, "on a German phone": { ...PHONE, locale: "de-DE" } })) {
   test(`the map of what one knows, ${name}: nothing lies over anything, and no word is broken`, async () => {
     const { page, wrong, context } = await openedAnew(there, "learn.html", options);
     await page.evaluate((kept) => {

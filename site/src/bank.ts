@@ -75,11 +75,7 @@ export interface Robot {
   readonly name: string;
   readonly title: string;
   readonly joints: readonly Row[];
-  readonly base: {
-    readonly position: readonly [string, string, string];
-    readonly yaw: string;
-    readonly tilt: string;
-  };
+  readonly base: { readonly position: readonly [string, string, string]; readonly yaw: string; readonly tilt: string };
   readonly point: { readonly frame: number; readonly offset: readonly [string, string, string] };
   readonly task: readonly TaskRow[];
   readonly values: Readonly<Record<string, number>>;

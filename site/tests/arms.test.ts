@@ -135,11 +135,7 @@ describe("a link", () => {
   });
 
   test("names a robot of the library", () => {
-    expect(fromFragment(asFragment(ONE, "panda", [1, 2.5]))).toEqual({
-      robot: "panda",
-      table: null,
-      at: [1, 2.5],
-    });
+    expect(fromFragment(asFragment(ONE, "panda", [1, 2.5]))).toEqual({ robot: "panda", table: null, at: [1, 2.5] });
   });
 
   test.each(["", "#", "#main"])("that tells nothing is nothing: %s", (fragment) =>

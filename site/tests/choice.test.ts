@@ -92,14 +92,7 @@ test("a set is the same order for all, and another for another name", () => {
 });
 
 test("a link leads back to the same wish, and nonsense in it to any", () => {
-  const wish = {
-    family: "scara",
-    question: "position",
-    difficulty: 0,
-    variation: "frames",
-    set: "x",
-    count: 7,
-  };
+  const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x", count: 7 };
   expect(fromLink(asLink(wish))).toEqual(wish);
   expect(asLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
   expect(fromLink("?set=x&n=-3").count).toBe(ANYTHING.count);
@@ -127,17 +120,8 @@ test("a link that asks for what is not here is told what is", () => {
 
 const ALL: AllKept = {
   progress: { "scara/001/determinant": { right: true, box: 2, due: 5 } },
-  lessons: {
-    columns: { goals: [0, 2], row: ["scara/001"], learned: 7, beyond: { space: { row: ["elbow-3r/001"] } } },
-  },
-  today: {
-    day: "2026-11-25",
-    item: "scara/001/rank",
-    tries: [false, true],
-    helped: false,
-    row: 3,
-    last: "2026-11-25",
-  },
+  lessons: { columns: { goals: [0, 2], row: ["scara/001"], learned: 7, beyond: { space: { row: ["elbow-3r/001"] } } } },
+  today: { day: "2026-11-25", item: "scara/001/rank", tries: [false, true], helped: false, row: 3, last: "2026-11-25" },
 };
 
 test("all that is kept survives a file: problems, lessons and today's arm; a file of something else is refused", () => {

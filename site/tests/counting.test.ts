@@ -36,9 +36,7 @@ const after = (skills: Skills, how: Partial<typeof right>, ...all: string[]): Sk
 describe("an answer in free practice", () => {
   test("counts for the class of its arm, and for no other", () => {
     const skills = after({}, {}, "elbow-3r/chapter");
-    expect(skills).toEqual({
-      differentiation: { ...NEW, beyond: { space: { row: ["elbow-3r/chapter"] } } },
-    });
+    expect(skills).toEqual({ differentiation: { ...NEW, beyond: { space: { row: ["elbow-3r/chapter"] } } } });
     const more = after(skills, {}, "planar-2r/chapter", "planar-2r/full");
     expect(more["differentiation"]).toEqual({
       goals: [],

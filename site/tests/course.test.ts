@@ -167,14 +167,7 @@ test("the best of all tries counts, as many as there are, until it is right or i
     [0, 0],
   ]);
   expect(standing.map((tried) => isDone(round, tried))).toEqual([true, true, false]);
-  expect(scoreOf(round, standing)).toEqual({
-    points: 2.5,
-    max: 6,
-    share: 2.5 / 6,
-    answered: 2,
-    done: 2,
-    count: 3,
-  });
+  expect(scoreOf(round, standing)).toEqual({ points: 2.5, max: 6, share: 2.5 / 6, answered: 2, done: 2, count: 3 });
   const seen = answered(round, shownIn(standing, 2), 2, 1);
   expect(seen[2]).toEqual({ tries: 0, share: 0, shown: true });
   expect(scoreOf(round, seen).answered).toBe(3);
@@ -194,11 +187,7 @@ test("what is right in part earns by the credit of its question, and never all o
 
 test("a thousand questions are kept in what SCORM 1.2 has room for, and come back as they were", () => {
   const round = roundWith(1000);
-  const standing = round.asked.map((_, i) => ({
-    tries: i % 64,
-    share: ((i * 7) % 1001) / 1000,
-    shown: i % 2 === 1,
-  }));
+  const standing = round.asked.map((_, i) => ({ tries: i % 64, share: ((i * 7) % 1001) / 1000, shown: i % 2 === 1 }));
   const text = asText(round, standing);
   expect(text).toMatch(/^[\w.-]+$/);
   expect(text.length).toBeLessThan(4096);

@@ -22,13 +22,7 @@ const PLAIN_KEY: ValuesKey = {
   right: [[Math.sin(0.5), Math.sin(1.5)]],
   mistakes: [],
 };
-const CHOICE: LettersKey = {
-  type: "choice",
-  options: 4,
-  items: 0,
-  right: [2],
-  told: [[0], [1, 2], [], []],
-};
+const CHOICE: LettersKey = { type: "choice", options: 4, items: 0, right: [2], told: [[0], [1, 2], [], []] };
 
 test.each([
   ["C", "correct"],
@@ -219,13 +213,7 @@ test("the mistake behind a direction is named, whatever its length", () => {
   const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
   for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"]) expect(judgeDirection(typed, key).mistake).toBe(6);
   expect(judgeDirection("[s1, c1]", key)).not.toHaveProperty("mistake");
-  const inNumbers = {
-    ...ALONG,
-    tolerance: 0.005,
-    rows: 3,
-    right: [[0.6], [0.8], [0]],
-    mistakes: [[7, 0.6, -0.8, 0]],
-  };
+  const inNumbers = { ...ALONG, tolerance: 0.005, rows: 3, right: [[0.6], [0.8], [0]], mistakes: [[7, 0.6, -0.8, 0]] };
   expect(judgeDirection("[-3, 4, 0]", inNumbers).mistake).toBe(7);
   expect(judgeDirection("[3, 4, 1]", inNumbers)).not.toHaveProperty("mistake");
   const flat = { ...inNumbers, rows: 2, right: [[0.6], [0.8]], mistakes: [[7, 0.6, -0.8]] };
@@ -300,14 +288,7 @@ test("where commas say too much, it is told that and would not", () => {
 test("what is no number is told as undefined, and a direction of numbers without a place", () => {
   const values = (typed: string) => said(judgeValues(typed, PLAIN_KEY, []).reasons[0]!);
   expect(values("1/0")).toContain("undefined");
-  const numbers: ValuesKey = {
-    ...ALONG,
-    symbols: [],
-    points: [[]],
-    rows: 2,
-    right: [[0.6], [0.8]],
-    tolerance: 0.01,
-  };
+  const numbers: ValuesKey = { ...ALONG, symbols: [], points: [[]], rows: 2, right: [[0.6], [0.8]], tolerance: 0.01 };
   expect(judgeDirection("[1, 2]", numbers).reasons.map(({ key }) => key)).toEqual(["verdict.other-direction"]);
 });
 
@@ -397,15 +378,7 @@ test.each([
     [1.5, 0.25],
   ];
   const points = [[1.5], [0.25]];
-  const key: ValuesKey = {
-    ...ALONG,
-    type: "values",
-    symbols: ["theta1"],
-    points,
-    rows: 2,
-    right,
-    moving: [0, 1],
-  };
+  const key: ValuesKey = { ...ALONG, type: "values", symbols: ["theta1"], points, rows: 2, right, moving: [0, 1] };
   const found = judgeValues(typed, key);
   expect([found.share, found.reasons[0]?.key]).toEqual([share, said]);
 });
@@ -493,8 +466,8 @@ test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
 test("where nothing tells the commas apart, what does is said", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => said(reason))).toEqual([
-    "The answer has 4 × 1 entries; it should have 2 × 1 (rows × columns). Where 0,5 is a number, put semicolons, or a " +
-      "comma and a space, between entries, as in [0,5; 1,25].",
+    "Your answer has 4 × 1 entries (rows × columns); expected 2 × 1. If 0,5 is a number, separate the entries by " +
+      "semicolons, or by a comma and a space, as in [0,5; 1,25].",
   ]);
 });
 
@@ -511,19 +484,12 @@ test.each([
   [["qd1"], "a1, qd1, theta1"],
 ])("beside a name that is unknown stand those that the question uses: with %j %s", (spoken, known) => {
   const symbols = ["a1", "fx", "qd1", "theta1", "vx"];
-  const key = {
-    ...PLAIN_KEY,
-    symbols,
-    points: [[1, 2, 3, 0.5, 4]],
-    right: [[0.5]],
-    constants: ["a1"],
-    spoken,
-  };
+  const key = { ...PLAIN_KEY, symbols, points: [[1, 2, 3, 0.5, 4]], right: [[0.5]], constants: ["a1"], spoken };
   for (const verdict of [
     judgeValues("l1*theta1", key),
     judgeDirection("[l1, 1]", { ...key, type: "direction", rows: 2, right: [[1], [2]] }),
   ])
     expect(verdict.reasons.map((reason) => said(reason))).toContain(
-      `This problem has no l1; its symbols are ${known}.`,
+      `This problem doesn't contain l1. Its symbols are ${known}.`,
     );
 });

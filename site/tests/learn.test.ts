@@ -99,20 +99,24 @@ test("the difficulty climbs with the row, from the plainest arms of the chapter"
     format: 1,
     feedback: "solutions",
     questions: [],
-    families: [...families].reverse().map((name) => ({
-      name,
-      title: name,
-      source: "",
-      problems: [...STEPS].reverse().flatMap((variation) =>
-        ["1", "2", "3"].map((number) => ({
-          key: `${variation} ${number}`,
-          title: "",
-          difficulty: 1,
-          variation,
-          questions: ["velocity", "joint-effect"],
-        })),
-      ),
-    })),
+    families: [...families]
+      .reverse()
+      .map((name) => ({
+        name,
+        title: name,
+        source: "",
+        problems: [...STEPS]
+          .reverse()
+          .flatMap((variation) =>
+            ["1", "2", "3"].map((number) => ({
+              key: `${variation} ${number}`,
+              title: "",
+              difficulty: 1,
+              variation,
+              questions: ["velocity", "joint-effect"],
+            })),
+          ),
+      })),
   } as const;
   const all = itemsOf(index, ["joint-effect", "velocity"], families);
   const rows = [[], ["a/1"], ["a/1", "a/2"]];
@@ -138,18 +142,8 @@ test("items of a lesson: its own families first, other ones where the bank has n
     variation,
     questions: ["rank", "twist"],
   });
-  const family = (name: string) => ({
-    name,
-    title: name,
-    source: "",
-    problems: [listed("full"), listed("chapter")],
-  });
-  const index = {
-    format: 1,
-    feedback: "solutions",
-    questions: [],
-    families: [family("b"), family("a")],
-  } as const;
+  const family = (name: string) => ({ name, title: name, source: "", problems: [listed("full"), listed("chapter")] });
+  const index = { format: 1, feedback: "solutions", questions: [], families: [family("b"), family("a")] } as const;
   expect(itemsOf(index, ["rank"], ["a", "b"]).map((each) => each.family + each.key)).toEqual([
     "achapter",
     "bchapter",
@@ -208,15 +202,7 @@ function seen(arm: typeof PLAIN, pose: number[], more: { rates?: number[]; weld?
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
-  const stage = {
-    arm,
-    pose,
-    state,
-    rested: state,
-    reach: reachOf(arm),
-    measures: measuresOf(state),
-    welding,
-  };
+  const stage = { arm, pose, state, rested: state, reach: reachOf(arm), measures: measuresOf(state), welding };
   return { stage: stage as unknown as Stage, rates, velocity: velocityOf(arm, state, rates) };
 }
 

@@ -6,11 +6,7 @@ import type { Part, Problem } from "../src/bank.js";
 import { ownColumns } from "../src/grade/own.js";
 import { PLAIN } from "./arm/robots.js";
 
-const role = (name: string) => ({
-  role: name.startsWith("theta") ? "joint" : "length",
-  unit: "",
-  latex: name,
-});
+const role = (name: string) => ({ role: name.startsWith("theta") ? "joint" : "length", unit: "", latex: name });
 const problem = {
   robot: { ...PLAIN, values: { a1: 0.5, a2: 0.4 } },
   symbols: Object.fromEntries(["theta1", "theta2", "a1", "a2"].map((name) => [name, role(name)])),

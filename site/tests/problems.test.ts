@@ -26,15 +26,7 @@ const PROBLEM = {
 const TEXTS: Texts = {
   title: "SCARA-Arm",
   statement: "<p>Der Arm</p>",
-  parts: [
-    {
-      name: "rank",
-      title: "Rang",
-      prompt: "<p>Was?</p>",
-      hints: ["d", "e", "f"],
-      options: ["u", "v"],
-    },
-  ],
+  parts: [{ name: "rank", title: "Rang", prompt: "<p>Was?</p>", hints: ["d", "e", "f"], options: ["u", "v"] }],
   said: [["sign", "Vorzeichen", "Alles."]],
 };
 const INDEX: Index = {

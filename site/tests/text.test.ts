@@ -18,8 +18,8 @@ describe("the catalogue", () => {
 
   test("numbers have the language's decimal sign, texts inside of texts the language's words", () => {
     const inside = message("read.at", { what: message("read.the-end"), at: 1.5, near: "x" });
-    expect(said(inside)).toBe("the end at character 1.5, near 'x'");
-    expect(said(inside, GERMAN)).toBe("das Ende, bei Zeichen 1,5, nahe „x“");
+    expect(said(inside)).toBe("the end (at character 1.5, near 'x')");
+    expect(said(inside, GERMAN)).toBe("das Ende (bei Zeichen 1,5, nahe „x“)");
   });
 
   test.each([ENGLISH, GERMAN])(
@@ -45,10 +45,14 @@ describe("what can't be read", () => {
   };
 
   test.each([
-    ["2*(theta1", "expected ')', found the end, at character 10", "erwartet wird „)“, gefunden wurde das Ende"],
-    ["2 3", "two numbers stand side by side, at character 3", "zwei Zahlen stehen nebeneinander, bei Zeichen 3"],
-    ["", "nothing is there", "es steht nichts da"],
-    ["f(2)", "the function 'f' is not understood", "die Funktion „f“ wird nicht verstanden"],
+    ["2*(theta1", "expected ')', found the end (at character 10", "erwartet wird „)“, gefunden wurde das Ende"],
+    [
+      "2 3",
+      "there is no operator between two numbers (at character 3",
+      "zwischen zwei Zahlen fehlt ein Rechenzeichen (bei Zeichen 3",
+    ],
+    ["", "it is empty", "sie ist leer"],
+    ["f(2)", "the function 'f' is unknown", "die Funktion „f“ ist unbekannt"],
   ])("%s is told in English and in German", (text, english, german) => {
     expect(why(text).message).toContain(english);
     expect(said(why(text).why, GERMAN)).toContain(german);
@@ -65,7 +69,7 @@ describe("what can't be read", () => {
       mistakes: [],
     } as const;
     const { reasons } = judgeValues("2*", key);
-    expect(said(reasons[0]!, GERMAN)).toMatch(/^Das lässt sich nicht als Antwort lesen: erwartet wird eine Zahl/);
+    expect(said(reasons[0]!, GERMAN)).toMatch(/^qdot kann deine Antwort nicht lesen: erwartet wird eine Zahl/);
   });
 });
 

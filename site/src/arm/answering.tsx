@@ -101,10 +101,7 @@ export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">):
       else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key)) event.preventDefault();
     };
     document.addEventListener("keydown", pressed, { signal: over.signal });
-    addEventListener("scroll", () => now.current && setScrolled(scrollY), {
-      signal: over.signal,
-      passive: true,
-    });
+    addEventListener("scroll", () => now.current && setScrolled(scrollY), { signal: over.signal, passive: true });
     return () => over.abort();
   }, [arm, point]);
 

@@ -57,12 +57,7 @@ const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): J
     const typed = Number(text);
     if (text.trim() !== "" && Number.isFinite(typed)) onValue(index, typed * unit);
   };
-  const common = {
-    min: low / unit,
-    max: high / unit,
-    value: shown,
-    onFocus: () => onChoose(index),
-  };
+  const common = { min: low / unit, max: high / unit, value: shown, onFocus: () => onChoose(index) };
   return (
     <div class={`arm-joint-row ${jointClass(index)}${chosen ? " arm-chosen" : ""}`}>
       <span class="arm-joint-name" aria-hidden="true">

@@ -202,13 +202,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       else origins.push([`O${i}`, at]);
     });
   origins.forEach(([name, at], k) =>
-    wanted.push({
-      name,
-      style: "arm-label-p",
-      at,
-      toward: [0.7, k === 0 ? -0.7 : 0.7],
-      gap: flat ? FACE : 4,
-    }),
+    wanted.push({ name, style: "arm-label-p", at, toward: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
   );
   for (const [name, place] of Object.entries(ends))
     wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
@@ -222,12 +216,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   places.forEach((place, i) => {
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
     if (arc) {
-      wanted.push({
-        name: arm.joints[i]!.name,
-        style: jointClass(i),
-        at: arc.middle,
-        toward: arc.outward,
-      });
+      wanted.push({ name: arm.joints[i]!.name, style: jointClass(i), at: arc.middle, toward: arc.outward });
       return;
     }
     wanted.push({

@@ -107,12 +107,7 @@ function stepped({ x, y, z, o }: Frame, theta: number, d: number, a: number, alp
   const [ct, st, ca, sa] = [Math.cos(theta), Math.sin(theta), Math.cos(alpha), Math.sin(alpha)];
   const x1 = mixed(x, ct, y, st);
   const side = mixed(x, -st, y, ct);
-  return {
-    x: x1,
-    y: mixed(side, ca, z, sa),
-    z: mixed(side, -sa, z, ca),
-    o: along(along(o, z, d), x1, a),
-  };
+  return { x: x1, y: mixed(side, ca, z, sa), z: mixed(side, -sa, z, ca), o: along(along(o, z, d), x1, a) };
 }
 
 function mixed(a: Vec3, s: number, b: Vec3, t: number): Vec3 {

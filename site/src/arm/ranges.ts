@@ -18,10 +18,7 @@ export function rangeOf(arm: Arm, index: number): Range {
   const round = (value: number): number => Math.round(value * 20) / 20;
   const most = (flatPlane(arm) ? 2.05 : 1.3) * unit; // figures of planar arms show slides that far out
   const shown = (arm.shown ?? []).map((pose) => pose[index]!);
-  return {
-    low: Math.min(round(-unit - joint.offset), ...shown),
-    high: Math.max(round(most - joint.offset), ...shown),
-  };
+  return { low: Math.min(round(-unit - joint.offset), ...shown), high: Math.max(round(most - joint.offset), ...shown) };
 }
 
 /** The arm with room for poses that are told, should a slide be further out in them than usual. */

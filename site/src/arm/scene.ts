@@ -181,11 +181,7 @@ function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: 
 }
 
 function round([x, y, z]: Vec3, radius: number, color: string): Piece {
-  return {
-    solid: "ball",
-    place: new Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z),
-    color,
-  };
+  return { solid: "ball", place: new Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
 /** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */

@@ -14,10 +14,7 @@ export function singularIn({ robot }: Pick<Problem, "robot">): (at: Readonly<Rec
   const armWith = (lengths: readonly (readonly [name: string, value: number])[]): Arm => {
     const told = JSON.stringify(lengths);
     if (last?.lengths !== told)
-      last = {
-        lengths: told,
-        arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }),
-      };
+      last = { lengths: told, arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }) };
     return last.arm;
   };
   return (at) => {

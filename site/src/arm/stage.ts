@@ -75,13 +75,7 @@ export interface Welding {
   readonly goTo: (s: number) => void;
 }
 
-export const FIRST_LAYERS: Layers = {
-  frames: true,
-  lengths: true,
-  vectors: false,
-  columns: true,
-  ellipse: true,
-};
+export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
 export function useStage(
   { robot: told, first: printed, pose: given, onPose, factors, concealed = false, layers: wished }: StageWish,

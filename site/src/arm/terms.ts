@@ -102,14 +102,7 @@ export const isSame = (one: readonly Element[], other: readonly Element[]): bool
   one[0] === other[0] && one.length === other.length;
 
 const FUNCTIONS = new Set(["sin", "cos", "tan"]);
-const SIGNS: Readonly<Record<string, string>> = {
-  "−": "-",
-  "⋅": "*",
-  "·": "*",
-  "×": "*",
-  "\u2062": "*",
-  "\u2061": "",
-};
+const SIGNS: Readonly<Record<string, string>> = { "−": "-", "⋅": "*", "·": "*", "×": "*", "\u2062": "*", "\u2061": "" };
 
 /** Whether a row is the name of a function with what sets it apart, as Temml has it. */
 const isFunction = (part: Element): boolean =>

@@ -47,24 +47,8 @@ const Rate = ({ of }: { of: string }): JSX.Element => (
 /** What is set by numbers besides the place of B. */
 const FIELDS = [
   { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, least: 0.01, most: 2 },
-  {
-    name: "turns",
-    text: "arm.weld.turns",
-    label: <Rate of="θ" />,
-    unit: "rad/s",
-    step: 0.1,
-    least: 0.1,
-    most: 20,
-  },
-  {
-    name: "slides",
-    text: "arm.weld.slides",
-    label: <Rate of="d" />,
-    unit: "m/s",
-    step: 0.05,
-    least: 0.05,
-    most: 10,
-  },
+  { name: "turns", text: "arm.weld.turns", label: <Rate of="θ" />, unit: "rad/s", step: 0.1, least: 0.1, most: 20 },
+  { name: "slides", text: "arm.weld.slides", label: <Rate of="d" />, unit: "m/s", step: 0.05, least: 0.05, most: 10 },
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
@@ -98,10 +82,7 @@ export function Welding(props: WeldProps): JSX.Element {
           step={end / 200 || 1}
           value={place}
           aria-label={say("arm.weld.place")}
-          aria-valuetext={say("arm.weld.at", {
-            s: decimals(place, 3),
-            time: decimals(place / weld.speed, 2),
-          })}
+          aria-valuetext={say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
           onInput={(event) => {
             setPlaying(false);
             goTo(Number(event.currentTarget.value));

@@ -27,11 +27,7 @@ export function roundOf(set: PackageSet, index: Index, learner: string): Round {
     return chosen
       ? questions
           .filter(([question]) => chosen.questions.includes(question))
-          .map(([question, points, credit]) => ({
-            item: { family: name, key: chosen.key, question },
-            points,
-            credit,
-          }))
+          .map(([question, points, credit]) => ({ item: { family: name, key: chosen.key, question }, points, credit }))
       : [];
   });
   return { name: set.title, seed: "", tries: set.tries, pass: set.pass, asked };

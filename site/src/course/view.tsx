@@ -114,10 +114,7 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
               type="button"
               class={markOf(round, standing[i]!)}
               aria-current={i === place ? "true" : undefined}
-              aria-label={say("round.place", {
-                number: i + 1,
-                state: message(STATES[markOf(round, standing[i]!)]),
-              })}
+              aria-label={say("round.place", { number: i + 1, state: message(STATES[markOf(round, standing[i]!)]) })}
               onClick={() => onPlace(i)}
             >
               {i + 1}

@@ -133,10 +133,7 @@ function* sumsOfThree(tree: Node, wanted: number, { at, fewTerms }: Means) {
       for (const value of [one.value, -one.value].filter((each) => !isTaken(each))) {
         const rest = wanted - here - value;
         for (const other of isTaken(rest) ? [] : termsNear(fewTerms, rest, NEAR))
-          yield {
-            sum: withTerm(withTerm(tree, one, value), other, rest),
-            what: termsText([one.tree, other.tree]),
-          };
+          yield { sum: withTerm(withTerm(tree, one, value), other, rest), what: termsText([one.tree, other.tree]) };
       }
     }
 }

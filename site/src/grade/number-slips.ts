@@ -120,15 +120,9 @@ const metresIn = (unit: string): number => {
 
 /** The likelier ways first. */
 const WAYS: readonly Way[] = [
-  {
-    factor: (unit) => (isTurning(unit) ? DEGREES : 1),
-    says: (where) => message("slip.per-degree", { where }),
-  },
+  { factor: (unit) => (isTurning(unit) ? DEGREES : 1), says: (where) => message("slip.per-degree", { where }) },
   { factor: () => -1, says: (where) => message("slip.whole-sign", { where }) },
-  {
-    factor: (unit) => (isTurning(unit) ? 1 / DEGREES : 1),
-    says: (where) => message("slip.radians-twice", { where }),
-  },
+  { factor: (unit) => (isTurning(unit) ? 1 / DEGREES : 1), says: (where) => message("slip.radians-twice", { where }) },
   ...[1000, 100, 1 / 100, 1 / 1000].map((metre) => ({
     factor: (unit: string) => metre ** metresIn(unit),
     says: (where: Message) => message(metre > 1 ? "slip.metres-large" : "slip.metres-small", { where }),

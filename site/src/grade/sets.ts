@@ -159,10 +159,7 @@ function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | 
     (each) => !key.symbols.includes(each) && !key.joints.includes(each) && !VOCABULARY.whole_numbers.includes(each),
   );
   if (unknown.length > 0)
-    return wrong("read.unknown", {
-      names: unknown.sort().slice(0, 5).join(", "),
-      known: key.symbols.join(", "),
-    });
+    return wrong("read.unknown", { names: unknown.sort().slice(0, 5).join(", "), known: key.symbols.join(", ") });
   if (withPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];

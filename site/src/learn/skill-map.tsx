@@ -23,10 +23,7 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
             <li
               key={place.lesson.id}
               class={`skill is-${place.standing}${place.next ? " is-next" : ""}`}
-              style={{
-                "--layer": place.lesson.at[0] + 1,
-                "--across": Math.round(2 * place.lesson.at[1] + most),
-              }}
+              style={{ "--layer": place.lesson.at[0] + 1, "--across": Math.round(2 * place.lesson.at[1] + most) }}
             >
               <Skill place={place} />
             </li>

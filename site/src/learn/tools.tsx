@@ -118,10 +118,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
       <p class="muted">
         {tool === "rates"
           ? say("lesson.velocity", { vx, vy })
-          : say("lesson.rates-due", {
-              first: signed(rates[0] ?? 0),
-              second: signed(rates[1] ?? 0),
-            })}
+          : say("lesson.rates-due", { first: signed(rates[0] ?? 0), second: signed(rates[1] ?? 0) })}
       </p>
     </div>
   );

@@ -30,11 +30,7 @@ export function fromFile(text: string): AllKept | null {
     if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content))
       return null;
     const { progress, lessons, today } = content as Partial<Record<keyof AllKept, unknown>>;
-    return {
-      progress: checkedProgress(progress),
-      lessons: checkedSkills(lessons),
-      today: checkedDay(today),
-    };
+    return { progress: checkedProgress(progress), lessons: checkedSkills(lessons), today: checkedDay(today) };
   } catch {
     return null;
   }

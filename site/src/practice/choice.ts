@@ -21,14 +21,7 @@ export interface Wish {
 /** The steps of exercises/common/variation.py. */
 export const STEPS = ["chapter", "lengths", "zeros", "frames", "full"] as const;
 
-export const ANYTHING: Wish = {
-  family: "",
-  question: "",
-  difficulty: null,
-  variation: "",
-  set: "",
-  count: 10,
-};
+export const ANYTHING: Wish = { family: "", question: "", difficulty: null, variation: "", set: "", count: 10 };
 
 /** A question about an arm of the bank. */
 export interface Item {

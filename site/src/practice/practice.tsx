@@ -142,11 +142,7 @@ function Session({ index }: { index: Index }) {
         />
         {order && order.length > 0 ? (
           <p class="muted set-place">
-            {say("practice.set-place", {
-              number: (place % order.length) + 1,
-              count: order.length,
-              set: wish.set,
-            })}
+            {say("practice.set-place", { number: (place % order.length) + 1, count: order.length, set: wish.set })}
           </p>
         ) : null}
       </div>

@@ -66,11 +66,8 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
     <details class="more">
       <summary>{say("practice.progress")}</summary>
       <p>
-        {say("practice.count", {
-          right: tried.filter((each) => each.right).length,
-          tried: tried.length,
-        })}
-        ; {say("practice.due", { count: due })}. {say("practice.kept")}
+        {say("practice.count", { right: tried.filter((each) => each.right).length, tried: tried.length })};{" "}
+        {say("practice.due", { count: due })}. {say("practice.kept")}
       </p>
       <p class="actions">
         <button

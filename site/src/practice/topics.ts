@@ -27,12 +27,7 @@ export const TOPICS: readonly Topic[] = [
     questions: ["match-columns", "joint-effect", "jacobian-size"],
     families: FLAT,
   },
-  {
-    id: "differentiation",
-    title: "lesson.differentiation",
-    questions: ["position", "jacobian"],
-    families: FLAT,
-  },
+  { id: "differentiation", title: "lesson.differentiation", questions: ["position", "jacobian"], families: FLAT },
   {
     id: "propagation",
     title: "lesson.propagation",
@@ -45,24 +40,14 @@ export const TOPICS: readonly Topic[] = [
     questions: ["joint-rates", "inverse-jacobian", "inverse-velocity"],
     families: SQUARE,
   },
-  {
-    id: "singular",
-    title: "lesson.singular",
-    questions: ["determinant", "singular-angles", "rank"],
-    families: SQUARE,
-  },
+  { id: "singular", title: "lesson.singular", questions: ["determinant", "singular-angles", "rank"], families: SQUARE },
   {
     id: "kinds",
     title: "lesson.kinds",
     questions: ["singularity-type", "singularity-meaning", "lost-direction", "lost-motion"],
     families: [...SQUARE, "spherical", "cylindrical"],
   },
-  {
-    id: "path",
-    title: "lesson.path",
-    questions: ["path-rates", "path-limit"],
-    families: SQUARE,
-  },
+  { id: "path", title: "lesson.path", questions: ["path-rates", "path-limit"], families: SQUARE },
 ];
 
 /** The topic of a lesson. */

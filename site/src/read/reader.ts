@@ -790,11 +790,5 @@ function numberOf(text: string): Node {
   }
   const decimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
-  return {
-    kind: decimal ? "decimal" : "number",
-    args: [],
-    text,
-    value: Number(text),
-    digits: decimal ? digits : 0,
-  };
+  return { kind: decimal ? "decimal" : "number", args: [], text, value: Number(text), digits: decimal ? digits : 0 };
 }

@@ -62,13 +62,7 @@ export function placed(key: TextKey, values: Values, text: string, at: number): 
   return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
 }
 
-export const node = (kind: Kind, ...args: readonly Node[]): Node => ({
-  kind,
-  args,
-  text: "",
-  value: NaN,
-  digits: 0,
-});
+export const node = (kind: Kind, ...args: readonly Node[]): Node => ({ kind, args, text: "", value: NaN, digits: 0 });
 export const name = (text: string): Node => ({ ...node("name"), text });
 export const call = (text: string, ...args: readonly Node[]): Node => ({ ...node("call", ...args), text });
 export const integer = (value: number, text = String(value)): Node => ({ ...node("number"), text, value });
