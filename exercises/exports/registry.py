@@ -1,4 +1,4 @@
-"""The export formats by name, for `qdot export DIR --to NAME` and the table in docs/outlets.md."""
+"""The export formats by name, for `qdot export DIR --to NAME` and the table in docs/export-formats.md."""
 
 from functools import partial
 

@@ -3,7 +3,7 @@
 Beside the families:
 
     base            what a family is
-    axes            what may vary: lengths, zeros, senses of the axes, base, point, task
+    variations      what may vary: lengths, zeros, senses of the axes, base, point, task
     textbook        the families of families.toml
     random_n        families whose structure is also sampled
     structures      the structures of 2, 3 or 4 joints that are suitable for a problem (structures.txt)

@@ -16,7 +16,7 @@ From the bottom up:
     noise                               removes rounding errors of zeros computed with floating-point numbers
     program                             evaluates trees at many points at once
     field, angles, exact                compare rational functions of sines and cosines modulo a random prime
-    identity                            decides whether two expressions are the same function
+    equality                            decides whether two expressions are the same function
     scale                               decides whether they are the same up to signs and a constant factor
     set_parser, conditions              parse conditions as a union of pieces; decide whether two sets are equal
 """

@@ -33,7 +33,7 @@ GROUPS = {
         "site": (_("The web site"), _("Your own site to practise on.")),
     },
     _("Where you teach"): {
-        "outlets": (_("Export formats"), _("One assignment for every platform, and which programs read it.")),
+        "export_formats": (_("Export formats"), _("One assignment for every platform, and which programs read it.")),
         "platforms": (_("Quizzes on learning platforms"), _("Moodle, Canvas and QTI.")),
         "scorm": (_("SCORM packages"), _("A page that reports its score to any platform.")),
         "moodle": (_("Moodle, click by click"), _("Restore a quiz, take it, see the marks, in pictures.")),

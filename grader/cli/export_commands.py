@@ -30,7 +30,7 @@ def export(
     folder: FolderArgument,
     to: Annotated[
         list[str],
-        name_option(f"Export format: {', '.join(EXPORT_FORMATS)}. Repeatable.", names=EXPORT_FORMATS, metavar="OUTLET"),
+        name_option(f"Export format: {', '.join(EXPORT_FORMATS)}. Repeatable.", names=EXPORT_FORMATS, metavar="FORMAT"),
     ] = [],  # noqa: B006
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Output folder. Default: DIR/exports/FORMAT.")
@@ -70,8 +70,8 @@ def export(
     Writes quizzes for learning platforms, handouts and exams, and repositories and autograders that grade on their own.
 
     For platforms that choose each student's problem from a question bank, the bank has --variants certified variants
-    of each problem. Handouts are written for each student on the roster. docs/outlets.md describes the export formats.
-    If one of several formats can't be written, the others still are.
+    of each problem. Handouts are written for each student on the roster. If one of several formats can't be written,
+    the others still are. docs/export-formats.md describes all formats.
 
     Examples:
       qdot export homework --to html --sheet exam
@@ -132,7 +132,7 @@ def report(
     The page shows the distribution of scores, difficulty and discrimination of each part, mistakes and who made them,
     equal wrong answers with their key for overrides.csv, right answers in unusual forms, whether some variants were
     harder, late and missing work, and wrong answers that are nearly the same (docs/report.md). With --report, only
-    the named formats are written (docs/outlets.md).
+    the named formats are written (docs/export-formats.md).
 
     Examples:
       qdot report homework
@@ -161,9 +161,11 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
     """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
-            raise unknown_name("outlet", name, list(EXPORT_FORMATS))
+            raise unknown_name("export_format", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].contains_bank:
-            banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.contains_bank)
+            banks = ", ".join(
+                export_format.name for export_format in EXPORT_FORMATS.values() if export_format.contains_bank
+            )
             raise QdotError(
                 f"--variation applies to question banks only ({banks}); for {name}, assignment.toml sets the variation"
             )

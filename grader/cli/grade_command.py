@@ -90,7 +90,7 @@ def grade(
     not graded again, so a stopped run continues where it was. Earlier results are stored in
     DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand; its column
     group sets those of all equal wrong answers, by the key that `qdot report` shows.
-    The formats of --report are in docs/outlets.md. With --student, only these reports are written.
+    The formats of --report are in docs/export-formats.md. With --student, only these reports are written.
 
     Examples:
       qdot grade homework

@@ -28,15 +28,21 @@ SCHEMAS = ROOT / "docs" / "schemas"
 def make_pages() -> dict[str, str]:
     """Return the texts of the pages by file name."""
     return {
-        "outlets.md": outlets_page(), "library.md": library_page(), "compatibility.md": compatibility_page(),
-    }  # fmt: skip
+        "export-formats.md": export_formats_page(),
+        "library.md": library_page(),
+        "compatibility.md": compatibility_page(),
+    }
 
 
-def outlets_page() -> str:
+def export_formats_page() -> str:
     """Return the page of export formats: which program reads each, and which tests check that it can be read."""
     order = ["generate", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
-    records = sorted(_read_platform_runs(), key=lambda record: (order.index(record["outlet"]), record["software"]))
-    return render("docs/outlets.md.j2", outlets=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records)
+    records = sorted(
+        _read_platform_runs(), key=lambda record: (order.index(record["export_format"]), record["software"])
+    )
+    return render(
+        "docs/export-formats.md.j2", export_formats=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records
+    )
 
 
 def _read_platform_runs() -> Iterator[dict[str, str]]:

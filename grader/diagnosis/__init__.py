@@ -7,6 +7,5 @@ The package imports judging. Its modules:
     formula_mistakes, rounding  find mistakes in the finished formulas; recognise answers with only rounding errors
     numbers, residuals          compare the values of an answer; find the links that an answer lacks
     advice, term_overlap        advise if no mistake is named; count the terms that an answer shares with the solution
-    follow_through              judge an answer against what follows from the student's wrong answer to an earlier part
     similar, groups             compare answers as they are written; compute the key that equal wrong answers share
 """

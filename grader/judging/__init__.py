@@ -7,5 +7,5 @@ From the rest of the grader it imports only parts of the sandbox.
     formulas, choices           judge formulas, numbers, directions and sets; judge the letters of options
     functions                   judge Python functions by their values
     answer_parser, judge        the entry points: parse the answer to a part in the expected form; judge it
-    compare                     compare two texts (`qdot compare`)
+    compare_command             compare two texts (`qdot compare`)
 """

@@ -28,15 +28,15 @@ assert drawn
 
 
 def exporting(folder: Path) -> Iterator[Figure]:
-    """Yield what a bank of every outlet takes in one process; the same secret gives all of them the same problems."""
+    """Yield the time of a bank of every export format in one process; the same secret gives all the same problems."""
     place = folder / "bank"
     students, secret = (Student("ada", "Ada"),), "0123456789abcdef"
     init_assignment(place, "Homework", "homework", students, secret, problems=SETS[DEFAULT_SET])
     drawn = processor_time([sys.executable, "-c", DRAWN, str(place), str(VARIANTS)], folder)
-    for outlet, goal in GOALS.items():
-        command = [*QDOT, "export", str(place), "--to", outlet, "--variants", str(VARIANTS), "--jobs", "1"]
+    for export_format, goal in GOALS.items():
+        command = [*QDOT, "export", str(place), "--to", export_format, "--variants", str(VARIANTS), "--jobs", "1"]
         taken = processor_time(command, folder)
-        what = f"`qdot export --to {outlet} --variants {VARIANTS}`"
+        what = f"`qdot export --to {export_format} --variants {VARIANTS}`"
         yield Figure(what, taken, "drawing and certifying the problems", drawn, goal)
 
 

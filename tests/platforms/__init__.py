@@ -1,12 +1,12 @@
-"""`make platforms`: our exports in the programs they are meant for, each from a copy of its software on this machine.
+"""`make platforms`: our exports in the programs that they are for, each from a copy of its software on this machine.
 
-`MOODLE=/path make platforms` puts what we export into Moodle by Moodle's own importer, has every question shown and
-answered by its own engine, and holds points and feedback against ours. It is not part of `make test`: a copy is found
-or fetched by whoever runs it, and installed for this machine only. What a run shows is kept beside the script, and the
-table of docs/outlets.md is made from it. What a run teaches becomes a check of `make test`, against data of ours.
+`MOODLE=/path make platforms` imports our exports with Moodle's own importer, shows and answers every question with its
+engine, and compares points and feedback with ours. It is not part of `make test`: the person who runs it finds or
+fetches a copy of the program. Each run is recorded beside its script; docs/export-formats.md has a table of the
+records. What a run teaches becomes a check of `make test`, against data of ours.
 
     given       the assignments that are exported, the answers that are given, and what qdot gives for them
-    notebooks   a class that hands in notebooks, and what qdot gives for them
+    notebooks   a class that submits notebooks, and what qdot gives for them
     repositories    a class that pushes to GitHub and GitLab
     records     what a run showed, as it is kept
     pictures/   the pictures of docs/, taken by a browser that clicks what the docs say

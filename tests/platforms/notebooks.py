@@ -38,9 +38,9 @@ def a_class(folder: Path, *students: str) -> Assignment:
     return load_assignment(folder)
 
 
-def exported(assignment: Assignment, outlet: str, to: Path) -> Path:
+def exported(assignment: Assignment, export_format: str, to: Path) -> Path:
     """Export an assignment into a folder, and return it."""
-    for file in EXPORT_FORMATS[outlet].export(ExportRequest(assignment, find_failures)):
+    for file in EXPORT_FORMATS[export_format].export(ExportRequest(assignment, find_failures)):
         path = to / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())

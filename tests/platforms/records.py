@@ -1,4 +1,4 @@
-"""What a run in a real program showed, as it is kept in tests/platforms/NAME.json and told in docs/outlets.md."""
+"""What a run in a real program showed, as stored in tests/platforms/NAME.json and shown in docs/export-formats.md."""
 
 import datetime
 import json
@@ -31,15 +31,15 @@ class Count:
 
 @dataclass(frozen=True)
 class Record:
-    """A run: what was exported (`outlet`), into which program and version, on which day, and what was counted.
+    """A run: what was exported (`export format`), into which program and version, on which day, and what was counted.
 
     "generate" stands for the notebooks that `qdot generate` writes.
 
-    The counts are called as the table of docs/outlets.md calls them: "imported", "shown", "right = full",
+    The counts are called as the table of docs/export-formats.md calls them: "imported", "shown", "right = full",
     "wrong < full", "blank = 0", … in this order.
     """
 
-    outlet: str
+    export_format: str
     software: str
     date: str
     counts: Mapping[str, Count]

@@ -35,10 +35,10 @@ class Class:
 
 
 @contextmanager
-def pushed(outlet: str, work: Path) -> Iterator[Class]:
+def pushed(export_format: str, work: Path) -> Iterator[Class]:
     """Yield a class with one student for each kind of answer, exported and pushed."""
     assignment = a_class(work / KEY, RIGHT, WRONG, BLANK)
-    made = exported(assignment, outlet, work / "exported")
+    made = exported(assignment, export_format, work / "exported")
     venv.create(work / "python", with_pip=True)
     with serving(work / "server") as server:
         for student in assignment.roster:

@@ -85,8 +85,8 @@ def test_every_promised_name_is_there(archive: Path) -> None:
 def test_a_name_that_goes_is_noticed() -> None:
     less = interface()
     less["commands"]["qdot show"].remove("--hints")
-    less["outlets"].remove("moodle")
-    assert gone(interface(), less) == ["commands qdot show: --hints", "outlets: moodle"]
+    less["export_formats"].remove("moodle")
+    assert gone(interface(), less) == ["commands qdot show: --hints", "export_formats: moodle"]
 
 
 # --- schemas ---

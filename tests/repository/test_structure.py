@@ -27,7 +27,7 @@ def tree_of(path: Path) -> ast.Module:
 
 PACKAGES = sorted(path for path in MODULES if path.name == "__init__.py")
 REGISTRIES = ("__init__.py", "catalogue.py", "registry.py", "formats.py")
-"""Modules of a package that list others by importing them: a new family or outlet needs no second line."""
+"""Modules of a package that list others by importing them: a new family or export format needs no second line."""
 
 
 def mapped(package: Path) -> list[str]:

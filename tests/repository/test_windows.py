@@ -144,12 +144,23 @@ class TestAClass:
         assert "2 kept" in run("generate", folder)[0]
 
     @pytest.mark.parametrize(
-        "outlet",
+        "export_format",
         [pytest.param(name, marks=NEEDS_SCRIPTS if name == "scorm" else ()) for name in sorted(EXPORT_FORMATS)],
     )
-    def test_every_outlet(self, folder: Path, outlet: str) -> None:
-        run("export", folder, "--to", outlet, "--variants", "1", "--jobs", "1", "--out", folder.parent / outlet)
-        assert list((folder.parent / outlet).iterdir())
+    def test_every_export_format(self, folder: Path, export_format: str) -> None:
+        run(
+            "export",
+            folder,
+            "--to",
+            export_format,
+            "--variants",
+            "1",
+            "--jobs",
+            "1",
+            "--out",
+            folder.parent / export_format,
+        )
+        assert list((folder.parent / export_format).iterdir())
 
     @pytest.mark.skipif(ON_WINDOWS, reason="nothing is graded here")
     def test_the_report_and_marks(self, folder: Path) -> None:

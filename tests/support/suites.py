@@ -85,14 +85,14 @@ def grouped(names: Iterable[str]) -> list[object]:
 
 
 EXAMPLES = (
-    "exercises/arm/test_derivation.py", "exercises/formula/test_identity.py",
+    "exercises/arm/test_derivation.py", "exercises/formula/test_equality.py",
     "exercises/mistakes/test_catalogue.py::test_every_mistake_is_wrong_and_named[elbow-3r]",
     "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
     "exercises/short_questions/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",
     "exercises/writing/test_languages.py",
-    "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
+    "exercises/exports/test_exports.py::test_every_export_format_writes_the_same_files_twice",
     "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_loop.py",
     "grader/reports/test_reports.py::test_junit",
     "grader/sandbox/test_sandbox.py::test_values_leave_as_text",

@@ -129,7 +129,7 @@ def interface() -> dict[str, Any]:
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
         "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ASKED), "robots": sorted(robots()),
-        "outlets": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
+        "export_formats": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 
 

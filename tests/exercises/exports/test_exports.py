@@ -1,4 +1,4 @@
-"""Outlets: what every one of them has in common, and the bank of variants behind those that draw from one."""
+"""What all export formats have in common, and the bank of variants behind those that draw from one."""
 
 import os
 import stat
@@ -18,7 +18,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
 from qdot.exercises.verify.certificate import certify
-from qdot.grader.cli.reference_pages import outlets_page
+from qdot.grader.cli.reference_pages import export_formats_page
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
@@ -84,11 +84,11 @@ def test_what_is_made_of_a_bank_is_made_by_many_processes_and_is_the_same(order:
     many = replace(alone, jobs=2)
     elsewhere = {process for _, process in process_bank(many, _process)}
     assert elsewhere and os.getpid() not in elsewhere
-    for outlet in ("moodle", "stack"):
+    for export_format in ("moodle", "stack"):
         counted, told = len(steps), len(notes)
-        one = list(EXPORT_FORMATS[outlet].export(alone))
+        one = list(EXPORT_FORMATS[export_format].export(alone))
         assert (len(steps) - counted, notes[told:]) == (2, notes[: len(notes) - told])
-        two = list(EXPORT_FORMATS[outlet].export(many))
+        two = list(EXPORT_FORMATS[export_format].export(many))
         assert two == one
 
 
@@ -107,9 +107,9 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: ExportRequest, tmp_
     plain, own = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
     assert [path.name for path in plain] == [path.name for path in own]
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
-    for outlet in ("prairielearn", "html"):
-        refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
-        assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {outlet}," in refused
+    for export_format in ("prairielearn", "html"):
+        refused = fails("export", folder, "--to", export_format, "--variation", "chapter")
+        assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {export_format}," in refused
     assert "'plain'" in fails(*command, tmp_path / "plain", "--variation", "plain")
 
     # A place that can't be asked of other arms is named.
@@ -128,26 +128,28 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("outlet", EXPORT_FORMATS)
-def test_a_problem_that_fails_its_certificate_is_not_exported(order: ExportRequest, assets: None, outlet: str) -> None:
+@pytest.mark.parametrize("export_format", EXPORT_FORMATS)
+def test_a_problem_that_fails_its_certificate_is_not_exported(
+    order: ExportRequest, assets: None, export_format: str
+) -> None:
     with pytest.raises(
         QdotError, match=r"p1.* \(planar-2r\): 10 attempts, but no valid problem\. The first attempt: wrong"
     ):
-        list(EXPORT_FORMATS[outlet].export(replace(order, find_failures=lambda _: ["wrong"], variant_count=1)))
+        list(EXPORT_FORMATS[export_format].export(replace(order, find_failures=lambda _: ["wrong"], variant_count=1)))
 
 
 @pytest.mark.parametrize(
-    "outlet", [name for name, outlet in EXPORT_FORMATS.items() if outlet.check is list_robot_files]
+    "export_format", [name for name, export_format in EXPORT_FORMATS.items() if export_format.check is list_robot_files]
 )
-def test_a_robot_outside_of_the_folder_is_refused(order: ExportRequest, outlet: str, tmp_path: Path) -> None:
+def test_a_robot_outside_of_the_folder_is_refused(order: ExportRequest, export_format: str, tmp_path: Path) -> None:
     (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
     with pytest.raises(QdotError, match="is outside"):
-        EXPORT_FORMATS[outlet].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
+        EXPORT_FORMATS[export_format].check(replace(order, assignment=replace(order.assignment, folder=tmp_path)))
 
 
 @pytest.fixture(scope="module")
 def certified(order: ExportRequest) -> ExportRequest:
-    """An order with solutions, each of whose problems is certified once for all outlets."""
+    """An order with solutions, each of whose problems is certified once for all export formats."""
     known: dict[str, Sequence[str]] = {}
 
     def failures(problem: Problem) -> Sequence[str]:
@@ -159,10 +161,12 @@ def certified(order: ExportRequest) -> ExportRequest:
     return replace(order, variant_count=several(1, 2), has_solutions=True, find_failures=failures)
 
 
-@pytest.mark.parametrize("outlet", EXPORT_FORMATS)
-def test_every_outlet_writes_the_same_files_twice(certified: ExportRequest, assets: None, outlet: str) -> None:
-    files = list(EXPORT_FORMATS[outlet].export(certified))
-    assert files and files == list(EXPORT_FORMATS[outlet].export(certified))
+@pytest.mark.parametrize("export_format", EXPORT_FORMATS)
+def test_every_export_format_writes_the_same_files_twice(
+    certified: ExportRequest, assets: None, export_format: str
+) -> None:
+    files = list(EXPORT_FORMATS[export_format].export(certified))
+    assert files and files == list(EXPORT_FORMATS[export_format].export(certified))
     paths = [file.path for file in files]
     assert len(set(paths)) == len(paths)
     assert not [path for path in paths if path.startswith("/") or ".." in path.split("/")]
@@ -200,6 +204,6 @@ def test_reports_are_asked_for_by_format_and_path(order: ExportRequest, tmp_path
     assert "'cvs'" in fails("grade", folder, "--report", "cvs=x")
 
 
-def test_the_page_of_outlets_is_up_to_date() -> None:
+def test_the_page_of_export_formats_is_up_to_date() -> None:
     """Where this fails, run: make docs"""
-    assert (DOCS / "outlets.md").read_text(encoding="utf-8") == outlets_page()
+    assert (DOCS / "export-formats.md").read_text(encoding="utf-8") == export_formats_page()

@@ -1,4 +1,4 @@
-"""Moodle XML of every outlet that writes it, held against the columns of the tables into which Moodle and STACK put it.
+"""Moodle XML of every format that writes it, checked against the columns of the tables of Moodle and STACK.
 
 What is too long for its column ends an import on PostgreSQL, with everything behind it.
 """

@@ -78,8 +78,8 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
     return ExportRequest(load_assignment(folder), find_failures)
 
 
-def files(order: ExportRequest, outlet: str) -> dict[str, ExportedFile]:
-    return {file.path: file for file in EXPORT_FORMATS[outlet].export(order)}
+def files(order: ExportRequest, export_format: str) -> dict[str, ExportedFile]:
+    return {file.path: file for file in EXPORT_FORMATS[export_format].export(order)}
 
 
 def text_of(content: str | bytes, folder: Path) -> str:
@@ -187,14 +187,16 @@ def test_a_sheet_holds_no_answer_unless_it_is_to(order: ExportRequest) -> None:
     assert not solved.has_hints
 
 
-@pytest.mark.parametrize("outlet", ["html", "latex", "pdf"])
+@pytest.mark.parametrize("export_format", ["html", "latex", "pdf"])
 @pytest.mark.parametrize("kind", ["handout", "exam"])
-def test_no_answer_and_no_seed_reaches_a_student(order: ExportRequest, outlet: str, kind: str, tmp_path: Path) -> None:
-    made = files(replace(order, sheet=kind), outlet)
+def test_no_answer_and_no_seed_reaches_a_student(
+    order: ExportRequest, export_format: str, kind: str, tmp_path: Path
+) -> None:
+    made = files(replace(order, sheet=kind), export_format)
     assert not any(file.is_private for file in made.values())
     for student in CLASS:
         ((_, problem),) = order.assignment.problems(student.id)
-        ending = {"latex": "tex"}.get(outlet, outlet)
+        ending = {"latex": "tex"}.get(export_format, export_format)
         content = made[f"{kind}/{student.id}.{ending}"].content
         shown = content if isinstance(content, str) else text_of(content, tmp_path)
         assert str(problem.id.seed) not in shown and order.assignment.secret not in shown
@@ -387,10 +389,10 @@ def test_versions_have_no_names_and_are_no_students_problems(order: ExportReques
         files(replace(order, sheet="marking"), "html")
 
 
-def test_what_can_not_be_written_keeps_no_other_outlet_from_it(
+def test_what_can_not_be_written_keeps_no_other_export_format_from_it(
     order: ExportRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where a library is missing, and where an outlet fails after its first file."""
+    """Where a library is missing, and where an export format fails after its first file."""
 
     def failing(_: ExportRequest) -> Generator[ExportedFile, None, None]:
         yield ExportedFile("a", "")
@@ -405,7 +407,9 @@ def test_what_can_not_be_written_keeps_no_other_outlet_from_it(
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
 
 
-def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: ExportRequest, tmp_path: Path) -> None:
+def test_what_is_asked_of_export_formats_is_checked_before_the_first_is_written(
+    order: ExportRequest, tmp_path: Path
+) -> None:
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path, "--to", "html"]
     for asked, said in (
         (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),

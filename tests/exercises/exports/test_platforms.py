@@ -78,13 +78,13 @@ def asked(order: ExportRequest) -> list[QuizItem]:
 
 
 def files_of(
-    outlet: Callable[[ExportRequest], Iterator[Any]], order: ExportRequest, asked: list[QuizItem]
+    export_format: Callable[[ExportRequest], Iterator[Any]], order: ExportRequest, asked: list[QuizItem]
 ) -> dict[str, Any]:
-    """Return what an outlet writes for these items: the contents of its files by their names."""
+    """Return what an export format writes for these items: the contents of its files by their names."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (made, moodle):
             patch.setattr(module, "make_items", lambda _: iter(asked))
-        files = list(outlet(order))
+        files = list(export_format(order))
     assert all(file.is_private for file in files)  # what is right is in them
     return {file.path: file.content for file in files}
 

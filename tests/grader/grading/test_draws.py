@@ -323,10 +323,10 @@ def test_exports_hand_out_and_take_along_the_same_draws(folder: Path, monkeypatc
 def test_an_export_leaves_out_who_can_be_given_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lost = set(seeds(load_assignment(folder), "s3"))
     put_in(monkeypatch, lambda seed: seed in lost)
-    for outlet, files in (("gradescope", "students/*/hw.ipynb"), ("html", "handout/*.html")):
-        stderr = left_out(folder, "export", "--to", outlet)
+    for export_format, files in (("gradescope", "students/*/hw.ipynb"), ("html", "handout/*.html")):
+        stderr = left_out(folder, "export", "--to", export_format)
         assert "1 of 6 students" in stderr and "(s3)" in stderr
-        assert len(list((folder / "exports" / outlet).glob(files))) == 5
+        assert len(list((folder / "exports" / export_format).glob(files))) == 5
 
 
 def test_a_bank_passes_over_what_fails_and_says_so_where_nothing_passes(
