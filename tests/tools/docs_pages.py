@@ -129,7 +129,6 @@ def variation_page() -> str:
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
         difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
-        has={name: FAMILIES[name].variation_names for name in FAMILIES},
     )
 
 
@@ -138,10 +137,7 @@ def mistakes_page() -> str:
     sections = [
         {
             "title": title,
-            "mistakes": [
-                {"name": m.name, "message": re.sub(r"{\w+}", "\\*", m.message), "source": m.source}
-                for m in module.MISTAKES
-            ],
+            "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in module.MISTAKES],
         }
         for title, module in SECTIONS.items()
     ]
