@@ -9,6 +9,7 @@ import io
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -201,12 +202,21 @@ def _faults_of(message: Message, forms: int) -> Iterator[str]:
             yield f"fills in {_list_names(names)} in place of {_list_names(expected)}: {_quote(message)}"
         if _edges(string) != _edges(texts[0]):
             yield f"has other spaces at its ends: {_quote(message)}"
+        english_text = texts[0] if number == 0 else texts[-1]
+        if (english := _formulas(english_text)) != (translated := _formulas(string)):
+            differences = " ".join(sorted({*(english - translated), *(translated - english)}))
+            yield f"has other formulas, {differences}: {_quote(message)}"
 
 
 def _placeholders(message: Message, text: str) -> set[str]:
     """Return the names of what is filled into a text of a message."""
     by_percent = message.context is None or FILLED.search(_texts(message.id)[0])
     return set((FILLED if by_percent else BRACES).findall(text))
+
+
+def _formulas(text: str) -> Counter[str]:
+    """Return the formulas of a text; a quotation from the book may be translated beside it."""
+    return Counter(re.findall(r"\$[^$]*\$", re.sub(r"“[^”]*”|„[^“]*“", "", text)))
 
 
 def _by_key(catalog: Catalog) -> dict[Key, Message]:

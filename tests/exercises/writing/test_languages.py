@@ -162,6 +162,7 @@ def german() -> Catalog:
     [
         ("By (6.7),", None, "", "not translated"),
         ("By (6.7),", None, " Nach (6.7) ist", "spaces"),
+        ("By (6.7),", None, "Nach (6.7) für $P$", "other formulas, $P$"),
         ("The answer is **%(letter)s**.", None, "Die Antwort ist **%(brief)s**.", "brief in place of letter"),
         ("row {n}", "phrase", "Zeile", "nothing in place of n"),
         ("In this table %(links)s is zero.", None, ("In dieser Tabelle ist %(links)s null.",), "1 plural forms"),
