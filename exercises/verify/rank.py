@@ -10,7 +10,6 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.answer_types import Choice, Direction, Number
-from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import ConfigurationDetails
@@ -19,7 +18,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import line_directions
 from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import side_of_lost_direction, statement_holds
+from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_direction
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
@@ -231,7 +230,7 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
     is_true_everywhere = [
-        bool(samples) and all(_meaning_holds(numeric.chain, meaning, sample) for sample in samples)
+        bool(samples) and all(_meaning_holds(meaning, sample) for sample in samples)
         for meaning, _ in choice.offered
     ]
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
@@ -254,22 +253,45 @@ _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
 """The kinds of statements about directions of axes, the only ones that explain a lost rotation."""
 
 
-def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
-    """Return whether a geometric statement is true at a configuration."""
-    frames = sample.frames
-    if meaning.kind == "square":
-        sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
-        return bool(sigma[0] - sigma[-1] < 1e-6)
+def _meaning_holds(meaning: Meaning, sample: Sample) -> bool:
+    """Return whether a geometric statement is true at a configuration, by moving joints and comparing lines."""
+    first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
+    frames = sample.arm.frames(sample.q)
+    if meaning.kind == "on axis":
+        moved_q = sample.q + 0.7 * np.eye(len(sample.q))[first]
+        return bool(np.linalg.norm(sample.arm.point(moved_q) - sample.arm.point(sample.q)) < 1e-6)
+    if meaning.kind == "in line":
+        lines = [
+            np.concatenate([z, np.cross(o, z)])
+            for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
+        ]
+        return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
+    if meaning.kind in ("parallel", "one plane", "square"):
+        axes = frames[[joint - 1 for joint in meaning.joints], :3, 2]
+        sigma = np.linalg.svd(axes, compute_uv=False)
+        return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
     if meaning.kind == "level":
         points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
+    if meaning.kind == "one way":
+        steps = 1e-4 * np.eye(len(sample.q))[[first, last]]
+        velocities = (sample.arm.point(sample.q + steps) - sample.arm.point(sample.q - steps)) / 2e-4
+        return bool(np.linalg.norm(np.cross(*(velocities / np.linalg.norm(velocities, axis=1, keepdims=True)))) < 1e-6)
     if meaning.kind in ("straight", "doubled"):
         a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
         expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(distance - expected) < 1e-7)
-    # Words such as "the arm is stretched out" come before the statement itself.
-    return statement_holds(chain, meaning.words.rpartition(": ")[2].replace("$P$", "the point"), sample)
+    if meaning.kind in ("along", "across"):
+        prismatic_frame, start, end = (frames[joint - 1] for joint in meaning.joints)
+        projected = np.linalg.inv(start[:3, :3]) @ np.column_stack([prismatic_frame[:3, 2], end[:3, 3] - start[:3, 3]])
+        angle = np.diff(np.arctan2(projected[1], projected[0]))[0]
+        deviation = np.sin(angle) if meaning.kind == "along" else np.cos(angle)
+        return bool(abs(deviation) < 1e-6 and abs(projected[2, 0]) < 1e-6)
+    moved_configurations = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
+    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, moved_configurations])), first)
+    extreme = distances.max() if meaning.kind == "far" else distances.min()
+    return bool(abs(distances[0] - extreme) < 1e-9)
 
 
 CHECKS: dict[str, PartCheck] = {
