@@ -193,6 +193,4 @@ export function Arrows({
 }
 
 /** A vector of a length in pixels, however the drawing is scaled. */
-export function ofPixels(view: View, direction: Vec3, pixels: number): Vec3 {
-  return scaled(direction, pixels / view.scale);
-}
+export const ofPixels = (view: View, direction: Vec3, pixels: number): Vec3 => scaled(direction, pixels / view.scale);

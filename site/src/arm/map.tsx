@@ -243,9 +243,7 @@ function caught([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot |
 }
 
 /** Both axes with the same joint make no map: the other axis then takes the joint that was given up. */
-function withoutTwins(next: Pair, before: Pair): Pair {
-  return next[0] === next[1] ? [before[1], before[0]] : next;
-}
+const withoutTwins = (next: Pair, before: Pair): Pair => (next[0] === next[1] ? [before[1], before[0]] : next);
 
 interface AxisProps {
   readonly arm: Arm;

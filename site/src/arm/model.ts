@@ -185,9 +185,7 @@ export function reachOf(arm: Arm): number {
 }
 
 /** Whether the task counts velocities and turns at once, so that singular values depend on the unit of length. */
-export function isMixed(arm: Arm): boolean {
-  return arm.task.some((row) => row < 3) && arm.task.some((row) => row > 2);
-}
+export const isMixed = (arm: Arm): boolean => arm.task.some((row) => row < 3) && arm.task.some((row) => row > 2);
 
 /** The longest part of the arm (m), to which its slides are measured; 0.4 for one without any. */
 export function longest(arm: Arm): number {

@@ -73,9 +73,7 @@ function onItsSide(arm: Arm, before: Pose, now: Pose): Pose {
 }
 
 /** Which way an arm is bent: the sign of det J, always the same where J is not square. */
-function sideOf(arm: Arm, pose: Pose): boolean {
-  return signedVolume(arm, pose) < 0;
-}
+const sideOf = (arm: Arm, pose: Pose): boolean => signedVolume(arm, pose) < 0;
 
 /** The motion (of unit size) that leaves everything where it is, if the pose is as near to singular as that. */
 function stillMotion(arm: Arm, pose: Pose, share: number): readonly number[] | null {
@@ -152,6 +150,4 @@ function stepDown(arm: Arm, state: State, error: Vec3, reach: number, seen?: Vie
 }
 
 /** What of a vector is seen on the page, where depth does not count. */
-function onPage(v: Vec3, seen?: View): Vec3 {
-  return seen ? along(v, seen.toward, -dot(v, seen.toward)) : v;
-}
+const onPage = (v: Vec3, seen?: View): Vec3 => (seen ? along(v, seen.toward, -dot(v, seen.toward)) : v);

@@ -197,9 +197,7 @@ function Panel(props: ArmProps): JSX.Element {
 }
 
 /** Whether arm and words are one above the other, where a pane would take the room of the words. */
-function isNarrowPage(): boolean {
-  return typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
-}
+const isNarrowPage = (): boolean => typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
 
 /** What is shown in the drawing, and the way back to the first pose. */
 const Shown = memo((props: Pick<Stage, "layers" | "concealed" | "toggle" | "reset">): JSX.Element => {

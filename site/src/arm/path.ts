@@ -51,9 +51,7 @@ export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
   return { start, unit: unit(way), length };
 }
 
-export function pointOn(path: Path, s: number): Vec3 {
-  return along(path.start, path.unit, s);
-}
+export const pointOn = (path: Path, s: number): Vec3 => along(path.start, path.unit, s);
 
 /** dq/ds, the joint rates at unit speed. */
 export function slopesAt(arm: Arm, path: Path, state: State): number[] {

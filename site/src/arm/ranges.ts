@@ -37,9 +37,7 @@ export function within(arm: Arm, index: number, value: number): number {
   return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
 }
 
-export function poseWithin(arm: Arm, pose: Pose): Pose {
-  return pose.map((value, i) => within(arm, i, value));
-}
+export const poseWithin = (arm: Arm, pose: Pose): Pose => pose.map((value, i) => within(arm, i, value));
 
 const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
 const SLIDES = [0.7, 0.5, 0.9];
@@ -75,9 +73,7 @@ export function firstPose(arm: Arm): Pose {
   return best;
 }
 
-function round(value: number, step: number): number {
-  return Math.round(value / step) * step;
-}
+const round = (value: number, step: number): number => Math.round(value / step) * step;
 
 /** How far the arm gets from its base: about, and above and below, along the base's axis (m). */
 export interface Extent {

@@ -12,15 +12,9 @@ export function decimals(value: number, count: number): number {
 }
 
 /** Three significant digits. */
-export function digits(value: number): number {
-  return Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3));
-}
+export const digits = (value: number): number => (Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3)));
 
 /** An angle in its unit, with a decimal in degrees and three in radians. */
-export function angleIn(radians: boolean, angle: number): number {
-  return radians ? decimals(angle, 3) : degrees(angle);
-}
+export const angleIn = (radians: boolean, angle: number): number => (radians ? decimals(angle, 3) : degrees(angle));
 
-export function degrees(angle: number): number {
-  return decimals((angle * 180) / Math.PI, 1);
-}
+export const degrees = (angle: number): number => decimals((angle * 180) / Math.PI, 1);

@@ -24,9 +24,7 @@ const CELLS = 64;
 const LOST = 1e-6;
 
 /** About the largest det J of an arm below 1 m; its unit is a power of metres, one for each row that is a velocity. */
-function sizeOf(arm: Arm): number {
-  return Math.min(1, reachOf(arm)) ** arm.task.filter((row) => row < 3).length;
-}
+const sizeOf = (arm: Arm): number => Math.min(1, reachOf(arm)) ** arm.task.filter((row) => row < 3).length;
 
 /** The two joints on which the determinant depends most, in their order. */
 export function telling(arm: Arm): Pair {

@@ -5,22 +5,14 @@ export type Matrix = readonly (readonly number[])[];
 
 export const ZERO: Vec3 = [0, 0, 0];
 
-export function add(a: Vec3, b: Vec3): Vec3 {
-  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-}
+export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 
-export function subtract(a: Vec3, b: Vec3): Vec3 {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-}
+export const subtract = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
-export function scaled(a: Vec3, by: number): Vec3 {
-  return [a[0] * by, a[1] * by, a[2] * by];
-}
+export const scaled = (a: Vec3, by: number): Vec3 => [a[0] * by, a[1] * by, a[2] * by];
 
 /** a + by b. */
-export function along(a: Vec3, b: Vec3, by: number): Vec3 {
-  return [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
-}
+export const along = (a: Vec3, b: Vec3, by: number): Vec3 => [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
 
 export function cross(a: Vec3, b: Vec3): Vec3 {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -33,9 +25,7 @@ export function dot(a: readonly number[], b: readonly number[]): number {
   return sum;
 }
 
-export function norm(a: readonly number[]): number {
-  return Math.sqrt(dot(a, a));
-}
+export const norm = (a: readonly number[]): number => Math.sqrt(dot(a, a));
 
 /** The unit vector along a vector of space; zero stays zero. */
 export function unit(a: Vec3): Vec3 {
@@ -44,9 +34,7 @@ export function unit(a: Vec3): Vec3 {
 }
 
 /** A v. */
-export function times(matrix: Matrix, v: readonly number[]): number[] {
-  return matrix.map((row) => dot(row, v));
-}
+export const times = (matrix: Matrix, v: readonly number[]): number[] => matrix.map((row) => dot(row, v));
 
 export function transposed(matrix: Matrix): number[][] {
   return (matrix[0] ?? []).map((_, j) => matrix.map((row) => row[j] as number));

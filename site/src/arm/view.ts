@@ -136,9 +136,7 @@ export function pixel(view: View, p: Vec3): Pixel {
 }
 
 /** How a vector (m) is drawn, in pixels with y down. */
-export function drawn(view: View, v: Vec3): Pixel {
-  return [view.scale * dot(view.right, v), -view.scale * dot(view.up, v)];
-}
+export const drawn = (view: View, v: Vec3): Pixel => [view.scale * dot(view.right, v), -view.scale * dot(view.up, v)];
 
 /** The vector (m) in the plane of the drawing that is drawn as a step in pixels. */
 export function lifted(view: View, [dx, dy]: Pixel): Vec3 {

@@ -300,6 +300,4 @@ function useClock(
   return [playing, setPlaying];
 }
 
-export function journeyOf(arm: Arm, weld: Weld): Journey {
-  return follow(arm, weld.from, pathTo(arm, weld.from, weld.target));
-}
+export const journeyOf = (arm: Arm, weld: Weld): Journey => follow(arm, weld.from, pathTo(arm, weld.from, weld.target));

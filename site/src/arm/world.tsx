@@ -21,9 +21,7 @@ function isApart({ base }: Arm): boolean {
 }
 
 /** The corners of the way from the world's origin to the base, along its axes one after the other. */
-export function wayToBase({ base: { o } }: Arm): readonly Vec3[] {
-  return [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
-}
+export const wayToBase = ({ base: { o } }: Arm): readonly Vec3[] => [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
 
 /** The axes of the world frame that are seen. */
 function worldAxes(view: View, flat: boolean): NamedArrow[] {

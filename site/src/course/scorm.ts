@@ -128,9 +128,7 @@ function responseOf({ key }: Part, answer: string, as: AnswerModel): [type: stri
 }
 
 /** A number as both data models read it: digits and a point. */
-export function decimal(value: number, places: number): string {
-  return value.toFixed(places).replace(/\.?0+$/, "");
-}
+export const decimal = (value: number, places: number): string => value.toFixed(places).replace(/\.?0+$/, "");
 
 /** Hours, minutes and seconds as SCORM 1.2 writes them. */
 export function clock(seconds: number): string {

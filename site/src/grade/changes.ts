@@ -302,6 +302,4 @@ function piecesOf(entry: Node): Piece[] {
 
 const stem = (text: string): string => (/^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, ""));
 
-function near(a: number, b: number): boolean {
-  return Math.abs(a - b) <= NEAR * Math.max(Math.abs(a), Math.abs(b));
-}
+const near = (a: number, b: number): boolean => Math.abs(a - b) <= NEAR * Math.max(Math.abs(a), Math.abs(b));

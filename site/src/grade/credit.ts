@@ -6,9 +6,7 @@ const FORGOTTEN = 2 / 3;
 const HALF = 1 / 2;
 
 /** Of what is right but for signs, or for a constant factor (`amiss` 1), or for both (2). */
-export function shareButForFactor(amiss: 1 | 2): number {
-  return 1 - AMISS * amiss;
-}
+export const shareButForFactor = (amiss: 1 | 2): number => 1 - AMISS * amiss;
 
 /** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
 export function shareOfEntries(

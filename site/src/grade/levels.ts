@@ -24,9 +24,7 @@ const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
   "verdict.not-along": "verdict.other-direction",
 };
 
-export function atLeast(level: Level, wanted: Level): boolean {
-  return LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
-}
+export const atLeast = (level: Level, wanted: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
 
 /** The level that tells less. */
 export const lower = (one: Level, other: Level): Level => (atLeast(one, other) ? other : one);
@@ -55,6 +53,4 @@ function instead({ key, values }: Message, keys: Partial<Record<TextKey, TextKey
   return message(keys[key] ?? key, values);
 }
 
-function isOfReading({ key }: Message): boolean {
-  return key.startsWith("read.") || key === "verdict.no-letter";
-}
+const isOfReading = ({ key }: Message): boolean => key.startsWith("read.") || key === "verdict.no-letter";

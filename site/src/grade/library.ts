@@ -67,9 +67,7 @@ export function waves({ angles }: Library, at: At): Known[] {
   return angles.flatMap((angle) => [known(call("sin", angle), at), known(call("cos", angle), at)]);
 }
 
-export function known(tree: Node, at: At): Known {
-  return { tree, value: evaluate(tree, at).re };
-}
+export const known = (tree: Node, at: At): Known => ({ tree, value: evaluate(tree, at).re });
 
 /** Terms as Jacobians have them: a length or none, a rate or none where there are any, and sines and cosines. */
 export interface Terms {

@@ -140,9 +140,7 @@ function listedIn(values: Node): readonly Node[] {
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
-function vanishing(tree: Node): Piece[] {
-  return cases(bare(tree)).map((zero) => [{ joint: null, zero }]);
-}
+const vanishing = (tree: Node): Piece[] => cases(bare(tree)).map((zero) => [{ joint: null, zero }]);
 
 /** What vanishes where an expression does, X of sqrt(X) or of X^4: the search needs a slope, which these lack. */
 function bare(tree: Node): Node {

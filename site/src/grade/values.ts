@@ -242,9 +242,7 @@ const MOST_CONSTANTS = 5;
 /** Powers of lengths that a constant factor may hold; the grader of qdot takes any factor that no joint changes. */
 const POWERS = [0, 1, -1, 0.5, -0.5];
 
-function near(a: number, b: number): boolean {
-  return Math.abs(a - b) <= SAME * Math.abs(b);
-}
+const near = (a: number, b: number): boolean => Math.abs(a - b) <= SAME * Math.abs(b);
 
 /** All ways to raise so many symbols to these powers. */
 function powersOf(count: number): number[][] {
@@ -295,9 +293,7 @@ function mistakeBehind(
 }
 
 /** What an entry counts in the print of an answer, as in ../../../exercises/site/keys.py. */
-export function weight(index: number): number {
-  return 1 + ((index * GOLDEN) % 1);
-}
+export const weight = (index: number): number => 1 + ((index * GOLDEN) % 1);
 
 // --- configurations ---
 

@@ -168,6 +168,4 @@ function twoArms({ arm, state }: Stage): [Vec3, Vec3] {
 }
 
 /** How far the path goes that is played (m); no number where none is. */
-function endOf({ welding }: Stage): number {
-  return welding?.journey.stations.at(-1)?.s || Infinity;
-}
+const endOf = ({ welding }: Stage): number => welding?.journey.stations.at(-1)?.s || Infinity;

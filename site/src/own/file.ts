@@ -43,6 +43,4 @@ function plain(text: string): string {
 const list = (three: Triple<string>): string => `[${three.map((text) => quoted(plain(text))).join(", ")}]`;
 
 /** A text as TOML quotes it. */
-function quoted(text: string): string {
-  return JSON.stringify(text).replace(/\x7f/g, "\\u007f");
-}
+const quoted = (text: string): string => JSON.stringify(text).replace(/\x7f/g, "\\u007f");

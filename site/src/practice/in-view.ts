@@ -32,6 +32,4 @@ function scrolledTo(element: Element): void {
 }
 
 /** So many pixels lie under the stage on a phone, as the style of the page says. */
-function coveredAbove(): number {
-  return parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0;
-}
+const coveredAbove = (): number => parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0;

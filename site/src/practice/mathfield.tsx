@@ -7,9 +7,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { inDigits, language, say } from "../text/text.js";
 
 /** The formula in a field, its decimal comma as a point. */
-function textOf(field: MathfieldElement | null): string {
-  return (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
-}
+const textOf = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
 
 /** In Firefox, keys are lost as long as the page's selection is not where MathLive listens (its issue 2300). */
 function hearKeys({ currentTarget }: Event): void {

@@ -116,6 +116,4 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
   );
 }
 
-function newSet(): string {
-  return crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);
-}
+const newSet = (): string => crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);

@@ -12,9 +12,7 @@ const GOES_ON = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...latex.row_end
 const SUM_OF_DIGITS = whole("sum_of_digits");
 const HEIGHT = compiled(`^${VOCABULARY.patterns.height_of_row}`);
 
-export function latexAsText(text: string): string {
-  return new Walk(text.match(TOKEN) ?? []).until([]);
-}
+export const latexAsText = (text: string): string => new Walk(text.match(TOKEN) ?? []).until([]);
 
 /** Walks through the tokens of a formula. */
 class Walk {

@@ -65,9 +65,7 @@ function operation(top: Node, given: readonly Node[]): Node {
   return impossible(top.kind, args);
 }
 
-function isBracket(tree: Node): boolean {
-  return isList(tree) && tree.args.length === 1 && !isList(tree.args[0] as Node);
-}
+const isBracket = (tree: Node): boolean => isList(tree) && tree.args.length === 1 && !isList(tree.args[0] as Node);
 
 /** The rows of a list; of a list of entries a column. */
 function rowsOf(list: Node): Rows {

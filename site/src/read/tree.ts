@@ -136,9 +136,7 @@ export function digitsOfDecimals(tree: Node): number {
 }
 
 /** Whether a placeholder is still there somewhere in the tree. */
-export function hasBlank(tree: Node): boolean {
-  return anyNode(tree, ({ kind }) => kind === "blank");
-}
+export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kind === "blank");
 
 export type Rows = readonly (readonly Node[])[];
 

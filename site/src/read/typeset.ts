@@ -84,9 +84,7 @@ function piece(tree: Node, symbols: Symbols): Piece {
   }
 }
 
-function at({ latex, level }: Piece, least: number): string {
-  return level >= least ? latex : `\\left(${latex}\\right)`;
-}
+const at = ({ latex, level }: Piece, least: number): string => (level >= least ? latex : `\\left(${latex}\\right)`);
 
 function product(left: string, right: string): string {
   return /^[\d]/.test(right) ? `${left} \\cdot ${right}` : `${left} \\, ${right}`;

@@ -23,20 +23,14 @@ export function pattern(name: keyof typeof vocabulary.patterns, flags = ""): Reg
 }
 
 /** One of the vocabulary's patterns, which a whole text must be. */
-export function whole(name: keyof typeof vocabulary.patterns): RegExp {
-  return compiled(`^(?:${vocabulary.patterns[name]})$`);
-}
+export const whole = (name: keyof typeof vocabulary.patterns): RegExp => compiled(`^(?:${vocabulary.patterns[name]})$`);
 
 /** Signs as they stand in a pattern for themselves. */
-export function literally(text: string): string {
-  return text.replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
-}
+export const literally = (text: string): string => text.replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
 
 const SPACES = new Set(vocabulary.spaces);
 
-export function isSpace(sign: string | undefined): boolean {
-  return sign !== undefined && SPACES.has(sign);
-}
+export const isSpace = (sign: string | undefined): boolean => sign !== undefined && SPACES.has(sign);
 
 /** A text without the spaces at its end; trimEnd takes other signs away, too, which Python does not. */
 export function withoutSpacesAtEnd(text: string): string {
@@ -53,6 +47,4 @@ export function stripped(text: string): string {
 }
 
 /** How many signs a text has, exactly if more than `most`: those outside the first plane count once, as in Python. */
-export function lengthOf(text: string, most: number): number {
-  return text.length > most ? [...text].length : text.length;
-}
+export const lengthOf = (text: string, most: number): number => (text.length > most ? [...text].length : text.length);

@@ -15,9 +15,7 @@ export interface Message {
   readonly values: Values;
 }
 
-export function message(key: TextKey, values: Values = {}): Message {
-  return { key, values };
-}
+export const message = (key: TextKey, values: Values = {}): Message => ({ key, values });
 
 export interface Language {
   readonly code: string;
@@ -29,9 +27,7 @@ export const ENGLISH: Language = { code: "en", catalogue: english };
 let page = ENGLISH;
 
 /** The language in which the page speaks. */
-export function language(): Language {
-  return page;
-}
+export const language = (): Language => page;
 
 export function speak(chosen: Language): void {
   page = chosen;
