@@ -189,9 +189,7 @@ export interface Texts {
 }
 
 /** FAMILY/KEY.solutions.LANGUAGE.json. */
-export interface SolvedTexts {
-  readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[];
-}
+export type SolvedTexts = { readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[] };
 
 /** FAMILY/KEY.solutions.json, loaded when a solution is asked for. */
 export interface Solutions {

@@ -6,10 +6,7 @@ import { afterPaint, breath } from "./later.js";
 /** Milliseconds of typesetting after which the browser may do something else. */
 const SLICE = 8;
 
-interface Waiting {
-  readonly latex: string;
-  readonly block: boolean;
-}
+type Waiting = { readonly latex: string; readonly block: boolean };
 
 const waiting = new Map<HTMLElement, Waiting>();
 let running: Promise<void> | null = null;

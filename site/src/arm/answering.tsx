@@ -17,11 +17,7 @@ import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js
 import { jointClass } from "./letters.js";
 
 /** A term that is pointed at, whether it stays when pointer and focus leave, and whether keys led to it. */
-interface Term {
-  readonly parts: readonly Element[];
-  readonly stays: boolean;
-  readonly byKey?: boolean;
-}
+type Term = { readonly parts: readonly Element[]; readonly stays: boolean; readonly byKey?: boolean };
 
 /** How far the middle of a number keeps from the page's sides (pixels). */
 const EDGE = 64;

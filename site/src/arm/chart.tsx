@@ -98,10 +98,7 @@ export function columnsFor(count: number, height: number): number {
   return Math.max(1, Math.ceil(((count - 1) * STEP) / Math.max(height, STEP)));
 }
 
-interface Name {
-  readonly at: number;
-  readonly column: number;
-}
+type Name = { readonly at: number; readonly column: number };
 
 /**
  * Where names of curves stand that end at these heights: moved apart, in their order from above, one after the other in

@@ -22,22 +22,7 @@ import { ARROWS, FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, 
 import { useSize } from "./size.js";
 import { nearness } from "./words.js";
 
-interface DrawingProps extends Pick<
-  Stage,
-  | "arm"
-  | "state"
-  | "home"
-  | "isSent"
-  | "measures"
-  | "reach"
-  | "layers"
-  | "concealed"
-  | "chosen"
-  | "choose"
-  | "lit"
-  | "point"
-  | "move"
-> {
+interface DrawingProps extends Stage {
   readonly label: string;
   readonly describedBy: string;
   /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
@@ -370,10 +355,7 @@ const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }):
   );
 });
 
-interface Grip {
-  readonly at: Pixel;
-  readonly onDown: (event: PointerEvent) => void;
-}
+type Grip = { readonly at: Pixel; readonly onDown: (event: PointerEvent) => void };
 
 function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean }): JSX.Element {
   return (

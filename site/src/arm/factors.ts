@@ -8,11 +8,7 @@ import { randomPoses } from "./random.js";
 import { rangeOf } from "./ranges.js";
 
 /** A factor: as HTML, its value at a pose, and the largest size of it over the ranges of the joints. */
-export interface LiveFactor {
-  readonly html: string;
-  readonly at: (pose: Pose) => number;
-  readonly most: number;
-}
+export type LiveFactor = { readonly html: string; readonly at: (pose: Pose) => number; readonly most: number };
 
 const SAMPLES = 300;
 

@@ -10,12 +10,7 @@ import { add, dot, scaled, type Vec3 } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
-export interface BodyProps {
-  readonly arm: Arm;
-  readonly state: State;
-  readonly view: View;
-  readonly reach: number;
-}
+export type BodyProps = { readonly arm: Arm; readonly state: State; readonly view: View; readonly reach: number };
 
 export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
   const places = placesOf(arm, state, reach);
@@ -43,12 +38,7 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
   );
 }
 
-interface GlyphProps {
-  readonly i: number;
-  readonly at: Pixel;
-  readonly z: Vec3;
-  readonly view: View;
-}
+type GlyphProps = { readonly i: number; readonly at: Pixel; readonly z: Vec3; readonly view: View };
 
 /** A revolute joint: a dot where its axis comes out of the page, a cross where it goes in. */
 function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
@@ -103,12 +93,7 @@ export function inPixels(view: View, points: readonly Vec3[]): string {
 type Way = Pick<NamedArrow, "from" | "vector">;
 
 /** An arrow with the name that stands at its head. */
-export interface NamedArrow {
-  readonly name: string;
-  readonly style: string;
-  readonly from: Vec3;
-  readonly vector: Vec3;
-}
+export type NamedArrow = { readonly name: string; readonly style: string; readonly from: Vec3; readonly vector: Vec3 };
 
 /** The label at the head of an arrow. */
 export function headLabel(view: View, { name, style, from, vector }: NamedArrow): Wanted {
@@ -146,20 +131,11 @@ function arrowOf(view: View, { from, vector }: Way, twin = false): [shaft: Pixel
 const written = (places: readonly Pixel[], between: string): string =>
   places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(between);
 
+type Drawn = { readonly view: View; readonly style: string };
+type ArrowProps = Drawn & Way & { readonly twin?: boolean };
+
 /** A thin arrow with a small head. Browsers redraw points faster than the `d` of a path, which is a style. */
-export function Arrow({
-  view,
-  from,
-  vector,
-  style,
-  twin = false,
-}: {
-  readonly view: View;
-  readonly from: Vec3;
-  readonly vector: Vec3;
-  readonly style: string;
-  readonly twin?: boolean;
-}): JSX.Element | null {
+export function Arrow({ view, from, vector, style, twin = false }: ArrowProps): JSX.Element | null {
   const arrow = arrowOf(view, { from, vector }, twin);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
@@ -174,15 +150,7 @@ export function Arrow({
 }
 
 /** Arrows of one style, which are drawn in one. */
-export function Arrows({
-  view,
-  ways,
-  style,
-}: {
-  readonly view: View;
-  readonly ways: readonly Way[];
-  readonly style: string;
-}): JSX.Element {
+export function Arrows({ view, style, ways }: Drawn & { readonly ways: readonly Way[] }): JSX.Element {
   const arrows = ways.map((way) => arrowOf(view, way)).filter((arrow) => arrow !== null);
   return (
     <g class={`arm-arrow ${style}`}>

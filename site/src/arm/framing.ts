@@ -9,10 +9,7 @@ import { along, dot, norm, scaled, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
 
 /** What is in the middle of the drawing, and how many times larger it is than where all is seen. */
-export interface Framing {
-  readonly centre: Vec3;
-  readonly times: number;
-}
+export type Framing = { readonly centre: Vec3; readonly times: number };
 
 const LARGEST = 1.9;
 /** A box that is too small for arrows and letters shows them as far as it can. */
@@ -38,10 +35,7 @@ function places(arm: Arm, state: State): Vec3[] {
 }
 
 /** Whether an arm is drawn flat, and how many lines of words stand at the foot of the drawing. */
-interface Surroundings {
-  readonly flat: boolean;
-  readonly lines?: number;
-}
+type Surroundings = { readonly flat: boolean; readonly lines?: number };
 
 /** The framing of a pose in a view of all, with what else is to be seen: heads of arrows at P, the end of a path. */
 export function framingOf(

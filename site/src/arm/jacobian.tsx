@@ -97,12 +97,8 @@ const fixed = (value: number): string =>
 const LOW = 0.06;
 
 /** det J, or what stands for it, and its factors where they are told. */
-export function Determinant({
-  arm,
-  state,
-  measures,
-  sizes,
-}: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
+export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
+  const { arm, state, measures, sizes } = props;
   const near = nearness(arm, measures);
   const { most, factors } = sizes();
   const size = measures.det ?? measures.volume;

@@ -20,11 +20,7 @@ export interface Wanted {
 export type Covered = readonly Readonly<Record<"left" | "right" | "top" | "bottom", number>>[];
 
 /** Where letters may stand: in a drawing of so many pixels, but not under what lies over it. */
-export interface Room {
-  readonly width: number;
-  readonly height: number;
-  readonly covered: Covered;
-}
+export type Room = { readonly width: number; readonly height: number; readonly covered: Covered };
 
 export interface Placed {
   readonly name: string;
@@ -36,10 +32,7 @@ export interface Placed {
 }
 
 /** The half of a label, in pixels. */
-interface Half {
-  readonly width: number;
-  readonly height: number;
-}
+type Half = { readonly width: number; readonly height: number };
 
 const HALF_HEIGHT = 9;
 const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);

@@ -8,10 +8,7 @@ import { inDigits, say } from "../text/text.js";
 import { Letters } from "./letters.js";
 import { angleIn, decimals, InRadians } from "./speech.js";
 
-export interface LengthsProps {
-  readonly robot: Robot;
-  readonly symbols: Readonly<Record<string, SymbolInfo>>;
-}
+export type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
 
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   const radians = useContext(InRadians);

@@ -10,7 +10,8 @@ import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import type { Stage } from "./stage.js";
 import { rangeOf, within } from "./ranges.js";
-import { useRested, useSize } from "./size.js";
+import { useRested } from "../later.js";
+import { useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
 import { degrees, decimals, digits, InRadians } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
@@ -23,12 +24,8 @@ import { ARROWS } from "./view.js";
 const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 const NONE: readonly Stretch[] = [];
 
-export function SingularMap({
-  arm,
-  pose,
-  measures,
-  move,
-}: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
+export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
+  const { arm, pose, measures, move } = props;
   const radians = useContext(InRadians);
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");

@@ -8,12 +8,7 @@ import { type Pair, type Shown, sorted, type Terrain, terrainOf } from "./terrai
 import type { Stretch } from "./zeros.js";
 
 /** What is wanted: a map of an arm over two joints, the others as in a pose. */
-export interface Wanted {
-  readonly arm: Arm;
-  readonly pose: Pose;
-  readonly pair: Pair;
-  readonly shown: Shown;
-}
+export type Wanted = { readonly arm: Arm; readonly pose: Pose; readonly pair: Pair; readonly shown: Shown };
 
 /** What comes back: the map, then its lines by kind. */
 export type Answer = { readonly terrain: Terrain } | { readonly kinds: readonly Stretch[] };

@@ -15,12 +15,7 @@ export const ROWS = ["vx", "vy", "vz", "wx", "wy", "wz"] as const;
 /** A pose: the joint variables theta_i (rad) or d_i (m), without the offsets that the table adds. */
 export type Pose = readonly number[];
 
-export interface Frame {
-  readonly x: Vec3;
-  readonly y: Vec3;
-  readonly z: Vec3;
-  readonly o: Vec3;
-}
+export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
 /** A joint's row of the table: `offset` is added to its variable; `other` is the constant d or theta. */
 export interface Joint {

@@ -18,18 +18,10 @@ export interface Station {
 }
 
 /** From A, where the point is at the first pose, along the unit vector u for `length` metres. */
-export interface Path {
-  readonly start: Vec3;
-  readonly unit: Vec3;
-  readonly length: number;
-}
+export type Path = { readonly start: Vec3; readonly unit: Vec3; readonly length: number };
 
 /** The stations as far as the arm can go, and whether that is the end of the path. */
-export interface Journey {
-  readonly path: Path;
-  readonly stations: readonly Station[];
-  readonly arrives: boolean;
-}
+export type Journey = { readonly path: Path; readonly stations: readonly Station[]; readonly arrives: boolean };
 
 const FLOOR = 2e-3;
 const STRIDES = 160;

@@ -5,10 +5,7 @@ import { randomPoses } from "./random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
-export interface Range {
-  readonly low: number;
-  readonly high: number;
-}
+export type Range = { readonly low: number; readonly high: number };
 
 /** Travel of a joint: a full turn, or a slide past both ends of what the figures show (unlimited in the chapter). */
 export function rangeOf(arm: Arm, index: number): Range {

@@ -1,25 +1,6 @@
 // The spatial arm as a solid body, by three.js: loaded only where a spatial arm is shown, drawn only when it changes.
 
-import {
-  BoxGeometry,
-  Color,
-  CylinderGeometry,
-  DirectionalLight,
-  HemisphereLight,
-  InstancedMesh,
-  LineBasicMaterial,
-  type BufferGeometry,
-  Matrix4,
-  Mesh,
-  MeshStandardMaterial,
-  OrthographicCamera,
-  PolarGridHelper,
-  Quaternion,
-  Scene,
-  SphereGeometry,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+import * as THREE from "three";
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
@@ -42,7 +23,7 @@ export interface Stage {
   dispose(): void;
 }
 
-const UP = new Vector3(0, 1, 0);
+const UP = new THREE.Vector3(0, 1, 0);
 const SIDES = 40;
 /** More solids of one kind than the links and joints of any arm take. */
 const MOST_PIECES = 100;
@@ -51,32 +32,28 @@ const MOST_PIECES = 100;
 type Solid = "bar" | "ball" | "box";
 
 /** A solid where it stands, how large and in which colour. */
-interface Piece {
-  readonly solid: Solid;
-  readonly place: Matrix4;
-  readonly color: string;
-}
+type Piece = { readonly solid: Solid; readonly place: THREE.Matrix4; readonly color: string };
 
 /** A stage on a canvas. Throws where the browser has no WebGL. */
 export function stageOn(canvas: HTMLCanvasElement): Stage {
-  const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-  const scene = new Scene();
-  const camera = new OrthographicCamera();
-  const sun = new DirectionalLight(0xffffff, 1.6);
-  scene.add(new HemisphereLight(0xffffff, 0x8890a0, 1.7), sun, sun.target);
-  const ball = new SphereGeometry(1, 28, 18);
-  const solids: Readonly<Record<Solid, InstancedMesh>> = {
-    bar: copiesIn(scene, new CylinderGeometry(1, 1, 1, SIDES)),
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+  const scene = new THREE.Scene();
+  const camera = new THREE.OrthographicCamera();
+  const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+  scene.add(new THREE.HemisphereLight(0xffffff, 0x8890a0, 1.7), sun, sun.target);
+  const ball = new THREE.SphereGeometry(1, 28, 18);
+  const solids: Readonly<Record<Solid, THREE.InstancedMesh>> = {
+    bar: copiesIn(scene, new THREE.CylinderGeometry(1, 1, 1, SIDES)),
     ball: copiesIn(scene, ball),
-    box: copiesIn(scene, new BoxGeometry(1, 1, 1)),
+    box: copiesIn(scene, new THREE.BoxGeometry(1, 1, 1)),
   };
-  const glass = new MeshStandardMaterial({ transparent: true, opacity: 0.22, depthWrite: false });
-  const ellipsoid = new Mesh(ball, glass);
+  const glass = new THREE.MeshStandardMaterial({ transparent: true, opacity: 0.22, depthWrite: false });
+  const ellipsoid = new THREE.Mesh(ball, glass);
   ellipsoid.matrixAutoUpdate = false;
   ellipsoid.frustumCulled = false; // its place is in its matrix alone
   scene.add(ellipsoid);
-  const lines = new LineBasicMaterial();
-  let grid: { readonly arm: Arm; readonly lines: PolarGridHelper } | null = null;
+  const lines = new THREE.LineBasicMaterial();
+  let grid: { readonly arm: Arm; readonly lines: THREE.PolarGridHelper } | null = null;
   let size = "";
 
   /** The grid under an arm, made anew for another arm only. */
@@ -130,16 +107,20 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
 }
 
 /** A solid that is drawn in many places at once. */
-function copiesIn(scene: Scene, solid: BufferGeometry): InstancedMesh {
-  const copies = new InstancedMesh(solid, new MeshStandardMaterial({ roughness: 0.75, metalness: 0 }), MOST_PIECES);
+function copiesIn(scene: THREE.Scene, solid: THREE.BufferGeometry): THREE.InstancedMesh {
+  const copies = new THREE.InstancedMesh(
+    solid,
+    new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 }),
+    MOST_PIECES,
+  );
   copies.frustumCulled = false; // all of the arm is in view, and where it is changes
   scene.add(copies);
   return copies;
 }
 
 /** Put the copies of a solid where its pieces are. */
-function lay(copies: InstancedMesh, pieces: readonly Piece[]): void {
-  const paint = new Color();
+function lay(copies: THREE.InstancedMesh, pieces: readonly Piece[]): void {
+  const paint = new THREE.Color();
   copies.count = pieces.length;
   pieces.forEach(({ place, color }, i) => {
     copies.setMatrixAt(i, place);
@@ -175,29 +156,31 @@ function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: 
   const way = subtract(b, a);
   const length = norm(way);
   if (length < 1e-9) return [];
-  const turn = new Quaternion().setFromUnitVectors(UP, new Vector3(...unit(way)));
-  const size = new Vector3(radius, length, radius);
-  return [{ solid, place: new Matrix4().compose(new Vector3(...along(a, way, 0.5)), turn, size), color }];
+  const turn = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(way)));
+  const size = new THREE.Vector3(radius, length, radius);
+  return [{ solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...along(a, way, 0.5)), turn, size), color }];
 }
 
 function round([x, y, z]: Vec3, radius: number, color: string): Piece {
-  return { solid: "ball", place: new Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
+  return { solid: "ball", place: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
 /** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */
-function ellipsoidAt(state: State, columns: readonly Vec3[]): Matrix4 {
+function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
   const { sigma, v } = right(columns);
-  const [a, b, c] = v.map((axis, k) => new Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)));
-  return new Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
+  const [a, b, c] = v.map((axis, k) =>
+    new THREE.Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)),
+  );
+  return new THREE.Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
 }
 
 /** Rings and rays on the plane of the base, which show where in space the arm stands. */
-function gridUnder(arm: Arm, paint: LineBasicMaterial): PolarGridHelper {
+function gridUnder(arm: Arm, paint: THREE.LineBasicMaterial): THREE.PolarGridHelper {
   const { o, x, y, z } = arm.base;
-  const grid = new PolarGridHelper(extentOf(arm).around, 12, 4, 96);
+  const grid = new THREE.PolarGridHelper(extentOf(arm).around, 12, 4, 96);
   grid.material = paint;
   grid.matrixAutoUpdate = false;
-  const [across, up, toward] = [x, z, scaled(y, -1)].map((axis) => new Vector3(...axis));
+  const [across, up, toward] = [x, z, scaled(y, -1)].map((axis) => new THREE.Vector3(...axis));
   grid.matrix.makeBasis(across!, up!, toward!).setPosition(...o);
   return grid;
 }

@@ -1,6 +1,6 @@
 // The size of an element in pixels, kept up to date, and whether the system asks for no motion.
 
-import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 
 export function useSize(
   element: { readonly current: Element | null },
@@ -37,24 +37,4 @@ export function useStillness(): boolean {
     return () => asked.removeEventListener("change", update);
   }, []);
   return still;
-}
-
-/** A value that follows another once that has rested for some milliseconds. */
-export function useRested<T>(value: T, milliseconds: number): T {
-  const [rested, setRested] = useState(value);
-  const last = useRef({ value, since: 0, timer: 0 });
-  // One timer for as long as it changes, which is asked again when it is over: a value may change in every frame.
-  useLayoutEffect(() => {
-    const now = last.current;
-    now.value = value;
-    now.since = performance.now();
-    const look = (): void => {
-      const left = now.since + milliseconds - performance.now();
-      now.timer = left > 0 ? window.setTimeout(look, left) : 0;
-      if (left <= 0) setRested(now.value);
-    };
-    if (!now.timer && value !== rested) now.timer = window.setTimeout(look, milliseconds);
-  }, [value, milliseconds]);
-  useEffect(() => () => clearTimeout(last.current.timer), []);
-  return rested;
 }

@@ -18,7 +18,7 @@ import {
 } from "./model.js";
 import { obstacle, stationOn } from "./path.js";
 import { firstPose, poseWithin, withRoom } from "./ranges.js";
-import { useRested } from "./size.js";
+import { useRested } from "../later.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
 /** What is beside the drawing: sliders, J in numbers, the map of det J, the welding path, what the drawing shows. */

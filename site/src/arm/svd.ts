@@ -6,10 +6,7 @@
 import { dot, type Matrix, norm, times, transposed } from "./vector.js";
 
 /** Singular values, largest first, as many as A has columns, and the right singular vectors that belong to them. */
-export interface Right {
-  readonly sigma: readonly number[];
-  readonly v: readonly (readonly number[])[];
-}
+export type Right = { readonly sigma: readonly number[]; readonly v: readonly (readonly number[])[] };
 
 const SWEEPS = 30;
 
@@ -59,10 +56,7 @@ export function singularValues(matrix: Matrix): readonly number[] {
 }
 
 /** A principal axis of a symmetric matrix: an eigenvalue and its unit vector. */
-export interface Axis {
-  readonly value: number;
-  readonly vector: readonly number[];
-}
+export type Axis = { readonly value: number; readonly vector: readonly number[] };
 
 /** The principal axes of a symmetric matrix A, largest value first: the right singular vectors of A + c I > 0. */
 export function axesOf(symmetric: Matrix): Axis[] {

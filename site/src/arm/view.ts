@@ -26,11 +26,7 @@ export const ARROWS: Readonly<Record<string, Pixel>> = {
 };
 
 /** Which way a spatial arm is looked at: two angles (rad) and a magnification. */
-export interface Orbit {
-  readonly azimuth: number;
-  readonly elevation: number;
-  readonly zoom: number;
-}
+export type Orbit = { readonly azimuth: number; readonly elevation: number; readonly zoom: number };
 
 export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (24 * Math.PI) / 180, zoom: 1 };
 
@@ -117,10 +113,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   };
 }
 
-interface Span {
-  readonly low: number;
-  readonly high: number;
-}
+type Span = { readonly low: number; readonly high: number };
 
 /** From so far below to so far above the base (m on the page), and as far as the world's origin with its axes. */
 function spanWith(below: number, above: number, origin: number, axis: number): Span {

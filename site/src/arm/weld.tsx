@@ -112,11 +112,8 @@ export function Welding(props: WeldProps): JSX.Element {
 }
 
 /** The rates of the joints at the place that is shown, and which of them exceed their limits. */
-function Rates({
-  arm,
-  rates,
-  limits,
-}: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits", readonly number[]>>): JSX.Element {
+function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits", readonly number[]>>): JSX.Element {
+  const { arm, rates, limits } = props;
   return (
     <table class="arm-rates">
       <caption>{say("arm.weld.rates")}</caption>
@@ -144,13 +141,8 @@ function Rates({
 }
 
 /** Where the path begins and ends, how fast P goes on it, and the limits of the joints. */
-function SetUp({
-  arm,
-  pose,
-  reach,
-  weld,
-  onSet,
-}: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
+function SetUp(props: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
+  const { arm, pose, reach, weld, onSet } = props;
   const suggest = (regular: boolean) => (): void => onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
   const starts = [
     ["arm.weld.here", () => onSet({ from: pose })],

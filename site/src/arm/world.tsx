@@ -33,11 +33,7 @@ function worldAxes(view: View, flat: boolean): NamedArrow[] {
   })).filter((arrow) => !flat || lengthOf(view, arrow) >= 1);
 }
 
-interface WorldProps {
-  readonly arm: Arm;
-  readonly view: View;
-  readonly flat: boolean;
-}
+type WorldProps = { readonly arm: Arm; readonly view: View; readonly flat: boolean };
 
 export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
   if (!isApart(arm)) return null;

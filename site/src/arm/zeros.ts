@@ -14,10 +14,7 @@ export interface Grid {
   readonly values: readonly (readonly number[])[];
 }
 
-export interface Stretch {
-  readonly kind: Kind | "unknown";
-  readonly spots: readonly Spot[];
-}
+export type Stretch = { readonly kind: Kind | "unknown"; readonly spots: readonly Spot[] };
 
 export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
   const even = (low: number, high: number): number[] =>

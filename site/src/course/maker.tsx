@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
+import { useRested } from "../later.js";
 import { LESSONS } from "../learn/lessons.js";
 import { Copied } from "../pages/copied.js";
 import { Choice, WishChoices } from "../practice/wish-choices.js";
@@ -200,13 +201,9 @@ const REST = 400;
 /** The frame as students see it, and the messages that the page around it is sent. */
 function Preview({ link }: { link: Link }): JSX.Element {
   const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
-  const [shown, setShown] = useState(address);
+  const shown = useRested(address, REST);
   const [told, setTold] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
-  useEffect(() => {
-    const wait = setTimeout(() => setShown(address), REST);
-    return () => clearTimeout(wait);
-  }, [address]);
   useEffect(() => {
     const listen = ({ origin, source, data }: MessageEvent) => {
       if (origin === window.location.origin && source === frame.current?.contentWindow)

@@ -14,9 +14,7 @@ import { type Above, platform, type Version } from "./scorm.js";
 import { RoundView } from "./view.js";
 
 /** The set of a package, and how its platform is spoken to. */
-interface Packed extends PackageSet {
-  readonly scorm: Version;
-}
+type Packed = PackageSet & { readonly scorm: Version };
 
 function Package({ set }: { set: Packed }): JSX.Element {
   const [there] = useState(() => platform(set.scorm, window as unknown as Above));

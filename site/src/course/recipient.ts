@@ -7,12 +7,7 @@ import type { Message } from "../text/text.js";
 import { asText, type Round, type Score, type Standing } from "./round.js";
 
 /** An answer that was judged: to which question, what was typed, and how it was found. */
-export interface Given {
-  readonly place: number;
-  readonly part: Part;
-  readonly answer: string;
-  readonly verdict: Verdict;
-}
+export type Given = { readonly place: number; readonly part: Part; readonly answer: string; readonly verdict: Verdict };
 
 /** How a round stands, and the answer by which it came to that; null where it was none. */
 export interface News {

@@ -4,11 +4,7 @@
 import { type Item, numbers } from "../practice/choice.js";
 
 /** A question of a round: what it is worth, and by what an answer is multiplied that is right in part. */
-export interface Asked {
-  readonly item: Item;
-  readonly points: number;
-  readonly credit: number;
-}
+export type Asked = { readonly item: Item; readonly points: number; readonly credit: number };
 
 export interface Round {
   readonly name: string;
@@ -21,11 +17,7 @@ export interface Round {
 }
 
 /** The state of a question: answers so far, the best share of its points, and whether its solution was seen. */
-export interface Tried {
-  readonly tries: number;
-  readonly share: number;
-  readonly shown: boolean;
-}
+export type Tried = { readonly tries: number; readonly share: number; readonly shown: boolean };
 
 /** How one stands in each question of a round, in its order. */
 export type Standing = readonly Tried[];

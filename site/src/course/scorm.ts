@@ -145,10 +145,7 @@ export function clock(seconds: number): string {
 const MOST_ABOVE = 50;
 
 /** A window as far as it is searched; those of other origins refuse what is asked of them. */
-export interface Above {
-  readonly parent: Above | null;
-  readonly opener?: Above | null;
-}
+export type Above = { readonly parent: Above | null; readonly opener?: Above | null };
 
 /** The API of a platform in a window above: around this one first, then around the one that opened it. */
 export function found(name: string, from: Above): Api | null {
@@ -190,9 +187,7 @@ function allowed<T>(asked: () => T): T | null {
 // --- what is done ---
 
 /** A platform that was found and has begun, with whom it has there. */
-export interface Platform extends Recipient {
-  readonly learner: string;
-}
+export type Platform = Recipient & { readonly learner: string };
 
 /** The platform above a window; null where there is none, or it does not begin. */
 export function platform(version: Version, from: Above): Platform | null {

@@ -21,11 +21,7 @@ import {
   type Tried,
 } from "./round.js";
 
-interface RoundViewProps {
-  readonly index: Index;
-  readonly round: Round;
-  readonly recipient: Recipient;
-}
+type RoundViewProps = { readonly index: Index; readonly round: Round; readonly recipient: Recipient };
 
 export function RoundView({ index, round, recipient }: RoundViewProps): JSX.Element {
   const [standing, setStanding] = useState<Standing>(() => fromText(round, recipient.kept));

@@ -15,10 +15,7 @@ export function everyWave(tree: Node, change: (wave: Node) => Node): Node {
 }
 
 /** An angle as a sum: how often each joint is counted, and a constant (rad). */
-interface Sum {
-  readonly joints: ReadonlyMap<string, number>;
-  readonly constant: number;
-}
+type Sum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
 
 /** Null where there is anything else in an angle. */
 function sumIn(angle: Node): Sum | null {

@@ -51,11 +51,7 @@ export const KINDS = [
 export type Kind = (typeof KINDS)[number];
 
 /** The entry with a slip undone; `what` is what was missing, in letters and digits, where that is said. */
-export interface Change {
-  readonly kind: Kind;
-  readonly what?: string;
-  readonly entry: Node;
-}
+export type Change = { readonly kind: Kind; readonly what?: string; readonly entry: Node };
 
 /** A piece of an entry: the entry with something else in its place. */
 interface Piece {

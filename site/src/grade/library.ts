@@ -26,10 +26,7 @@ export interface Library {
 }
 
 /** A product of the library, as a tree, and what it is worth at a configuration. */
-export interface Known {
-  readonly tree: Node;
-  readonly value: number;
-}
+export type Known = { readonly tree: Node; readonly value: number };
 
 /** What an answer may be made of: symbols of the problem, and the decimals of the answer, taken for lengths. */
 export function libraryOf(symbols: readonly string[], entries: readonly Node[]): Library {

@@ -20,10 +20,7 @@ const PRECISE = 1e-4;
 const DEGREES = 180 / Math.PI;
 
 /** What is named: the index of what is said of a mistake, or slips, or nothing. */
-export interface Named {
-  readonly mistake?: number;
-  readonly slips?: readonly Slip[];
-}
+export type Named = { readonly mistake?: number; readonly slips?: readonly Slip[] };
 
 /** Some numbers as they were typed, NaN where one is blank, with what they may be off at the most. */
 interface Typed {
@@ -105,10 +102,7 @@ function mistakeAndMore({ mine, key, relative }: Typed): Slip[] | null {
 // --- how they are written ---
 
 /** A way in which a number with a unit may be written as another one: times a factor. */
-interface Way {
-  readonly factor: (unit: string) => number;
-  readonly says: (where: Message) => Message;
-}
+type Way = { readonly factor: (unit: string) => number; readonly says: (where: Message) => Message };
 
 const isTurning = (unit: string): boolean => unit === "rad/s";
 

@@ -5,10 +5,7 @@ import { anyNode, integer, namesIn, type Node, node, ReadError, replaced } from 
 import { VOCABULARY } from "../read/vocabulary.js";
 
 /** A condition: `joint` has the value `zero`, or `zero` vanishes. */
-export interface Atom {
-  readonly joint: string | null;
-  readonly zero: Node;
-}
+export type Atom = { readonly joint: string | null; readonly zero: Node };
 
 /** Conditions that hold together. */
 export type Piece = readonly Atom[];

@@ -41,11 +41,7 @@ export interface Claims {
 }
 
 /** A slip, and what it is about: a claim of the answer, or a piece of the right set that no claim covers. */
-export interface SetSlip {
-  readonly slip: Message;
-  readonly claim?: Piece;
-  readonly piece?: readonly At[];
-}
+export type SetSlip = { readonly slip: Message; readonly claim?: Piece; readonly piece?: readonly At[] };
 
 /** What went wrong in a set that is not right, the conditions that say too much first. */
 export function slipsInSet(set: Claims): SetSlip[] {

@@ -54,16 +54,10 @@ const NEAR_MISS = 1e-3;
 /** Tells whether the arm is singular in a pose. */
 export type IsSingular = (at: At) => boolean;
 
-interface Space {
-  readonly joints: readonly string[];
-  readonly angles: ReadonlySet<string>;
-}
+type Space = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 
 /** What else it takes to say what went wrong: all symbols, and what the table adds to variables of joints. */
-interface Table extends Space {
-  readonly symbols: readonly string[];
-  readonly offsets: ReadonlyMap<string, number>;
-}
+type Table = Space & { readonly symbols: readonly string[]; readonly offsets: ReadonlyMap<string, number> };
 
 /** Judge conditions; for joints in `angles` whole turns don't count, and the table adds `offsets` to them. */
 export function judgeSet(

@@ -32,17 +32,10 @@ export interface Answer {
 }
 
 /** What may have gone wrong in some entries; `whole`, if it is in all of them or is not what went wrong. */
-interface Finding {
-  readonly places: readonly number[];
-  readonly says: (where: Message) => Slip;
-  readonly whole: boolean;
-}
+type Finding = { readonly places: readonly number[]; readonly says: (where: Message) => Slip; readonly whole: boolean };
 
 /** What went wrong in an answer, and whether that explains all of its wrong entries. */
-export interface Explained {
-  readonly slips: readonly Slip[];
-  readonly isAll: boolean;
-}
+export type Explained = { readonly slips: readonly Slip[]; readonly isAll: boolean };
 
 /** What went wrong in an answer, and where: as few slips as explain most of its wrong entries, each entry by one. */
 export function slipsIn(answer: Answer, key: ValuesKey): Explained {
@@ -223,7 +216,4 @@ function slipsOf(answer: Answer, index: number, key: ValuesKey, means: Means): M
   return found;
 }
 
-interface TypedSlip {
-  readonly kind: Kind;
-  readonly what?: string;
-}
+type TypedSlip = { readonly kind: Kind; readonly what?: string };

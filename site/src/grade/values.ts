@@ -192,10 +192,7 @@ function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null
   return hiding === undefined ? null : hiding.toExponential(0);
 }
 
-interface Amiss {
-  readonly count: 1 | 2;
-  readonly says: TextKey;
-}
+type Amiss = { readonly count: 1 | 2; readonly says: TextKey };
 
 /** What is amiss if all wrong entries are right but for signs, a constant factor, or both; else 0. */
 function amissIn(

@@ -7,10 +7,7 @@ import { say } from "../text/text.js";
 import { currentClass, rowOf, type Stretch } from "../practice/classes.js";
 import { NEEDED, type Row, type Skill } from "../practice/skills.js";
 
-interface DotsProps {
-  readonly skill: Skill;
-  readonly classes: readonly Stretch[];
-}
+type DotsProps = { readonly skill: Skill; readonly classes: readonly Stretch[] };
 
 export function Dots({ skill, classes }: DotsProps): JSX.Element | null {
   if (classes.length === 0) return null;

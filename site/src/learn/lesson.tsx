@@ -45,9 +45,7 @@ export function LessonView(props: LessonProps): JSX.Element {
   );
 }
 
-interface Classes {
-  readonly classes: readonly Stretch[];
-}
+type Classes = { readonly classes: readonly Stretch[] };
 
 /** Which lesson this is, and the way to the others. */
 function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> & Classes): JSX.Element {
@@ -61,15 +59,8 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
   );
 }
 
-function Idea({
-  lesson,
-  told,
-  skill,
-  classes,
-  items,
-  onSkill,
-  onPractise,
-}: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
+function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
+  const { lesson, told, skill, classes, items, onSkill, onPractise } = props;
   const [stage, setStage] = useState<Stage | null>(null);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
@@ -168,15 +159,8 @@ function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Elem
   ) : null;
 }
 
-function Practice({
-  lesson,
-  index,
-  skill,
-  classes,
-  arrived,
-  onSkill,
-  onIdea,
-}: LessonProps & Classes & { arrived: boolean; onIdea: () => void }): JSX.Element {
+function Practice(props: LessonProps & Classes & { arrived: boolean; onIdea: () => void }): JSX.Element {
+  const { lesson, index, skill, classes, arrived, onSkill, onIdea } = props;
   /** The question that is asked next, and the class whose arm it is about. */
   const drawn = (): { at: number; item: Item | null } => {
     const at = currentClass(skill, classes, Date.now());

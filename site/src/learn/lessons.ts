@@ -12,16 +12,9 @@ import type { TextKey } from "../text/text.js";
 import type { Tool } from "./tools.js";
 
 /** What a goal is judged by: the stage, the rates of the joints (where a tool sets them), and the velocity of P. */
-export interface Seen {
-  readonly stage: Stage;
-  readonly rates: readonly number[];
-  readonly velocity: Vec3;
-}
+export type Seen = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
 
-export interface Goal {
-  readonly text: TextKey;
-  readonly reached: (seen: Seen) => boolean;
-}
+export type Goal = { readonly text: TextKey; readonly reached: (seen: Seen) => boolean };
 
 export interface Lesson extends Topic {
   /** The lessons that it builds on, all of which come before it. */

@@ -17,10 +17,7 @@ import { inDigits, say } from "../text/text.js";
 export type Tool = "rates" | "wanted";
 
 /** What the dials say: rates of the joints (rad/s), and a direction on the page (degrees). */
-export interface Dials {
-  readonly rates: readonly number[];
-  readonly direction: number;
-}
+export type Dials = { readonly rates: readonly number[]; readonly direction: number };
 
 export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 

@@ -4,10 +4,7 @@
 import { ROOT } from "../load.js";
 
 /** bank/sizes.json: by "FAMILY/KEY", the endings of the problem's files with their sizes in bytes. */
-export interface Sizes {
-  readonly format: 1;
-  readonly files: Readonly<Record<string, Readonly<Record<string, number>>>>;
-}
+export type Sizes = { readonly format: 1; readonly files: Readonly<Record<string, Readonly<Record<string, number>>>> };
 
 export interface Wanted {
   /** The problem that it belongs to, as "FAMILY/KEY". */

@@ -11,11 +11,7 @@ export interface Known extends Table {
   readonly source?: string;
 }
 
-export interface KnownArms {
-  readonly format: 1;
-  readonly plain: readonly Known[];
-  readonly robots: readonly Known[];
-}
+export type KnownArms = { readonly format: 1; readonly plain: readonly Known[]; readonly robots: readonly Known[] };
 
 /** The table of a known arm alone, under its name in a language. */
 export function tableOf({ key: _, titles, source: __, ...table }: Known, language: string): Table {

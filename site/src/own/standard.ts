@@ -9,10 +9,7 @@ import { randomPoses } from "../arm/random.js";
 import { add, type Matrix, times, type Vec3 } from "../arm/vector.js";
 import type { Numbers, Row, Table, Triple } from "./table.js";
 
-interface Base {
-  readonly position: Vec3;
-  readonly rotation: Matrix;
-}
+type Base = { readonly position: Vec3; readonly rotation: Matrix };
 
 /** The arm that a table tells, as a record of the bank tells one. */
 export function robotOf(table: Table, numbers: Numbers): Robot {

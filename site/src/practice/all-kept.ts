@@ -5,11 +5,7 @@ import { checkedProgress, keep, mergedProgress } from "./progress.js";
 import { checkedSkills, keepSkills, mergedSkills, type Skills } from "./skills.js";
 import { checkedDay, type Day, keepDay, laterDay } from "./today.js";
 
-export interface AllKept {
-  readonly progress: Progress;
-  readonly lessons: Skills;
-  readonly today: Day | null;
-}
+export type AllKept = { readonly progress: Progress; readonly lessons: Skills; readonly today: Day | null };
 
 export const NOTHING_KEPT: AllKept = { progress: {}, lessons: {}, today: null };
 

@@ -1,7 +1,7 @@
 // Where an answer is given: a field, a grid of entries, numbers with units, letters.
 
-import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import type { ComponentChildren, JSX } from "preact";
+import { useMemo, useRef, useState } from "preact/hooks";
 
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
@@ -9,6 +9,7 @@ import { readDue } from "../grade/forms.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
+import { useRested } from "../later.js";
 import { said, say } from "../text/text.js";
 import { Html, Tex } from "./math.js";
 import { entriesOf, isUnfinished, matrixText } from "./entries.js";
@@ -47,7 +48,6 @@ interface SingleProps extends Field {
 function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleProps) {
   const [text, setText] = useState(first);
   const [math, setMath] = useState(false);
-  const place = useRef<HTMLDivElement>(null);
   const set = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
   const change = (value: string) => {
@@ -59,7 +59,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
     setMath(!math);
   };
   return (
-    <div class="answer" ref={place}>
+    <Fields problem={problem} part={part} hasSymbols>
       <FormulaField
         label={say("answer.label")}
         value={text}
@@ -73,15 +73,13 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
       {set ? <p class="help">{say("answer.set-help")}</p> : null}
       {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
       <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
-      <Symbols problem={problem} part={part} place={place} />
-    </div>
+    </Fields>
   );
 }
 
 function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { rows: number; columns: number }) {
   const [asText, setAsText] = useState(false);
   const [math, setMath] = useState(false);
-  const place = useRef<HTMLDivElement>(null);
   const typed = useRef("");
   const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
   const units = part.key.type === "numbers" ? part.key.units : [];
@@ -128,7 +126,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
       ? say("answer.component", { row: i + 1 })
       : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
   return (
-    <div class="answer" ref={place}>
+    <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
       <Grid rows={rows} columns={columns} of={part.grid} onPaste={paste}>
         {entries.map((entry, i) => (
           <span class="cell" key={i} onFocusIn={inSight}>
@@ -145,8 +143,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
       </Grid>
       <Toggle text={say("answer.as-text")} onToggle={toText} />
       <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
-      {part.key.type === "numbers" ? null : <Symbols problem={problem} part={part} place={place} />}
-    </div>
+    </Fields>
   );
 }
 
@@ -264,21 +261,18 @@ function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
   );
 }
 
-/** What a question is answered with, put where the cursor was last in the fields of `place`. */
-function Symbols({
-  problem,
-  part,
-  place,
-}: Pick<Field, "problem" | "part"> & { place: { readonly current: HTMLElement | null } }) {
+interface FieldsProps extends Pick<Field, "problem" | "part"> {
+  readonly hasSymbols: boolean;
+  readonly children: ComponentChildren;
+}
+
+/** The fields of an answer, and buttons that put symbols where the cursor was last. */
+function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
+  const place = useRef<HTMLDivElement>(null);
   const last = useRef<Element | null>(null);
-  useEffect(() => {
-    const fields = place.current;
-    const entered = ({ target }: FocusEvent) => {
-      if (target instanceof Element && target.matches(FIELDS)) last.current = target;
-    };
-    fields?.addEventListener("focusin", entered);
-    return () => fields?.removeEventListener("focusin", entered);
-  }, []);
+  const enter = ({ target }: FocusEvent) => {
+    if (target instanceof Element && target.matches(FIELDS)) last.current = target;
+  };
   const put = (text: string, latex: string) => {
     const held = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
     if (held instanceof HTMLInputElement || held instanceof HTMLTextAreaElement) {
@@ -293,23 +287,28 @@ function Symbols({
       value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
   );
   return (
-    <div class="symbols" role="group" aria-label={say("answer.symbols")}>
-      {names.map(([name, info]) => (
-        <button
-          type="button"
-          key={name}
-          title={name}
-          aria-label={called(name, info.latex)}
-          onClick={() => put(name, info.latex)}
-        >
-          <Letter latex={info.latex} />
-        </button>
-      ))}
-      {FUNCTIONS.map(([name, text, latex]) => (
-        <button type="button" key={name} onClick={() => put(text, latex)}>
-          {name}
-        </button>
-      ))}
+    <div class="answer" ref={place} onFocusIn={enter}>
+      {children}
+      {hasSymbols ? (
+        <div class="symbols" role="group" aria-label={say("answer.symbols")}>
+          {names.map(([name, { latex }]) => (
+            <button
+              type="button"
+              key={name}
+              title={name}
+              aria-label={called(name, latex)}
+              onClick={() => put(name, latex)}
+            >
+              <Letter latex={latex} />
+            </button>
+          ))}
+          {FUNCTIONS.map(([name, text, latex]) => (
+            <button type="button" key={name} onClick={() => put(text, latex)}>
+              {name}
+            </button>
+          ))}
+        </div>
+      ) : null}
     </div>
   );
 }
@@ -326,18 +325,11 @@ const FUNCTIONS = [
 const SHOWN = 5000;
 
 /** The answer as it is read, typeset as one types; below Check, which would else jump away while it is pressed. */
-export function Preview({
-  answer,
-  problem,
-  part,
-}: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
+export function Preview(props: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
+  const { answer, problem, part } = props;
   const { type } = part.key;
   const text = type === "configurations" ? answer : withPoints(answer);
-  const [shown, setShown] = useState(text);
-  useEffect(() => {
-    const wait = setTimeout(() => setShown(text), 150);
-    return () => clearTimeout(wait);
-  }, [text]);
+  const shown = useRested(text, 150);
   const found = useMemo(() => previewOf(shown, problem, part), [shown, problem, part]);
   if ("told" in part.key) return null;
   return (

@@ -24,11 +24,7 @@ export const STEPS = ["chapter", "lengths", "zeros", "frames", "full"] as const;
 export const ANYTHING: Wish = { family: "", question: "", difficulty: null, variation: "", set: "", count: 10 };
 
 /** A question about an arm of the bank. */
-export interface Item {
-  readonly family: string;
-  readonly key: string;
-  readonly question: string;
-}
+export type Item = { readonly family: string; readonly key: string; readonly question: string };
 
 /** How an item stands: whether the last attempt was right, its box, when it is due, and whether it ever went wrong. */
 export interface Attempted {

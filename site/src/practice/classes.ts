@@ -10,10 +10,7 @@ export const CLASSES = ["plain", "space", "any"] as const;
 export type ArmClass = (typeof CLASSES)[number];
 
 /** A class that a lesson has, with the questions about its arms, the easiest first. */
-export interface Stretch {
-  readonly name: ArmClass;
-  readonly items: readonly Item[];
-}
+export type Stretch = { readonly name: ArmClass; readonly items: readonly Item[] };
 
 /** Families of which every arm may be anything: asked once a lesson's own are known. */
 const FURTHER = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "random-3"];

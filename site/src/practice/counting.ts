@@ -9,10 +9,7 @@ import { type Answered, answered, armsIn, isDue, NEW, nextIn, outcomeOf, type Ro
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and in which of them an item is, by its name. */
-interface Sorted {
-  readonly classes: readonly Stretch[];
-  readonly places: ReadonlyMap<string, number>;
-}
+type Sorted = { readonly classes: readonly Stretch[]; readonly places: ReadonlyMap<string, number> };
 
 export type Sorting = (topic: Topic) => Sorted;
 
@@ -33,11 +30,7 @@ export function sortingOf(index: Index): Sorting {
 }
 
 /** A class of a topic, by its place among the topic's classes. */
-export interface ClassOfTopic {
-  readonly topic: Topic;
-  readonly classes: readonly Stretch[];
-  readonly at: number;
-}
+export type ClassOfTopic = { readonly topic: Topic; readonly classes: readonly Stretch[]; readonly at: number };
 
 /** The classes that an answer to an item counts for; an arm of which a topic does not speak is among its any arms. */
 function classesFor(item: Item, sorting: Sorting): ClassOfTopic[] {
@@ -49,10 +42,7 @@ function classesFor(item: Item, sorting: Sorting): ClassOfTopic[] {
 }
 
 /** What came of an answer for a class; null where nothing is to be said of it. */
-export interface Outcome {
-  readonly of: ClassOfTopic;
-  readonly outcome: Message;
-}
+export type Outcome = { readonly of: ClassOfTopic; readonly outcome: Message };
 
 /** The skills after an answer, and what came of it. */
 export function counted(

@@ -1,9 +1,8 @@
 // One problem, from when it is loaded until the next is asked for.
 
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
 
-import type { Problem } from "../bank.js";
+import { useLoaded } from "../later.js";
 import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
 import { type Judged, Task, type TaskProps } from "./task.js";
@@ -13,17 +12,11 @@ export type { Judged };
 /** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
-  const [problem, setProblem] = useState<Problem | null>(null);
-  const [failed, setFailed] = useState("");
-  const load = () => {
-    setFailed("");
-    loadProblem(item.family, item.key).then(setProblem, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, [item]);
+  const { found: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);
   if (failed)
     return (
       <div class="task">
-        <Failed why={failed} onAgain={load} />
+        <Failed why={failed} onAgain={again} />
       </div>
     );
   const part = problem?.parts.find(({ kind }) => kind === item.question);

@@ -8,12 +8,7 @@ import { Tex } from "./math.js";
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
 
 /** A letter, whether it has the dot of a rate, its star or prime, and its index. */
-interface Parts {
-  readonly letter: string;
-  readonly dotted: boolean;
-  readonly mark: string;
-  readonly index: string;
-}
+type Parts = { readonly letter: string; readonly dotted: boolean; readonly mark: string; readonly index: string };
 
 /** What a symbol such as \dot{\theta}_{1} or p^*_{0} is made of; null where it is more than that. */
 export function partsOf(latex: string): Parts | null {

@@ -11,11 +11,7 @@ import type { OwnColumns } from "../grade/own.js";
 import { jointClass } from "../arm/letters.js";
 import { namedPose } from "../arm/model.js";
 
-interface OwnProps {
-  readonly stage: Stage;
-  readonly view: View;
-  readonly columns: OwnColumns;
-}
+type OwnProps = { readonly stage: Stage; readonly view: View; readonly columns: OwnColumns };
 
 export function Own({ stage: { arm, state }, view, columns }: OwnProps): JSX.Element | null {
   const drawn = columns(namedPose(arm, state.pose));

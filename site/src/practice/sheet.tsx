@@ -1,10 +1,11 @@
 // A sheet to print: the first problems of a set with figure, table and room for answers, and a key on its own page.
 
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 
 import type { Index, Part, Problem } from "../bank.js";
 import { atLeast } from "../grade/levels.js";
+import { useLoaded } from "../later.js";
 import { loadProblem, loadSolutions } from "../load.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
@@ -15,10 +16,7 @@ import { Html, Tex } from "./math.js";
 import { promptOnPaper } from "./prompt.js";
 
 /** How many questions a sheet has, and whether a key is printed behind them. */
-export interface SheetWish {
-  readonly count: number;
-  readonly key: boolean;
-}
+export type SheetWish = { readonly count: number; readonly key: boolean };
 
 const MOST = 20;
 
@@ -35,34 +33,16 @@ export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
 }
 
 /** A question of a sheet, with what its answer is typed as. */
-interface Asked {
-  readonly item: Item;
-  readonly part: Part;
-  readonly typed: string;
-}
+type Asked = { readonly item: Item; readonly part: Part; readonly typed: string };
 
 /** An arm of a sheet, and what is asked of it. */
-interface Group {
-  readonly problem: Problem;
-  readonly asked: readonly Asked[];
-}
+type Group = { readonly problem: Problem; readonly asked: readonly Asked[] };
 
 export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
   const solvable = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...first, key: first.key && solvable });
-  const [groups, setGroups] = useState<readonly Group[] | null>(null);
-  const [failed, setFailed] = useState("");
-  useEffect(() => {
-    let current = true;
-    setFailed("");
-    gathered(inOrder(index, { ...wish, count: sheet.count }), solvable).then(
-      (found) => current && setGroups(found),
-      (error: unknown) => current && setFailed(String(error)),
-    );
-    return () => {
-      current = false;
-    };
-  }, [sheet.count]);
+  const asked = (): readonly Item[] => inOrder(index, { ...wish, count: sheet.count });
+  const { found: groups, failed } = useLoaded(() => gathered(asked(), solvable), [sheet.count]);
   const change = (wanted: SheetWish) => {
     setSheet(wanted);
     window.history.replaceState(null, "", sheetLink(wish, wanted));

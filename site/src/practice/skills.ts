@@ -11,17 +11,10 @@ const DAY = 24 * 3600 * 1000;
 const KEY = "qdot-lessons";
 
 /** What is known of a lesson for a class of arms: the arms of the row, and when it was learned and mastered. */
-export interface Row {
-  readonly row: readonly string[];
-  readonly learned?: number;
-  readonly mastered?: number;
-}
+export type Row = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
 
 /** What is known of a lesson: goals reached, the row for the first class of arms, and those for the classes beyond. */
-export interface Skill extends Row {
-  readonly goals: readonly number[];
-  readonly beyond?: Readonly<Record<string, Row>>;
-}
+export type Skill = Row & { readonly goals: readonly number[]; readonly beyond?: Readonly<Record<string, Row>> };
 
 export type Skills = Readonly<Record<string, Skill>>;
 
@@ -32,11 +25,7 @@ export const NEW: Skill = { ...NEW_ROW, goals: [] };
 const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
 /** How a question was answered: `helped` by hints or the solution, `again` after another answer to it. */
-export interface Answered {
-  readonly right: boolean;
-  readonly helped: boolean;
-  readonly again: boolean;
-}
+export type Answered = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
 
 /** The row after an answer; `most` is how many arms there are, where there are fewer than are needed. */
 export function answered<R extends Row>(

@@ -51,11 +51,7 @@ const NoArm = () => (
 const grading = () => import("../grade/judge.js");
 
 /** An answer as it was judged. */
-export interface Judged {
-  readonly part: Part;
-  readonly answer: string;
-  readonly verdict: Verdict;
-}
+export type Judged = { readonly part: Part; readonly answer: string; readonly verdict: Verdict };
 
 export interface TaskProps {
   readonly item: Item;

@@ -102,11 +102,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
   );
 }
 
-interface Titled {
-  readonly name: string;
-  readonly title: string;
-  readonly lang?: string;
-}
+type Titled = { readonly name: string; readonly title: string; readonly lang?: string };
 
 const titled = ({ name, title, lang = "en" }: Titled): JSX.Element => (
   <option key={name} value={name} lang={lang}>

@@ -1,9 +1,9 @@
 // The bank's index on a page: that it is loading, why it could not be loaded, or what is shown of it.
 
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
+import { useLoaded } from "../later.js";
 import { loadIndex } from "../load.js";
 import { say } from "../text/text.js";
 import { Failed } from "./current.js";
@@ -15,15 +15,9 @@ interface WithIndexProps {
 }
 
 export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
-  const [index, setIndex] = useState<Index | null>(null);
-  const [failed, setFailed] = useState("");
-  const load = (): void => {
-    setFailed("");
-    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, []);
-  if (failed) return <Failed why={failed} onAgain={load} />;
-  if (index) return children(index);
+  const { found, failed, again } = useLoaded(loadIndex, []);
+  if (failed) return <Failed why={failed} onAgain={again} />;
+  if (found) return children(found);
   return (
     loading ?? (
       <p role="status" class="loading">

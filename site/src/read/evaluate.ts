@@ -12,11 +12,7 @@ import { type Node, ReadError } from "./tree.js";
 type Scalar = number | Complex;
 
 /** A value and the size of the terms that it was made of. */
-export interface Value {
-  readonly re: number;
-  readonly im: number;
-  readonly size: number;
-}
+export type Value = { readonly re: number; readonly im: number; readonly size: number };
 
 const CONSTANTS = new Map<string, Scalar>([
   ["pi", Math.PI],

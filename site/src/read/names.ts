@@ -26,10 +26,7 @@ const JOINTS = table<readonly string[]>(VOCABULARY.joints);
 const JOINT = compiled(`^(${[...JOINTS.keys()].join("|")})([0-9]{1,4})$`);
 
 /** A part of a name: `kind` is "name", "function", or "sin", "cos" or "sum" of the angles in `parts`. */
-export interface Piece {
-  readonly kind: "name" | "function" | "sin" | "cos" | "sum";
-  readonly parts: readonly string[];
-}
+export type Piece = { readonly kind: "name" | "function" | "sin" | "cos" | "sum"; readonly parts: readonly string[] };
 
 const named = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
 

@@ -6,11 +6,7 @@ import { compiled, LIMITS, VOCABULARY } from "./vocabulary.js";
 const { passed, number, name, operator } = VOCABULARY.patterns;
 const TOKEN = compiled(`${passed}|(${number})|(${name})|(${operator})`, "gy");
 
-export interface Token {
-  readonly kind: "number" | "name" | "op" | "end";
-  readonly text: string;
-  readonly at: number;
-}
+export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly at: number };
 
 /** The tokens of a text, the last of kind "end". Throws ReadError for unknown signs, and brackets too deep. */
 export function tokensOf(text: string): Token[] {

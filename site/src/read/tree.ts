@@ -3,26 +3,10 @@
 import { ENGLISH, type Message, message, said, type Values, type TextKey } from "../text/text.js";
 import { VOCABULARY } from "./vocabulary.js";
 
-export type Kind =
-  | "number"
-  | "decimal"
-  | "name"
-  | "blank"
-  | "call"
-  | "neg"
-  | "+"
-  | "-"
-  | "*"
-  | "/"
-  | "^"
-  | "list"
-  | "set"
-  | "dict"
-  | "pair"
-  | "eq"
-  | "in"
-  | "and"
-  | "or";
+type Formula = "number" | "decimal" | "name" | "blank" | "call" | "neg" | "+" | "-" | "*" | "/" | "^";
+type Collection = "list" | "set" | "dict" | "pair";
+type Statement = "eq" | "in" | "and" | "or";
+export type Kind = Formula | Collection | Statement;
 
 /** `text` is the name of a name or call, `value` the number of a number or decimal, `digits` how many it has. */
 export interface Node {

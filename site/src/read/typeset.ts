@@ -25,10 +25,7 @@ const PRODUCT = 1;
 const FACTOR = 2;
 const ATOM = 3;
 
-interface Piece {
-  readonly latex: string;
-  readonly level: number;
-}
+type Piece = { readonly latex: string; readonly level: number };
 
 /** The LaTeX of an answer. */
 export function typesetTree(tree: Node, symbols: Symbols): string {

@@ -10,17 +10,11 @@ export type Catalogue = Readonly<Record<TextKey, string>>;
 export type Values = { readonly [name: string]: string | number | Message };
 
 /** A text that is to be shown: its key, and what is filled in. */
-export interface Message {
-  readonly key: TextKey;
-  readonly values: Values;
-}
+export type Message = { readonly key: TextKey; readonly values: Values };
 
 export const message = (key: TextKey, values: Values = {}): Message => ({ key, values });
 
-export interface Language {
-  readonly code: string;
-  readonly catalogue: Catalogue;
-}
+export type Language = { readonly code: string; readonly catalogue: Catalogue };
 
 export const ENGLISH: Language = { code: "en", catalogue: english };
 
