@@ -1,6 +1,5 @@
-// A part that is worked out anew only where something that it is given is another. Preact's own memo comes with its
-// React layer, which makes every onChange of an input one of each key, for all of the page: a minus sign alone is no
-// number, and what is typed would be put back before its digits come.
+// Render a component again only if a property changed. Preact's own memo needs its React layer, which would make every
+// onChange of an input fire at each key, for example after a minus sign alone.
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 

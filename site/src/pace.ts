@@ -1,7 +1,5 @@
-// Numbers beside an arm that is dragged or runs: nobody reads them sixty times a second. The arm is drawn in every
-// frame; of the parts that only follow it one is drawn in every other frame, in turn: words and tables make a browser
-// lay out all of the page, which takes as long as the arm. What rests is all shown, and what a key or a typed number
-// changes at once.
+// Redraw the numbers beside a moving arm in turns: the arm is drawn in every frame, but only one of its tables in every
+// other frame, because each makes the browser lay out the page. At rest, and after keys, everything is up to date.
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 

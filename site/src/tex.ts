@@ -1,5 +1,4 @@
-// Formulas typeset as MathML by Temml, a few at a time, so that a page full of them answers to keys and fingers
-// meanwhile.
+// Typeset formulas as MathML by Temml, a few at a time, so that the page stays responsive.
 
 import { afterPaint, breath } from "./later.js";
 

@@ -1,5 +1,4 @@
-// The joint angles of a flat drawing: arcs from x_{i-1}, drawn on as a dashed line, to x_i, as in the textbook's
-// figures.
+// Draw the joint angles of a planar arm as arcs from x_{i-1} to x_i, as in the textbook's figures.
 
 import type { JSX } from "preact";
 

@@ -1,6 +1,5 @@
-// Formulas of the page answer to the arm: what is pointed at lights its link, its angle or its column, and has its
-// value at the pose, which follows the arm where it was clicked; and a link that is pointed at lights its letters.
-// Keys get to all of it as the pointer does (formula-keys.ts).
+// Link the page's formulas to the arm: pointing at a term lights its link, angle or column and shows its value;
+// pointing at a link lights its letters. Keys reach the same terms (formula-keys.ts).
 
 import type { JSX } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
@@ -182,10 +181,7 @@ function Value(props: ValueProps): JSX.Element | null {
   );
 }
 
-/**
- * A term's value at the stage's pose, with its lengths and with the given rates or those on the path. Null if the
- * term has no letter, or one that is unknown.
- */
+/** The value of a term at the stage's pose, on its path if it has one; null without a letter that is known. */
 function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): number | null {
   const { arm, robot, pose } = stage;
   const rates = ratesIn?.(stage.state) ?? ratesOnPath(stage);

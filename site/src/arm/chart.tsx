@@ -100,10 +100,7 @@ export function columnsFor(count: number, height: number): number {
 
 type Name = { readonly at: number; readonly column: number };
 
-/**
- * Where names of curves stand that end at these heights: moved apart, in their order from above, one after the other in
- * the next column, so that two in one column are a step apart.
- */
+/** Spread the names of curves that end at these heights, in order and over the columns, a step apart in each column. */
 export function spread(
   heights: readonly number[],
   [top, bottom]: readonly [number, number],

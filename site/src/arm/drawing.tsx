@@ -266,10 +266,7 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
   return isOut ? whole : nearer;
 }
 
-/**
- * The parts of the drawing (pixels) that words and buttons cover: letters keep out of them. They are measured when
- * words and buttons come and go, not while the arm moves.
- */
+/** The boxes (pixels) of words and buttons, which labels avoid. Measured when these change, not when the arm moves. */
 function useCovered(box: { readonly current: HTMLElement | null }, changes: readonly unknown[]): Covered {
   const [covered, setCovered] = useState<Covered>(NOTHING);
   useLayoutEffect(() => {
@@ -299,10 +296,7 @@ const OVER = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 /** What a finger takes hold of. */
 const GRIPS = ".arm-grip, .arm-point, .arm-target";
 
-/**
- * A finger that begins on the arm moves the arm and never scrolls the page, as it does beside the arm: browsers ignore
- * `touch-action` inside a drawing. Two fingers enlarge the page as everywhere.
- */
+/** Let a finger on the arm move it without scrolling the page: browsers ignore `touch-action` inside of an SVG. */
 function keptFromScrolling(box: HTMLElement): () => void {
   const touched = (event: TouchEvent): void => {
     const isHeld = event.target instanceof Element && event.target.closest(GRIPS) !== null;

@@ -1,5 +1,4 @@
-// The numbers of the pose: det J with its factors, singular values, the point, and a verdict on nearness to a
-// singularity.
+// Show the numbers of a pose: det J with its factors, the point, and how near a singularity is.
 
 import type { JSX } from "preact";
 

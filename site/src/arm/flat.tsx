@@ -1,5 +1,5 @@
-// The arm's body as lines on the page: planar arms flat, as in the textbook's figures; spatial ones until three.js is
-// there, or where it can't be.
+// Draw the arm's body as lines: planar arms as in the textbook, spatial ones until three.js has loaded or without
+// WebGL.
 
 import type { JSX } from "preact";
 

@@ -1,5 +1,5 @@
-// The way to the terms of formulas by keys: a formula is one stop of Tab; left and right go from term to term, down
-// to the letters of a term and up again, Enter keeps a term while the arm is moved, Escape leaves it.
+// Reach the terms of formulas by keys: Tab stops at each formula, left and right move between terms, down and up to and
+// from a term's letters, Enter pins a term, Escape leaves it.
 
 import { useEffect } from "preact/hooks";
 

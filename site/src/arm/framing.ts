@@ -1,6 +1,4 @@
-// A nearer view of the pose with which an arm is seen first: all it reaches takes several times the room of the arm.
-//
-// It holds until the arm gets to the edge of it; from then on all that the arm reaches is seen.
+// Frame the first pose of an arm more closely than its whole reach, until the arm leaves that frame.
 
 import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";

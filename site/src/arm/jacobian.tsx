@@ -1,5 +1,4 @@
-// J in numbers, live: a column in the colour of its joint, which stands out where it is pointed at; and what det J is
-// made of, a bar for each factor, so that the one that goes to zero is seen going.
+// Show the numeric Jacobian, each column in its joint's colour, and det J with a bar for each factor.
 
 import type { JSX } from "preact";
 

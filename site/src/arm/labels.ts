@@ -1,5 +1,5 @@
-// Where the letters of a drawing stand: beside what they name, clear of each other, and of the arm as far as can be.
-// One that has to go far away is led back by a line; one for which there is no room at all is left out.
+// Place labels beside what they name, clear of each other and, if possible, of the arm. A distant label gets a leader
+// line; a label without room is left out.
 
 import { partsOf } from "./letters.js";
 import type { Pixel } from "./view.js";

@@ -1,7 +1,4 @@
-// The map of det J worked out beside the page, which stays at hand meanwhile: first its values and lines, then their
-// kinds.
-//
-// It is started for one map; whoever wants another one ends it.
+// Compute one map of det J in a worker: first its values and lines, then the kinds of the lines.
 
 import type { Arm, Pose } from "./model.js";
 import { type Pair, type Shown, sorted, type Terrain, terrainOf } from "./terrain.js";

@@ -1,5 +1,4 @@
-// What is drawn over the arm: frames, vectors p*, columns of J at P, the velocity ellipse, and the letters of all
-// these.
+// Draw what lies over the arm: frames, vectors p*, columns of J, the velocity ellipse, and their labels.
 
 import type { JSX } from "preact";
 

@@ -60,9 +60,7 @@ export function pointMoved(arm: Arm, pose: Pose, step: Vec3, seen?: View): Pose 
   return poseWithin(arm, onItsSide(arm, pose, now));
 }
 
-/**
- * A pose that is all but singular, by a hair on the side of it on which the arm was: on that side it bends again.
- */
+/** Move a nearly singular pose a hair to the side on which the arm was bent, so that it bends to that side again. */
 function onItsSide(arm: Arm, before: Pose, now: Pose): Pose {
   const side = sideOf(arm, before);
   if (sideOf(arm, now) === side) return now;
@@ -82,10 +80,7 @@ function stillMotion(arm: Arm, pose: Pose, share: number): readonly number[] | n
   return sigma.at(-1)! < share * sigma[0]! ? v.at(-1)! : null;
 }
 
-/**
- * The pose after a step, or after a part of it, that brings the point nearer; null where none does. One in which the
- * arm stays bent on its side goes first: out of a stretched pose it bends both ways alike, and should not snap over.
- */
+/** The pose after a step or a part of it that brings the point nearer, if possible bent as before; null without one. */
 function nearer(arm: Arm, pose: Pose, step: readonly number[], isNearer: (point: Vec3) => boolean): Pose | null {
   const side = sideOf(arm, pose);
   const after = (motion: readonly number[], share: number): Pose =>

@@ -1,5 +1,5 @@
-// The stage: the arm, what of it is shown, and beside it its numbers, the map of det J and the welding task, all in
-// view at once. It is as tall as --stage where a page says so; what does not fit in a pane is scrolled in it.
+// The stage: the arm with its layers, numbers, map of det J and welding path. Its height is --stage if the page sets
+// it.
 
 import "./arm.css";
 

@@ -1,5 +1,4 @@
-// The path as it is drawn over the arm: what can be followed, what cannot, and its beginning; its ends are named with
-// all other letters.
+// Draw the path over the arm: the part that the arm can follow, and the rest.
 
 import type { JSX } from "preact";
 

@@ -1,5 +1,4 @@
-// Terms of formulas that a page shows, as MathML: which joint a letter is about, where a term begins and ends, and
-// what is read of it.
+// Find the terms of MathML formulas: where a term begins and ends, its joint, and how it would be typed.
 
 import type { Arm } from "./model.js";
 

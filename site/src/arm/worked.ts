@@ -16,10 +16,7 @@ interface Worked {
   readonly kinds: readonly Stretch[];
 }
 
-/**
- * The map of an arm over two joints, the others as in `rest`, when `settled` says that they stay; until another one has
- * come, the one before it, if it is over the same joints. Null where there is none yet.
- */
+/** The map over two joints once `settled` rests; until it is there, the last one over the same joints, else null. */
 export function useMap(
   arm: Arm,
   rest: Pose,

@@ -4,10 +4,7 @@ import type { Kind } from "./classify.js";
 
 export type Spot = readonly [u: number, v: number];
 
-/**
- * Values at (u_i, v_j), the middles of cells, and of one row of cells more around: `values[j][i]`. Lines on the edges
- * of the ranges and at round angles run between these places, not through them.
- */
+/** Values at cell centres (u_i, v_j), `values[j][i]`, with a row more around: lines at range ends run between them. */
 export interface Grid {
   readonly us: readonly number[];
   readonly vs: readonly number[];

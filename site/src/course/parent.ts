@@ -59,10 +59,7 @@ export interface Around {
   post(told: Told, origin: string): void;
 }
 
-/**
- * The page around: at the origin that the link names, or at our own where it names none. `storage` keeps the round in
- * this browser under `key`.
- */
+/** The surrounding page, at the named origin or our own; `storage` stores the round in this browser under `key`. */
 export function parentPage(
   around: Around,
   origins: { readonly named: string; readonly own: string },

@@ -1,5 +1,4 @@
-// A round: questions in a fixed order, each worth points, and how one stands in them. What is kept of it is a short
-// text.
+// A round: questions in a fixed order, each worth points, the standing in them, and both as a short text.
 
 import { type Item, numbers } from "../practice/choice.js";
 

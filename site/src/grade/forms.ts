@@ -63,10 +63,7 @@ function isStatement(tree: Node): boolean {
   return false;
 }
 
-/**
- * The entries of a vector or matrix. `labels` may name its entries, `vectors` its columns. A set of several has no
- * order: throws ReadError.
- */
+/** The entries of a matrix; `labels` name entries, `vectors` columns. Throws ReadError for an unordered set. */
 export function matrixOf(
   typed: Node,
   known: ReadonlySet<string>,
@@ -210,10 +207,7 @@ const isNamed = ({ kind, args }: Node): boolean => (kind === "pair" || kind === 
 const isLabelled = (tree: Node): boolean =>
   isNamed(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
 
-/**
- * The entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of the labels, also with
- * "and" between them. Rows of a matrix may be called row1, and entries J12.
- */
+/** The entries of {qd1: …}, [qd1 = …] or [(qd1, …)] in the order of the labels. Names may also be row1 or J12. */
 function unlabelled(tree: Node, labels: readonly string[], { rows, columns }: Shape): Node {
   const inner = tree.args[0];
   if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {

@@ -65,10 +65,7 @@ function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): 
 
 const isUnsound = ({ reasons }: Verdict): boolean => reasons.some(({ key }) => key === "verdict.unsound");
 
-/**
- * The verdict on conditions; where values of several joints with commas between them say too much, it is told if they
- * don't with "and".
- */
+/** The verdict on conditions; if values of several joints claim too much, it says if "and" would have been right. */
 function perhapsTogether(answer: string, judgeText: (text: string) => Verdict): Verdict {
   const found = judgeText(answer);
   const parted = answer.trim().split(/\s*[,;\n]\s*/);

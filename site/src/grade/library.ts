@@ -73,10 +73,7 @@ export interface Terms {
   readonly products: readonly Known[];
 }
 
-/**
- * The terms of a library at a configuration: up to two sines and cosines, or three where there are few angles; of fewer
- * where these are more than `most`.
- */
+/** The terms of a library: products of up to two or three sines and cosines, of fewer if there are more than `most`. */
 export function termsOf(library: Library, at: At, most = Infinity): Terms {
   const all = waves(library, at);
   const lengths = [ONE, ...library.lengths.map((each) => known(each, at))];

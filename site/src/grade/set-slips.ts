@@ -1,5 +1,5 @@
-// Slips in sets of singular configurations: conditions that are right once one thing in them is changed, that say too
-// much or too little, and what is missing beside them.
+// Find what went wrong in a set of singular configurations: a condition that one change makes right, that claims too
+// much or too little, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
 import { decimal, name, namesIn, type Node, node } from "../read/tree.js";

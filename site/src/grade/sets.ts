@@ -95,10 +95,7 @@ function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[]
   return ofConditions.filter((pieces) => pieces.length > 0).map((pieces) => pieces.map((piece) => piece.map(poseOf)));
 }
 
-/**
- * Conditions with the listed values of a whole number put in, as in theta2 = k*pi, k = 0, 1. With dots behind them, as
- * in k = 0, 1, 2, …, it is any whole number.
- */
+/** Put the listed values of an integer in, as in theta2 = k*pi, k = 0, 1. With dots after them it is any integer. */
 function counted(tree: Node): Node {
   const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
   const behind = tree.args.slice(at + 1);
@@ -281,10 +278,7 @@ function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
 
 // --- poses on what is claimed ---
 
-/**
- * A pose on a piece in which the arm is not singular; null where all are, "nowhere" where there is none, "close" where
- * none was found and yet it comes near to zero: what can't be followed is not taken for right.
- */
+/** A regular pose on a piece; null if all are singular, "nowhere" if there is no pose, "close" if one is near. */
 function counterexample(
   piece: Piece,
   space: Space,
@@ -377,10 +371,7 @@ function solved(piece: Piece, zeros: readonly Node[], free: readonly string[], s
   return at;
 }
 
-/**
- * The shortest x with A x = b. Rows are scaled to length 1: at a double zero, as of sin² or of cos = 1, slopes become
- * as small as the remaining distance.
- */
+/** The shortest x with A x = b. Rows are normalised, because slopes vanish at a double zero, as of sin² or cos = 1. */
 function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
   const open = a.flatMap((row, i) => {
     const length = Math.hypot(...row);

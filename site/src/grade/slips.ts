@@ -52,10 +52,7 @@ export function slipsIn(answer: Answer, key: ValuesKey): Explained {
   return { slips: order.map((k) => told[k]!.says(wheres[k]!)), isAll: open.length === 0 };
 }
 
-/**
- * A few findings that explain most places: each time the first of those that explain most of what is still open. One
- * that is `whole` explains all of its places or none.
- */
+/** Repeatedly take the finding that explains most open places; one that is `whole` explains all its places or none. */
 export function fewest<F extends { readonly places: readonly number[]; readonly whole?: boolean }>(
   findings: readonly F[],
   places: readonly number[],

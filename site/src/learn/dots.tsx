@@ -1,5 +1,4 @@
-// How far a lesson is, as dots and in words: a dot for each right answer of the row, of the class of arms that is
-// asked next.
+// Show the progress in a lesson as dots and in words: one dot for each right answer of the current row.
 
 import type { JSX } from "preact";
 

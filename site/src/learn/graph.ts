@@ -1,5 +1,4 @@
-// What one knows as a graph: lessons with what they build on, in layers, how each stands, and how each of its
-// questions.
+// The graph of lessons: what each builds on, and how the student stands in it and in its questions.
 
 import type { Index } from "../bank.js";
 import { ANYTHING, items, nameOf, type Progress } from "../practice/choice.js";

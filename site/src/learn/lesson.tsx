@@ -1,5 +1,4 @@
-// A lesson: first an idea that is tried with the arm, its goals ticked as they are reached, then practice until it is
-// learned. Arm and words are side by side as on the practice page.
+// A lesson: an idea to try on the arm with goals to reach, then practice until it is learned.
 
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";

@@ -1,5 +1,5 @@
-// The eight lessons of the way through the chapter: an idea to do with the arm, and goals that the page sees reached;
-// what is practised then stands in practice/topics.ts. Lengths in metres, rates in rad/s.
+// The eight lessons: ideas to try on the arm, and goals that the page recognises. Lengths in metres, rates in rad/s.
+// What each lesson practises is in practice/topics.ts.
 
 import { kindHere } from "../arm/words.js";
 import { pStar } from "../arm/model.js";

@@ -1,5 +1,4 @@
-// A text of the catalogue with formulas in it, as LaTeX between dollar signs. In these, braces hold a space, as in
-// c_{1 2}: {12} would be filled in as a value.
+// A text with LaTeX between dollar signs. Its braces contain a space, c_{1 2}, because {12} would be a placeholder.
 
 import type { JSX } from "preact";
 

@@ -1,6 +1,4 @@
-// The map of what one knows: lessons from left to right, or down a phone, with lines to what builds on them. It is a
-// list of links, in an order in which each comes behind what it needs; the lines say nothing that is not said in
-// words.
+// The map of lessons: a list of links in an order in which each follows what it needs. Its lines repeat what words say.
 
 import type { JSX } from "preact";
 

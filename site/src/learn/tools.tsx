@@ -1,5 +1,4 @@
-// What a lesson puts into the reader's hand besides the arm: dials that set the rates of the joints, or the direction
-// in which P is to go; and the arrows that follow from them in the drawing.
+// The controls of a lesson: sliders for joint rates or for a direction of P, and the resulting arrows in the drawing.
 
 import type { JSX } from "preact";
 

@@ -1,5 +1,4 @@
-// Problems fetched into the cache of the service worker before they are opened, so that they are there without a
-// connection: what belongs to which of them, what is kept already, and the rest one after the other.
+// Store problems in the service worker's cache before they are opened, so that they work offline.
 
 import { ROOT } from "../load.js";
 

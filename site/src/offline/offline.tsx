@@ -1,5 +1,4 @@
-// Keeping problems for when there is no connection: how much of them is here, how large the rest is, and a button that
-// fetches it and shows how far it is.
+// Show how many problems are stored for offline use, and store the rest with a progress bar.
 
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";

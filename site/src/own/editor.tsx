@@ -1,5 +1,4 @@
-// The table as it is typed: convention and unit, a row for each joint, and what is seldom needed; what is wrong in a
-// cell stands below its row.
+// Edit a Denavit-Hartenberg table; errors appear below the row of their cell.
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";

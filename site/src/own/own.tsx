@@ -1,5 +1,5 @@
-// One's own arm: a table that is typed or taken from a known robot, the arm that it tells, alive, and all in numbers.
-// The address always is the link to what is seen.
+// The page of the student's own arm: a typed table or a known robot, the moving arm and its numbers. The address is
+// always a link to what is shown.
 
 import type { JSX } from "preact";
 import { memo } from "../memo.js";

@@ -1,6 +1,6 @@
-// A Denavit-Hartenberg table as it is typed, and what it says in numbers, or what is wrong in which of its cells.
+// A typed Denavit-Hartenberg table, its numbers, and the errors of its cells.
 //
-// The rules of ../../../exercises/arm/robot_file.py, without letters for lengths: all here is numbers.
+// The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
 import type { TaskRow } from "../bank.js";
 import { ROWS } from "../arm/model.js";

@@ -1,6 +1,5 @@
-// What is practised: a question about an arm, and which comes next.
-//
-// Questions that went wrong come again: after two others, then after a day, three days, a week (Leitner's boxes).
+// Choose the next question. One answered wrongly returns after two others, then after a day, three days, a week
+// (Leitner's boxes).
 
 import type { Index, Listed } from "../bank.js";
 import { randomNumbers } from "../random.js";

@@ -1,5 +1,4 @@
-// Classes of arms: the chapter's plain arms, then arms in space, then any. Each is practised and mastered by itself:
-// what is right for a plain arm says little of one that is turned and offset.
+// Classes of arms: planar arms of the chapter, then spatial arms, then any. Each class is mastered separately.
 
 import type { Index } from "../bank.js";
 import { type Item, problemsIn, STEPS } from "./choice.js";

@@ -1,5 +1,4 @@
-// Outside of lessons, an answer counts for every lesson that asks its question, in the class of its arm, as it would in
-// the lesson. Also: which classes of lessons are due for review.
+// Count an answer outside of lessons for every lesson that asks its question, and list the classes due for review.
 
 import type { Index } from "../bank.js";
 import { type Message, said, say } from "../text/text.js";

@@ -13,10 +13,7 @@ export function matrixText(entries: readonly string[], columns: number): string 
     .join(", ")}]`;
 }
 
-/**
- * The entries of such a text, row by row, or of one with rows in lines or between semicolons; null where it is none of
- * this shape.
- */
+/** The entries of such a text, or of rows in lines or between semicolons; null if it doesn't have this shape. */
 export function entriesOf(text: string, rows: number, columns: number): string[] | null {
   return listedEntries(text, rows, columns) ?? listedEntries(tableText(text, rows, columns) ?? "", rows, columns);
 }

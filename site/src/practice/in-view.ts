@@ -5,10 +5,7 @@ const SETTLING = 700;
 /** What a reader does who looks elsewhere. */
 const ELSEWHERE = ["wheel", "touchstart", "pointerdown", "keydown"] as const;
 
-/**
- * Scroll until an element is in view, or its beginning if it is taller than the window; once more when all has settled,
- * unless the reader has gone on.
- */
+/** Scroll an element, or the top of a tall one, into view; again after all has settled, unless the reader acts. */
 export function bringIntoView(element: Element): void {
   scrolledTo(element);
   const wait = setTimeout(() => {

@@ -19,10 +19,7 @@ export function partsOf(latex: string): Parts | null {
   return letter === undefined ? null : { letter, dotted: dotted !== undefined, mark: star ? "*" : prime && "′", index };
 }
 
-/**
- * What a symbol's button is called: as it is seen, for voice control, and as it is typed, which tells a rate from its
- * joint variable.
- */
+/** The name of a symbol's button: as it is seen, for voice control, and as it is typed, which tells rates apart. */
 export function called(name: string, latex: string): string {
   const seen = latex
     .replace(/\\dot\{([^}]*)\}/g, "$1")

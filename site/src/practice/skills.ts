@@ -1,5 +1,5 @@
-// Progress in the lessons, for each class of arms (classes.ts), kept in this browser: learned after three right answers
-// in a row without help, each about another arm, and mastered with one more a day later.
+// Progress in the lessons, per class of arms: learned after three right answers in a row without help, each for another
+// arm; mastered after one more a day later.
 
 import type { Index } from "../bank.js";
 import { keepText, keptJson } from "../storage.js";
@@ -65,10 +65,7 @@ export function isDue(skill: Row | undefined, now: number): boolean {
   return skill?.learned !== undefined && skill.mastered === undefined && now - skill.learned >= DAY;
 }
 
-/**
- * The questions of a lesson about its arms, the easiest first: families and questions in the lesson's order, arms of
- * the chapter before those that are turned and offset.
- */
+/** The questions of a lesson about its arms, the easiest first: chapter arms before rotated and offset ones. */
 export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
   const problemOf = problemsIn(index);
   const asked = items(index, ANYTHING).filter(({ question }) => questions.includes(question));
@@ -91,10 +88,7 @@ const CLIMB = [
 ] as const;
 const FEW = 3;
 
-/**
- * The next item, harder as the row grows; if possible about an arm that is not in the row, and none of those that were
- * `asked` in this sitting.
- */
+/** The next item, harder as the row grows: if possible about an arm that is new in the row, and not yet `asked`. */
 export function nextIn(all: readonly Item[], skill: Row, asked: readonly string[], random: () => number): Item | null {
   const fresh = all.filter((item) => !skill.row.includes(armOf(item)));
   const about = fresh.length > 0 ? fresh : all;

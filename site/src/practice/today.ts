@@ -23,10 +23,7 @@ export interface Day {
 /** The date in UTC, as 2026-11-25. */
 export const dayOf = (now: number): string => new Date(now).toISOString().slice(0, 10);
 
-/**
- * The question of a day: that which comes first when the day shuffles arms, then their questions. A bank that grows
- * changes it only where what is new comes first.
- */
+/** The question of a day, by a hash of the day and each family, then each item: a new problem rarely changes it. */
 export function itemOf(index: Index, day: string): Item | null {
   const easy = index.families.map((family) => ({
     ...family,

@@ -20,10 +20,7 @@ interface Step {
   readonly isLast: boolean;
 }
 
-/**
- * A tree without the unit m behind a number or a list, and at the end of a product. Where it multiplies pi or an angle,
- * m is a whole number, and stays.
- */
+/** A tree without the unit m after a number, a list or a product. If m multiplies pi or an angle, it is an integer. */
 export function withoutMetres(tree: Node): Node {
   const done: Node[] = [];
   const todo: Step[] = [{ top: tree, isReady: false, counts: false, isLast: true }];

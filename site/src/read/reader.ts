@@ -255,10 +255,7 @@ class Parser {
     return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((each) => this.known.has(each));
   }
 
-  /**
-   * A, and B as A and B where B is a condition, too; with other commas or alternatives it may mean two things. Before a
-   * value, as in theta2 = 0, and pi, the comma parts a list.
-   */
+  /** A, and B as "A and B" if B is a condition; ambiguous with other commas. Before a value, the comma separates. */
   private joined(first: Node, rows: readonly (readonly Node[])[]): Node {
     const here = this.at;
     const terms = first.kind === "and" ? [...first.args] : [first];
@@ -462,10 +459,7 @@ class Parser {
     return node("list", ...rows, row);
   }
 
-  /**
-   * Whether a name behind a number is a unit: 0.25 rad at the end of a product, 25 cm before a factor, too. Of m it is
-   * decided when the whole formula is known (metres.ts).
-   */
+  /** Whether a name after a number is a unit, as in 0.25 rad or 25 cm * a1; m is decided later (metres.ts). */
   private isUnit(): boolean {
     const { kind, text } = this.here();
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);

@@ -1,6 +1,4 @@
-// Real numbers: functions where their values are real, and trees of which every value is.
-//
-// Pages that only draw an arm need nothing else, and load no complex numbers.
+// Evaluate expressions in real numbers. Pages that only draw an arm need no more, and load no complex numbers.
 
 import { message } from "../text/text.js";
 import { type Node, ReadError } from "./tree.js";

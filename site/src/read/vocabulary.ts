@@ -1,6 +1,5 @@
-// The words, signs, units and habits of those who write answers: the file that the grader's reader takes in, too.
-//
-// Whoever adds a synonym adds it there, and both readers know it; neither has a list of its own.
+// The words, signs, units and habits of answers, shared with the grader's parser. Add a synonym there, and both know
+// it.
 
 import vocabulary from "../../../exercises/formula/vocabulary.json" with { type: "json" };
 

@@ -39,10 +39,7 @@ export function said({ key, values }: Message, spoken: Language = page): string 
 /** A text of the catalogue in the language of the page. */
 export const say = (key: TextKey, values: Values = {}): string => said(message(key, values));
 
-/**
- * A number with at most six significant digits, never with an exponent, and with a true minus sign: else what
- * Intl.NumberFormat writes. Browsers take tens of milliseconds to make one of those, while the page is shown first.
- */
+/** A number with at most six significant digits and a true minus sign, like Intl.NumberFormat, which starts slowly. */
 export function inDigits(value: number, spoken: Language = page): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value < 0 ? "−∞" : "∞";
   const [mantissa = "", exponent = ""] = Math.abs(value).toExponential(5).split("e");
