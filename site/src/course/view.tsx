@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
 import { inDigits, message, type Message, said, say } from "../text/text.js";
@@ -122,12 +123,7 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
         <span class="round-tries">{triesLeft(round, standing[place]!)}</span>{" "}
         <span role="status">
           {isComplete(score) ? <strong>{said(over(round, score))} </strong> : null}
-          {said(sending)}{" "}
-          {onAgain ? (
-            <button type="button" class="quiet small" onClick={onAgain}>
-              {say("round.again")}
-            </button>
-          ) : null}
+          {said(sending)} {onAgain ? <Button style="quiet small" text={say("round.again")} onClick={onAgain} /> : null}
         </span>
       </p>
     </section>

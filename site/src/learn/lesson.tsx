@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import { Arm } from "../arm/panel.js";
 import type { State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
@@ -121,9 +122,11 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         </ul>
         <p class="actions">
           {items.length > 0 ? (
-            <button type="button" class={done ? "button" : "button quiet"} onClick={onPractise}>
-              {say(done ? "lesson.practise" : "lesson.practise-already")}
-            </button>
+            <Button
+              style={done ? "button" : "button quiet"}
+              text={say(done ? "lesson.practise" : "lesson.practise-already")}
+              onClick={onPractise}
+            />
           ) : null}
           <Onward lesson={lesson} quiet />
         </p>
@@ -179,10 +182,7 @@ function Practice(props: LessonProps & Classes & { arrived: boolean; onIdea: () 
       <div class="choosing">
         <Head lesson={lesson} skill={skill} classes={classes} />
         <p class="lesson-title">
-          <strong>{say(lesson.title)}</strong>{" "}
-          <button type="button" class="quiet small" onClick={onIdea}>
-            {say("lesson.back")}
-          </button>
+          <strong>{say(lesson.title)}</strong> <Button style="quiet small" text={say("lesson.back")} onClick={onIdea} />
         </p>
         <p class="muted" role="status">
           {classes.length > 1 ? (

@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import { loadSizes } from "../load.js";
 import { language, message, type Message, said, say } from "../text/text.js";
 import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type Wanted } from "./keep.js";
@@ -88,13 +89,13 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
       {missing.length > 0 ? (
         <p class="actions">
           {going ? (
-            <button type="button" class="quiet small" onClick={() => going.abort()}>
-              {say("offline.stop")}
-            </button>
+            <Button style="quiet small" text={say("offline.stop")} onClick={() => going.abort()} />
           ) : (
-            <button type="button" class="quiet small" onClick={() => void start()}>
-              {say("offline.keep", { size: megabytes(sum(missing)) })}
-            </button>
+            <Button
+              style="quiet small"
+              text={say("offline.keep", { size: megabytes(sum(missing)) })}
+              onClick={() => void start()}
+            />
           )}
         </p>
       ) : null}

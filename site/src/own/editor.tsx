@@ -1,6 +1,7 @@
 // Edit a Denavit-Hartenberg table; errors appear below the row of their cell.
 
 import type { JSX } from "preact";
+import { Button } from "../button.js";
 import { memo } from "../memo.js";
 import { useId } from "preact/hooks";
 
@@ -77,15 +78,13 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
       ))}
       <p class="actions">
         {(["R", "P"] as const).map((kind) => (
-          <button
+          <Button
             key={kind}
-            type="button"
-            class="quiet small"
+            style="quiet small"
+            text={say(kind === "R" ? "own.add-R" : "own.add-P")}
             disabled={rows.length >= MOST_JOINTS}
             onClick={() => onTable({ ...table, rows: [...rows, newRow(kind, rows.length)] })}
-          >
-            {say(kind === "R" ? "own.add-R" : "own.add-P")}
-          </button>
+          />
         ))}
       </p>
       <More table={table} faults={faults} usual={usual} onTable={onTable} />

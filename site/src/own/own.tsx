@@ -2,6 +2,7 @@
 // always a link to what is shown.
 
 import type { JSX } from "preact";
+import { Button } from "../button.js";
 import { memo } from "../memo.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
@@ -226,13 +227,11 @@ const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Eleme
         <code>qdot solve arm.toml</code>
       </pre>
       <p class="actions">
-        <button
-          type="button"
-          class="quiet small"
+        <Button
+          style="quiet small"
+          text={say("own.save")}
           onClick={() => saveFile("arm.toml", "application/toml", tomlOf(table))}
-        >
-          {say("own.save")}
-        </button>
+        />
       </p>
     </section>
   );

@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import { say } from "../text/text.js";
 
 /** How long it is said that a text was copied, in milliseconds. */
@@ -24,9 +25,7 @@ export function Copied({ text, label }: { text: string; label: string }): JSX.El
   };
   return (
     <span class="copied">
-      <button type="button" class="quiet small" onClick={copy}>
-        {label}
-      </button>{" "}
+      <Button style="quiet small" text={label} onClick={copy} />{" "}
       <span role="status" class="muted">
         {told ? say(told) : ""}
       </span>

@@ -3,6 +3,7 @@
 import type { ComponentChildren, JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type { Part, Problem } from "../bank.js";
 import { withPoints } from "../read/points.js";
 import { readDue } from "../grade/forms.js";
@@ -72,7 +73,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
       {unit ? <span class="unit">{unit}</span> : null}
       {set ? <p class="help">{say("answer.set-help")}</p> : null}
       {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
-      <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
+      <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
   );
 }
@@ -100,7 +101,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
     return (
       <>
         <Single {...{ problem, part, onCheck, first }} onAnswer={told} shape={[rows, columns]} />
-        <Toggle text={say("answer.as-entries")} onToggle={back} />
+        <Button text={say("answer.as-entries")} onClick={back} />
       </>
     );
   }
@@ -141,8 +142,8 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
           </span>
         ))}
       </Grid>
-      <Toggle text={say("answer.as-text")} onToggle={toText} />
-      <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
+      <Button text={say("answer.as-text")} onClick={toText} />
+      <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
   );
 }
@@ -252,14 +253,6 @@ function FormulaField({ label, value, onValue, onEnter, math, wide = false, goes
 
 /** So many lines of a text are in sight at once. */
 const MOST_LINES = 8;
-
-function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
-  return (
-    <button type="button" class="quiet" onClick={onToggle}>
-      {text}
-    </button>
-  );
-}
 
 interface FieldsProps extends Pick<Field, "problem" | "part"> {
   readonly hasSymbols: boolean;

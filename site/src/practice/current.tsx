@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { Button } from "../button.js";
 import { useLoaded } from "../later.js";
 import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
@@ -36,9 +37,7 @@ export function Failed({ why, onAgain }: { why: string; onAgain: () => void }): 
   return (
     <div role="alert">
       <p>{say("practice.failed", { why })}</p>
-      <button type="button" class="button" onClick={onAgain}>
-        {say("practice.again")}
-      </button>
+      <Button style="button" text={say("practice.again")} onClick={onAgain} />
     </div>
   );
 }

@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { Button } from "../button.js";
 import { message, said, say } from "../text/text.js";
 
 /** Minutes that a question takes, as a rule. */
@@ -28,9 +29,7 @@ export function Due({ count, going, of, onStart }: DueProps): JSX.Element | null
       ) : (
         <>
           <strong>{say("practice.due-now", { count, minutes: Math.ceil(EACH * count) })}</strong>
-          <button type="button" class="quiet small" onClick={onStart}>
-            {say("practice.due-start")}
-          </button>
+          <Button style="quiet small" text={say("practice.due-start")} onClick={onStart} />
         </>
       )}
     </p>

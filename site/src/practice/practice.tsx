@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useMemo, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type { Index } from "../bank.js";
 import { message, said, say, type TextKey } from "../text/text.js";
 import {
@@ -165,9 +166,7 @@ function Session({ index }: { index: Index }) {
           <p>{said(fault ?? message("practice.none"))}</p>
           <p class="ways">
             {waysOn(index, wish).map(([key, to]) => (
-              <button key={key} type="button" class="button" onClick={() => wished(to)}>
-                {say(key)}
-              </button>
+              <Button key={key} style="button" text={say(key)} onClick={() => wished(to)} />
             ))}
           </p>
         </div>

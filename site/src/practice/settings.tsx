@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type { Index } from "../bank.js";
 import { say } from "../text/text.js";
 import { asLink, isMissed, WAITS, type Wish } from "./choice.js";
@@ -70,25 +71,17 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         {say("practice.due", { count: due })}. {say("practice.kept")}
       </p>
       <p class="actions">
-        <button
-          type="button"
-          class="quiet"
+        <Button
+          text={say("practice.save")}
           onClick={() => saveFile("qdot-progress.json", "application/json", asFile(kept))}
-        >
-          {say("practice.save")}
-        </button>
-        <button type="button" class="quiet" onClick={() => file.current?.click()}>
-          {say("practice.load")}
-        </button>
-        <button
-          type="button"
-          class="quiet"
+        />
+        <Button text={say("practice.load")} onClick={() => file.current?.click()} />
+        <Button
+          text={say("practice.forget")}
           onClick={() => {
             if (window.confirm(say("practice.forget-sure"))) onKept(NOTHING_KEPT);
           }}
-        >
-          {say("practice.forget")}
-        </button>
+        />
         <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}>
           {say("sheet.make")}
         </a>
@@ -108,9 +101,7 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
           {say("practice.set-help")} <a href={link}>{link}</a>
         </p>
       ) : (
-        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: fresh })}>
-          {say("practice.make-set")}
-        </button>
+        <Button text={say("practice.make-set")} onClick={() => onWish({ ...wish, set: fresh })} />
       )}
     </details>
   );

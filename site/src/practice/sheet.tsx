@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type { Index, Part, Problem } from "../bank.js";
 import { atLeast } from "../grade/levels.js";
 import { useLoaded } from "../later.js";
@@ -69,9 +70,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
             {say("sheet.with-key")}
           </label>
         ) : null}
-        <button type="button" class="button" disabled={!groups} onClick={() => window.print()}>
-          {say("sheet.print")}
-        </button>
+        <Button style="button" text={say("sheet.print")} disabled={!groups} onClick={() => window.print()} />
         <a href={asLink(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}

@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { Button } from "../button.js";
 import type * as Panel from "../arm/panel.js";
 import { singularIn } from "../arm/singular.js";
 import type { Stage } from "../arm/stage.js";
@@ -157,9 +158,11 @@ export function Task(props: TaskProps): JSX.Element {
           <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={closed}>
             {say("practice.check")}
           </button>
-          <button type="button" class={isDone ? "button" : "quiet"} onClick={onNext}>
-            {say(isDone ? "practice.next" : "practice.skip")}
-          </button>
+          <Button
+            style={isDone ? "button" : "quiet"}
+            text={say(isDone ? "practice.next" : "practice.skip")}
+            onClick={onNext}
+          />
         </p>
         <Preview problem={problem} part={part} answer={answer} />
       </form>
@@ -289,21 +292,16 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
       ))}
       <p class="actions">
         {hints < part.hints.length ? (
-          <button
-            type="button"
-            class="quiet"
+          <Button
+            text={say("practice.more-hints", { number: hints + 1 })}
             onClick={() => {
               onHint();
               setHints(hints + 1);
             }}
-          >
-            {say("practice.more-hints", { number: hints + 1 })}
-          </button>
+          />
         ) : null}
         {solvable && solution === null && (solved || hints > 0) ? (
-          <button type="button" class="quiet" onClick={show}>
-            {say("practice.solution")}
-          </button>
+          <Button text={say("practice.solution")} onClick={show} />
         ) : null}
       </p>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
