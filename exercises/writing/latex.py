@@ -3,9 +3,9 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -13,13 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.order import (
-    COMPONENT_PATTERN,
-    NAMED_ANGLE_PATTERN,
-    decimal_text,
-    is_rate_or_component,
-    joint_sum_digits,
-)
+from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, is_rate_or_component, joint_sum_digits
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.fit import fill_lines
@@ -61,8 +55,7 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
 # --- layout ---
 
 
-@dataclass(frozen=True)
-class _SignedTerm:
+class _SignedTerm(NamedTuple):
     """A term in layout: whether it is subtracted, and its absolute value."""
 
     is_negative: bool
@@ -70,9 +63,8 @@ class _SignedTerm:
 
 
 def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
-    pieces = tuple(
-        piece for term in signed_terms for piece in (layout.MINUS if term.is_negative else layout.PLUS, *term.pieces)
-    )
+    terms = ((layout.MINUS if is_negative else layout.PLUS, *pieces) for is_negative, pieces in signed_terms)
+    pieces = layout.join_pieces((), terms)
     return pieces if signed_terms[0].is_negative else pieces[1:]
 
 
@@ -88,9 +80,8 @@ class _ExpressionLayout:
 
     def terms(self, expression: sp.Expr, flip_signs: bool = False) -> list[_SignedTerm]:
         """Return the terms of a sum in reading order, with all signs changed if `flip_signs`."""
-        return [
-            _SignedTerm(minus, self.product(term).pieces) for minus, term in order.order_terms(expression, flip_signs)
-        ]
+        terms = order.order_terms(expression, flip_signs)
+        return [_SignedTerm(is_negative, self.product(term).pieces) for is_negative, term in terms]
 
     def lay_out_product(self, expression: sp.Expr) -> _SignedTerm:
         """Return a product with its sign outside; avoid brackets that start with a minus if possible."""
@@ -100,20 +91,14 @@ class _ExpressionLayout:
         if rest == 1:
             return self.number(coefficient)
         ordered = order.order_product(expression)
-        upper_factors, lower_factors, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
-        upper_number, lower_number = self.coefficient(ordered.number, rest, bool(lower_factors))
-        numerator = upper_number + self.factors(
-            upper_factors,
-            flips,
-            is_alone=not upper_number and len(upper_factors) == 1 and bool(lower_factors or lower_number),
-        )
-        denominator = lower_number + self.factors(
-            lower_factors, flips, is_alone=not lower_number and len(lower_factors) == 1
-        )
-        numerator_or_one = numerator or number("1")
+        above, below, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
+        number_above, number_below = self.coefficient(ordered.number, rest, bool(below))
+        is_alone = not number_above and len(above) == 1 and bool(below or number_below)
+        numerator = number_above + self.factors(above, flips, is_alone) or number("1")
+        denominator = number_below + self.factors(below, flips, is_alone=not number_below and len(below) == 1)
         if not denominator:
-            return _SignedTerm(ordered.is_negative, numerator_or_one)
-        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
+            return _SignedTerm(ordered.is_negative, numerator)
+        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, rest.is_number),))
 
     def factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
@@ -160,7 +145,7 @@ class _ExpressionLayout:
             joint_digits = joint_sum_digits(argument)
             if joint_digits is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), superscript),)
-            if NAMED_ANGLE_PATTERN.fullmatch(str(argument)):
+            if order.NAMED_ANGLE_PATTERN.fullmatch(str(argument)):
                 return (function_name, *parse_latex(argument.name).inner)
             return (function_name, *layout.bracket(self.angle(argument), _TALL))
         arguments = layout.join_pieces((layout.COMMA,), map(self.pieces, expression.args))
@@ -205,10 +190,8 @@ class _ExpressionLayout:
             numerator, denominator = quotient
             return (() if numerator == 1 else self.number(numerator).pieces), self.number(denominator).pieces
         if value.q > _MAX_DENOMINATOR or not (rest.is_number or rest.atoms(sp.Pow) & _root_factors(rest)):
-            is_inverse_shorter = digits is None or (
-                is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits)
-            )
-            if inverse_digits is not None and is_inverse_shorter:
+            is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
+            if inverse_digits is not None and is_short:
                 return (), number(inverse_digits)
             if digits is not None:
                 return number(digits), ()
@@ -216,9 +199,7 @@ class _ExpressionLayout:
 
 
 @lru_cache(maxsize=1024)
-def _quotient_of_lengths(
-    value: sp.Rational, lengths: tuple[sp.Rational, ...]
-) -> tuple[sp.Rational, sp.Rational] | None:
+def _quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -> tuple[sp.Expr, sp.Expr] | None:
     """Return a number as a quotient of lengths of an arm: 7/9 as 0.35 and 0.45.
 
     Only integers and numbers without a short decimal are rewritten. Numerator and denominator may each be a product
@@ -281,10 +262,8 @@ def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles:
         expression = angles.use_names(expression)
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, prismatic, turns, lengths))
-    rows = expression.tolist()
-    return row(
-        layout.matrix([[_lay_out_scalar(entry, prismatic, turns, lengths) for entry in entries] for entries in rows])
-    )
+    rows = ([_lay_out_scalar(entry, prismatic, turns, lengths) for entry in entries] for entries in expression.tolist())
+    return row(layout.matrix(list(rows)))
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -294,13 +273,15 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
-    """Return the absolute values of the numeric lengths in an arm's table, point and base, in this order."""
-    rows = (
-        (joint.a, joint.d if joint.kind == "R" else offset)
-        for joint, offset in zip(chain.joints, chain.offsets, strict=True)
-    )
-    lengths = [*(length for row in rows for length in row), *chain.point.offset, *chain.base.position]
-    return tuple(dict.fromkeys(abs(length) for length in lengths if length.is_Rational and length != 0))
+    """Return the absolute values of the nonzero numeric lengths of an arm."""
+    return tuple(dict.fromkeys(abs(size) for size in lengths_of(chain) if size.is_Rational and size != 0))
+
+
+def lengths_of(chain: Chain) -> list[sp.Expr]:
+    """Return the lengths in an arm's table, point and base, in this order."""
+    joints = zip(chain.joints, chain.offsets, strict=True)
+    rows = ((joint.a, joint.d if joint.kind == "R" else offset) for joint, offset in joints)
+    return [*(length for row in rows for length in row), *chain.point.offset, *chain.base.position]
 
 
 @lru_cache(maxsize=1024)

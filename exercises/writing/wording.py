@@ -16,9 +16,8 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singularity import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
-from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
-
-NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+from qdot.exercises.writing.latex import lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,8 @@ class Wording:
     @property
     def six_rows(self) -> str:
         """The components of a velocity in the order in which they are asked for."""
-        return ", ".join(
-            name.replace("{", "").replace("}", "") for name in name_velocity_components(self.convention.velocity_names)
-        )
+        names = name_velocity_components(self.convention.velocity_names)
+        return ", ".join(names).replace("{", "").replace("}", "")
 
     def twist(self, omega: str, v: str) -> str:
         """Return a twist with halves omega and v in the order of the arm's convention."""
@@ -88,9 +86,7 @@ class Wording:
     @property
     def task_units(self) -> str:
         """The unit of the task's velocity, or both units if it has linear and angular rows."""
-        units = ["m/s"] if any(row[0] == "v" for row in self.chain.task) else []
-        units += ["rad/s"] if any(row[0] == "w" for row in self.chain.task) else []
-        return self.join(units)
+        return self.join([{"v": "m/s", "w": "rad/s"}[motion] for motion in self.task_motions])
 
     @property
     def linear(self) -> list[str]:
@@ -100,32 +96,22 @@ class Wording:
     @property
     def mover(self) -> str:
         """The body or point whose velocity the task counts."""
-        messages = self.messages
-        return {
-            "v": "$P$",
-            "w": messages.gettext("the last link"),
-            "vw": messages.gettext("$P$ and the last link"),
-        }[self.task_motions]
+        gettext = self.messages.gettext
+        return {"v": "$P$", "w": gettext("the last link"), "vw": gettext("$P$ and the last link")}[self.task_motions]
 
     @property
     def mover_genitive(self) -> str:
         """The mover in the genitive, as in "of $P$"."""
-        messages = self.messages
-        return {
-            "v": messages.gettext("of $P$"),
-            "w": messages.gettext("of the last link"),
-            "vw": messages.gettext("of $P$ and the last link"),
-        }[self.task_motions]
+        gettext = self.messages.gettext
+        point, link = gettext("of $P$"), gettext("of the last link")
+        return {"v": point, "w": link, "vw": gettext("of $P$ and the last link")}[self.task_motions]
 
     @property
     def mover_dative(self) -> str:
         """The mover after "to give"; some languages need another grammatical case there."""
-        messages = self.messages
-        return {
-            "v": "$P$",
-            "w": messages.pgettext("to whom something is given", "the last link"),
-            "vw": messages.pgettext("to whom something is given", "$P$ and the last link"),
-        }[self.task_motions]
+        link = self.messages.pgettext("to whom something is given", "the last link")
+        both = self.messages.pgettext("to whom something is given", "$P$ and the last link")
+        return {"v": "$P$", "w": link, "vw": both}[self.task_motions]
 
     @property
     def task_motions(self) -> str:
@@ -141,9 +127,8 @@ class Wording:
     def moves_outside_task(self, rows: int = len(TASK_ROWS)) -> bool:
         """Return whether the arm has velocities in the first rows of (vx, ..., wz) that the task does not count."""
         geometric = derive(self.chain).geometric
-        return any(
-            row not in self.chain.task and not geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS[:rows])
-        )
+        others = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
+        return any(not geometric[i, :].is_zero_matrix for i in others)
 
     @property
     def can_classify_singularities(self) -> bool:
@@ -182,28 +167,21 @@ class Wording:
 
         Angles are in degrees.
         """
-        return [
-            self.convention.order_entries(
-                tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)
-            )
-            for row in self.convention.rows
-        ]
+        order = self.convention.order_entries
+        rows = self.convention.rows
+        return [order(tex_angle(r.theta), tex_length(r.d), tex_length(r.a), tex_angle(r.alpha)) for r in rows]
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
         """For each joint its kind, the name of its direction, and its direction and point at home."""
-        messages = self.messages
-        kinds = {"R": messages.pgettext("of a joint", "revolute"), "P": messages.pgettext("of a joint", "prismatic")}
-        names = {"R": r"\omega", "P": "v"}
-        return [
-            (
-                kinds[axis.kind],
-                f"{names[axis.kind]}_{{{number}}}",
-                f"({', '.join(map(tex, axis.direction))})",
-                coordinates_with_unit(axis.point) if axis.kind == "R" else "",
-            )
-            for number, axis in enumerate(axes_of(self.chain)[0], 1)
-        ]
+        pgettext = self.messages.pgettext
+        kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
+        rows = []
+        for number, axis in enumerate(axes_of(self.chain)[0], 1):
+            name, point = (r"\omega", coordinates_with_unit(axis.point)) if axis.kind == "R" else ("v", "")
+            direction = ", ".join(map(tex, axis.direction))
+            rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
+        return rows
 
     @property
     def point_at_home(self) -> str:
@@ -285,10 +263,7 @@ class Wording:
     @property
     def has_numbers(self) -> bool:
         """Whether a nonzero length of the table, base or point is given as a number."""
-        joints, offsets = self.chain.joints, self.chain.offsets
-        lengths = [joint.a for joint in joints] + [*self.chain.base.position, *self.chain.point.offset]
-        lengths += [o if j.kind == "P" else j.d for j, o in zip(joints, offsets, strict=True)]
-        return any(length.is_number and length != 0 for length in lengths)
+        return any(length.is_number and length != 0 for length in lengths_of(self.chain))
 
     # --- for single questions ---
 
@@ -301,7 +276,7 @@ class Wording:
     def moved_axis_names(self) -> str:
         """The names of the axes' directions and points after the joints before them have moved them."""
         kinds = {joint.kind for joint in self.chain.joints}
-        names = [*([r"\omega_i", "q_i"] if "R" in kinds else []), *(["v_i"] if "P" in kinds else [])]
+        names = ([r"\omega_i", "q_i"] if "R" in kinds else []) + ["v_i"] * ("P" in kinds)
         return self.join([f"${name}'$" for name in names])
 
     @property
@@ -346,14 +321,11 @@ class Wording:
         for values, kind in kinds_by_value:
             values_by_kind.setdefault(kind, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "
-        return " ".join(
-            self.messages.gettext(
-                "At %(values)s: %(case)s",
-                values=conjunction.join(map(self._values_in_words, values_of_kind)),
-                case=self.meaning(kind),
-            )
-            for kind, values_of_kind in values_by_kind.items()
-        )
+        sentences = []
+        for kind, values_of_kind in values_by_kind.items():
+            words, case = conjunction.join(map(self._values_in_words, values_of_kind)), self.meaning(kind)
+            sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
+        return " ".join(sentences)
 
     def _values_in_words(self, values: Values) -> str:
         return self.join([f"${tex(joint, self.chain)} = {tex_value(value, joint)}$" for joint, value in values])
@@ -379,9 +351,8 @@ class Wording:
 
     def join(self, words: list[str]) -> str:
         """Join words as in a sentence: "x, y and z"."""
-        if len(words) == 1:
-            return words[0]
-        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
+        *rest, last = words
+        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(rest), last=last) if rest else last
 
 
 def coordinates_with_unit(values: Iterable[sp.Expr]) -> str:
