@@ -46,14 +46,154 @@ _NEAR_MISS_RESIDUAL = 1e-3
 _MAX_STORED_VALUES = 5_000_000
 """Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
 
+Configurations = Mapping[str, np.ndarray]
+"""The values of each symbol, one for each configuration."""
 
-@dataclass
+
+@dataclass(frozen=True)
 class _CompiledPiece:
     """A compiled piece: assigned joint values, expressions that vanish, and the joints that the search moves."""
 
     assignments: list[tuple[str, Program]]
     vanishing: Program
     free_joints: list[str]
+
+    def assign_joints(self, values: dict[str, np.ndarray]) -> np.ndarray:
+        """Set the assigned joints in all configurations; return which assigned values are real numbers."""
+        is_valid = np.ones(_count_points(values), dtype=bool)
+        for joint, program in self.assignments:
+            assigned = evaluate(program, values, len(is_valid))[0][0]
+            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < SEARCH_TOLERANCE)
+            values[joint] = np.where(is_valid, assigned.real, 0.0)
+        return is_valid
+
+    def residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
+        """Return the expressions' values, nan unless they are real, and the sizes of their terms."""
+        zeros, size = evaluate(self.vanishing, values, _count_points(values))
+        return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
+
+    def derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
+        """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
+
+        If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
+        """
+        step = 1e-6
+        shifts = [(joint, side * step) for side in (1, -1) for joint in self.free_joints]
+        shifted_zeros = self.residuals(_shift_joints(values, shifts))[0]
+        shifted_zeros = shifted_zeros.reshape(-1, 2, len(self.free_joints), _count_points(values))
+        shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
+        return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
+
+    def project_onto_zeros(self, values: dict[str, np.ndarray]) -> np.ndarray:
+        """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps; return which points converged.
+
+        The search stops when the steps, not the residuals, are tiny: near the double zero of sin(theta)^2, a residual
+        of 1e-14 is still 1e-7 away. If no search converges, the residual is squared, as for sqrt(s1^2 + s2^2).
+        """
+        start_values = {joint: values[joint].copy() for joint in self.free_joints}
+        is_converged = self._iterate(values, square_residuals=False)
+        if self.free_joints and not is_converged.any():
+            values.update({joint: column.copy() for joint, column in start_values.items()})
+            is_converged = self._iterate(values, square_residuals=True)
+        return is_converged
+
+    def _move(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
+        for k, joint in enumerate(self.free_joints):
+            values[joint] = values[joint] - steps[:, k]
+
+    def _iterate(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
+        last_steps = np.full(_count_points(values), np.inf)
+        # The size of the terms at random configurations; near a zero they may be small, as the only term of sin(theta).
+        typical_sizes = _reduce_without_warning(np.nanmedian, self.residuals(values)[1])
+        for _ in range(_MAX_STEPS):
+            residual, _ = self.residuals(values)
+            if not self.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
+                break
+            derivatives = self.derivatives(values, square_residuals)
+            if square_residuals:
+                residual = residual**2
+            is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
+            derivatives[~is_finite] = 0.0
+            steps = _minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
+            largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
+            steps *= np.minimum(1.0, 0.7 / largest_change)
+            last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
+            self._move(values, steps)
+        if not square_residuals:
+            last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
+        residual, _ = self.residuals(values)
+        largest_residual = 1e-7 if square_residuals else _CONVERGED_RESIDUAL
+        with np.errstate(all="ignore"):
+            is_near = np.all(np.abs(residual) <= largest_residual * typical_sizes, axis=0)
+        return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not self.free_joints)))
+
+    def _polish(self, values: dict[str, np.ndarray], typical_size: np.ndarray) -> np.ndarray:
+        """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient; return the last steps.
+
+        Near a double zero the expression itself determines only half of the configuration's digits. Its gradient,
+        computed by complex steps, determines almost all of them. Expressions with branches have no such gradient; their
+        configurations are not moved. Configurations that don't improve are restored, because large terms that cancel
+        can make a gradient look small.
+        """
+        count, joint_count = _count_points(values), len(self.free_joints)
+        last_steps = np.full(count, np.inf)
+        if len(self.vanishing.outputs) != 1 or self.vanishing.has_branches or not self.free_joints:
+            return last_steps
+        start_values = {joint: values[joint].copy() for joint in self.free_joints}
+        start_residual = np.abs(self.residuals(values)[0][0])
+        for _ in range(8):
+            gradient = self._complex_step_gradient(values)
+            is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
+            if not is_flat.any():  # nothing moves, now or later
+                last_steps = np.full(count, np.inf)
+                break
+            hessian = np.empty((count, joint_count, joint_count))
+            for k, joint in enumerate(self.free_joints):
+                forward, backward = (
+                    self._complex_step_gradient({**values, joint: values[joint] + side * 1e-5}) for side in (1, -1)
+                )
+                hessian[:, :, k] = (forward - backward) / 2e-5
+            is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
+            hessian[~is_valid] = 0.0
+            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7, hermitian=False), gradient)
+            steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
+            last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
+            self._move(values, steps)
+        with np.errstate(all="ignore"):
+            is_improved = np.abs(self.residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
+            is_polished = (last_steps < _POLISHED_STEP) & is_improved
+        for joint, column in start_values.items():
+            values[joint] = np.where(is_polished, values[joint], column)
+        return np.where(is_polished, last_steps, np.inf)
+
+    def _complex_step_gradient(self, values: Configurations) -> np.ndarray:
+        """Return the gradient of one expression, (count, joints), to the last digit.
+
+        The complex step Im f(x + ih) / h subtracts nothing, so that no digits cancel.
+        """
+        nudged = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
+        nudged_zeros, _ = evaluate(self.vanishing, nudged, _count_points(nudged))
+        gradient = nudged_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
+        return np.where(np.isfinite(gradient), gradient, 0.0)
+
+    def is_zero(self, values: Configurations, tolerance: float) -> np.ndarray:
+        """Return for each configuration whether the distance to a zero, |f| / |grad f|, is within the tolerance.
+
+        At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
+        """
+        residual = np.abs(self.residuals(values)[0][0])
+        if not self.free_joints:
+            return np.asarray(residual <= 0.0)
+        gradient_norm = np.linalg.norm(self.derivatives(values)[:, 0], axis=1)
+        with np.errstate(all="ignore"):
+            rounding_error = 1e-14 * self._typical_term_size(values)
+            return np.asarray((residual <= tolerance * gradient_norm) | (residual <= rounding_error))
+
+    def _typical_term_size(self, values: Configurations) -> float:
+        """Return the median size of an expression's terms at random configurations; at its zeros they may vanish."""
+        stream, count = Stream("typical"), _count_points(values)
+        random = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in self.free_joints}
+        return float(_reduce_without_warning(np.nanmedian, self.residuals({**values, **random})[1][:1])[0, 0])
 
 
 def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
@@ -90,21 +230,22 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
     return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, 1e-300))
 
 
-def _shift_joints(
-    values: Mapping[str, np.ndarray], count: int, shifts: Sequence[tuple[str, Any]]
-) -> dict[str, np.ndarray]:
-    """Return a copy of all configurations for each nudge of a joint, one block after another.
+def _count_points(values: Configurations) -> int:
+    return len(next(iter(values.values())))
+
+
+def _shift_joints(values: Configurations, shifts: Sequence[tuple[str, complex]]) -> dict[str, np.ndarray]:
+    """Return a copy of all configurations for each shift of a joint, one block after another.
 
     A program then needs only one evaluation for all of them.
     """
-    nudged_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
-    for i, (joint, nudge) in enumerate(shifts):
-        block = slice(i * count, (i + 1) * count)
-        nudged_values[joint] = (
-            nudged_values[joint].astype(complex) if isinstance(nudge, complex) else nudged_values[joint]
-        )
-        nudged_values[joint][block] += nudge
-    return nudged_values
+    shifted_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
+    count = _count_points(values)
+    for i, (joint, shift) in enumerate(shifts):
+        if isinstance(shift, complex):
+            shifted_values[joint] = shifted_values[joint].astype(complex)
+        shifted_values[joint][i * count : (i + 1) * count] += shift
+    return shifted_values
 
 
 def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
@@ -116,11 +257,11 @@ def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> n
 
 def _minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     """Return the minimum-norm Gauss-Newton steps (points x joints) for residuals (conditions x points)."""
-    if derivatives.shape[1] == 1:
-        return np.asarray(
-            derivatives[:, 0] * (residuals[0] / np.maximum(np.sum(derivatives[:, 0] ** 2, axis=1), 1e-300))[:, None]
-        )
-    return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
+    if derivatives.shape[1] > 1:
+        return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
+    gradients = derivatives[:, 0]
+    squared_norms = np.maximum(np.sum(gradients**2, axis=1), 1e-300)
+    return np.asarray(gradients * (residuals[0] / squared_norms)[:, None])
 
 
 class ConfigurationSpace:
@@ -147,132 +288,11 @@ class ConfigurationSpace:
         """Return up to `count` random configurations that satisfy the piece, with values of the other symbols."""
         values = self.domain.sample(used_names, count, stream)
         compiled = _compile_piece(piece, self.joints)
-        is_valid = self._assign_joints(compiled, values, count)
+        is_valid = compiled.assign_joints(values)
         if compiled.vanishing.outputs:
-            is_valid &= self._project_onto_zeros(compiled, values, count)
-            is_valid &= self._assign_joints(compiled, values, count)
+            is_valid &= compiled.project_onto_zeros(values)
+            is_valid &= compiled.assign_joints(values)
         return {name: column[is_valid] for name, column in values.items()}
-
-    def _assign_joints(self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int) -> np.ndarray:
-        is_valid = np.ones(count, dtype=bool)
-        for joint, program in compiled.assignments:
-            assigned = evaluate(program, values, count)[0][0]
-            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < SEARCH_TOLERANCE)
-            values[joint] = np.where(is_valid, assigned.real, 0.0)
-        return is_valid
-
-    def _project_onto_zeros(self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int) -> np.ndarray:
-        """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps; return which points converged.
-
-        The search stops when the steps, not the residuals, are tiny: near the double zero of sin(theta)^2, a residual
-        of 1e-14 is still 1e-7 away. If no search converges, the residual is squared, as for sqrt(s1^2 + s2^2).
-        """
-        start_values = {joint: values[joint].copy() for joint in compiled.free_joints}
-        is_converged = self._iterate(compiled, values, count, square_residuals=False)
-        if compiled.free_joints and not is_converged.any():
-            values.update({joint: column.copy() for joint, column in start_values.items()})
-            is_converged = self._iterate(compiled, values, count, square_residuals=True)
-        return is_converged
-
-    def _iterate(
-        self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int, square_residuals: bool
-    ) -> np.ndarray:
-        last_steps = np.full(count, np.inf)
-        # The size of the terms at random configurations; near a zero they may be small, as the only term of sin(theta).
-        typical_sizes = _reduce_without_warning(np.nanmedian, self._residuals(compiled, values, count)[1])
-        for _ in range(_MAX_STEPS):
-            residual, _ = self._residuals(compiled, values, count)
-            if not compiled.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
-                break
-            derivatives = self._derivatives(compiled, values, count, square_residuals)
-            if square_residuals:
-                residual = residual**2
-            is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
-            derivatives[~is_finite] = 0.0
-            steps = _minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
-            largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
-            steps *= np.minimum(1.0, 0.7 / largest_change)
-            last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
-            for k, joint in enumerate(compiled.free_joints):
-                values[joint] = values[joint] - steps[:, k]
-        if not square_residuals:
-            last_steps = np.minimum(last_steps, self._polish(compiled, values, count, typical_sizes[0]))
-        residual, _ = self._residuals(compiled, values, count)
-        with np.errstate(all="ignore"):
-            is_near = np.all(
-                np.abs(residual) <= (1e-7 if square_residuals else _CONVERGED_RESIDUAL) * typical_sizes, axis=0
-            )
-        return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not compiled.free_joints)))
-
-    def _polish(
-        self, compiled: _CompiledPiece, values: dict[str, np.ndarray], count: int, typical_size: np.ndarray
-    ) -> np.ndarray:
-        """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient; return the last steps.
-
-        Near a double zero the expression itself determines only half of the configuration's digits. Its gradient,
-        computed by complex steps, determines almost all of them. Expressions with branches have no such gradient; their
-        configurations are not moved. Configurations that don't improve are restored, because large terms that cancel
-        can make a gradient look small.
-        """
-        last_steps = np.full(count, np.inf)
-        if len(compiled.vanishing.outputs) != 1 or compiled.vanishing.has_branches or not compiled.free_joints:
-            return last_steps
-        start_values = {joint: values[joint].copy() for joint in compiled.free_joints}
-        start_residual = np.abs(self._residuals(compiled, values, count)[0][0])
-        for _ in range(8):
-            gradient = self._complex_step_gradient(compiled, values, count)
-            is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
-            if not is_flat.any():  # nothing moves, now or later
-                last_steps = np.full(count, np.inf)
-                break
-            hessian = np.empty((count, len(compiled.free_joints), len(compiled.free_joints)))
-            for k, joint in enumerate(compiled.free_joints):
-                forward, backward = ({**values, joint: values[joint] + side * 1e-5} for side in (1, -1))
-                forward_gradient, backward_gradient = (
-                    self._complex_step_gradient(compiled, at, count) for at in (forward, backward)
-                )
-                hessian[:, :, k] = (forward_gradient - backward_gradient) / 2e-5
-            is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
-            hessian[~is_valid] = 0.0
-            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7, hermitian=False), gradient)
-            steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
-            last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
-            for k, joint in enumerate(compiled.free_joints):
-                values[joint] = values[joint] - steps[:, k]
-        with np.errstate(all="ignore"):
-            is_polished = (last_steps < _POLISHED_STEP) & (
-                np.abs(self._residuals(compiled, values, count)[0][0]) <= start_residual + 1e-15 * typical_size
-            )
-        for joint, column in start_values.items():
-            values[joint] = np.where(is_polished, values[joint], column)
-        return np.where(is_polished, last_steps, np.inf)
-
-    def _complex_step_gradient(
-        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int
-    ) -> np.ndarray:
-        """Return the gradient of one expression, (count, joints), to the last digit.
-
-        The complex step Im f(x + ih) / h subtracts nothing, so that no digits cancel.
-        """
-        nudged = _shift_joints(values, count, [(joint, 1e-20j) for joint in compiled.free_joints])
-        nudged_zeros, _ = evaluate(compiled.vanishing, nudged, count * len(compiled.free_joints))
-        gradient = nudged_zeros[0].imag.reshape(len(compiled.free_joints), count).T / 1e-20
-        return np.where(np.isfinite(gradient), gradient, 0.0)
-
-    def _derivatives(
-        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int, square_residuals: bool = False
-    ) -> np.ndarray:
-        """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
-
-        If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
-        """
-        step, joints = 1e-6, len(compiled.free_joints)
-        shifted_values = _shift_joints(
-            values, count, [(joint, side * step) for side in (1, -1) for joint in compiled.free_joints]
-        )
-        shifted_zeros = self._residuals(compiled, shifted_values, 2 * joints * count)[0].reshape(-1, 2, joints, count)
-        shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
-        return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
         """Return the smallest value of a piece's conditions at random configurations, relative to their terms.
@@ -288,12 +308,6 @@ class ConfigurationSpace:
             nearness = np.max(np.abs(residuals) / np.maximum(size, 1e-300), axis=0)
         return float(_reduce_without_warning(np.nanmin, nearness[None])[0, 0])
 
-    def _residuals(
-        self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        zeros, size = evaluate(compiled.vanishing, values, count)
-        return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
-
     def round_value(self, name: str, value: float) -> float:
         """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
         if self.domain.roles.get(name) == "angle":
@@ -301,23 +315,18 @@ class ConfigurationSpace:
         return float(f"{value:.6g}") if abs(value) > TYPED_TOLERANCE else 0.0
 
     def contains(
-        self, pieces: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = SEARCH_TOLERANCE
+        self, pieces: Sequence[Piece], values: Configurations, count: int, tolerance: float = SEARCH_TOLERANCE
     ) -> np.ndarray:
-        """Return for each configuration whether it lies in the union of the pieces."""
-        if count == 0:
-            return np.zeros(0, dtype=bool)
+        """Return for each of `count` configurations whether it lies in the union of the pieces."""
         is_member = np.zeros(count, dtype=bool)
-        for piece in pieces:
-            holds = np.ones(count, dtype=bool)
-            for atom in piece:
-                holds &= self._holds(atom, values, count, tolerance)
-            is_member |= holds
+        for piece in pieces if count else ():
+            is_member |= np.all([self._holds(atom, values, tolerance) for atom in piece], axis=0)
         return is_member
 
-    def _holds(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
+    def _holds(self, atom: Atom, values: Configurations, tolerance: float) -> np.ndarray:
         if atom.joint is None:
-            return self._vanishes(atom, values, count, tolerance)
-        residuals = evaluate(compile_program([atom.expression]), values, count)[0][0]
+            return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
+        residuals = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
         difference = values[atom.joint] - residuals.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
@@ -337,42 +346,14 @@ class ConfigurationSpace:
             expected = constant_value(atom.expression)
             if expected is None or atom.joint not in typed_values:
                 return True
-            return agree_to_double_precision(
-                typed_values[atom.joint], expected, self.domain.roles.get(atom.joint) == "angle"
-            )
+            is_angle = self.domain.roles.get(atom.joint) == "angle"
+            return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
         used = find_names(atom.expression)
-        if not used & set(typed_values) or used & set(self.joints) - set(typed_values):
+        typed_names = used & set(typed_values)
+        if not typed_names or used & set(self.joints) - typed_names:
             return True
-        return vanishes_at(atom.expression, {joint: typed_values[joint] for joint in used & set(typed_values)},
-                        {name: symbols[name] for name in used - set(typed_values)})  # fmt: skip
-
-    def _typical_term_size(self, compiled: _CompiledPiece, values: Mapping[str, np.ndarray], count: int) -> float:
-        """Return the median size of an expression's terms at random configurations; at its zeros they may vanish."""
-        stream = Stream("typical")
-        random_values = {
-            joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in compiled.free_joints
-        }
-        return float(
-            _reduce_without_warning(np.nanmedian, self._residuals(compiled, {**values, **random_values}, count)[1][:1])[
-                0, 0
-            ]
-        )
-
-    def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
-        """Return for each configuration whether the distance to a zero, |f| / |grad f|, is within the tolerance.
-
-        At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
-        """
-        compiled = _compile_piece((atom,), self.joints)
-        residual = self._residuals(compiled, values, count)[0][0]
-        gradient_norm = (
-            np.linalg.norm(self._derivatives(compiled, values, count)[:, 0], axis=1)
-            if compiled.free_joints
-            else np.zeros(count)
-        )
-        with np.errstate(all="ignore"):
-            rounding = 1e-14 * self._typical_term_size(compiled, values, count) if compiled.free_joints else 0.0
-            return np.asarray((np.abs(residual) <= tolerance * gradient_norm) | (np.abs(residual) <= rounding))
+        joint_values = {joint: typed_values[joint] for joint in typed_names}
+        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used - typed_names})
 
 
 @dataclass(frozen=True)
@@ -410,29 +391,26 @@ def compare_sets(
     counts: list[int] = []
     rounded = False
 
-    def check_inclusion(
-        pieces: Sequence[Piece], containing_pieces: Sequence[Piece], tag: str
-    ) -> tuple[list[bool | None], Any]:
+    def check_inclusion(pieces: Sequence[Piece], union: Sequence[Piece], tag: str) -> tuple[list[bool | None], Any]:
         nonlocal rounded
         is_contained: list[bool | None] = []
-        example = None
+        example: dict[str, float] | None = None
         for index, piece in enumerate(pieces):
             values = space.sample_piece(piece, used, Stream(f"{seed}/{tag}/{index}"))
-            count = len(next(iter(values.values())))
+            count = _count_points(values)
             counts.append(count)
             # Typed values have the tolerance of all answers, configurations found by a search that of the search.
             is_typed = all(atom.joint is not None for atom in piece)
             search_tolerance = SEARCH_TOLERANCE if tag == "claimed" else max(SEARCH_TOLERANCE, space.typed_tolerance)
-            is_inside = space.contains(
-                containing_pieces, values, count, space.typed_tolerance if is_typed else search_tolerance
-            )
+            tolerance = space.typed_tolerance if is_typed else search_tolerance
+            is_inside = space.contains(union, values, count, tolerance)
             if is_typed and count and is_inside.all() and space.rounding is None:
                 constants = space.domain.fixed_values()
                 symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
-                if not space.holds_exactly(piece, containing_pieces, symbols):
+                if not space.holds_exactly(piece, union, symbols):
                     is_inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
             elif is_typed and count and not is_inside.all() and tag == "claimed":
-                rounded |= bool(space.contains(containing_pieces, values, count, ROUNDED_JOINT_VALUE.absolute).all())
+                rounded |= bool(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all())
             is_contained.append(None if count == 0 else bool(is_inside.all()))
             if count and not is_inside.all() and example is None:
                 first_index = int(np.nonzero(~is_inside)[0][0])
@@ -442,10 +420,8 @@ def compare_sets(
     sound, surplus = check_inclusion(claimed, reference, "claimed")
     for index, (piece, is_contained) in enumerate(zip(claimed, sound, strict=True)):
         # No configuration was found on the piece, although its conditions come close to zero: don't accept it as sound.
-        if (
-            is_contained is None
-            and space.smallest_residual(piece, used, Stream(f"{seed}/miss/{index}")) < _NEAR_MISS_RESIDUAL
-        ):
+        stream = Stream(f"{seed}/miss/{index}")
+        if is_contained is None and space.smallest_residual(piece, used, stream) < _NEAR_MISS_RESIDUAL:
             sound[index] = False
     nonempty_pieces = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
     covered, missing = check_inclusion(reference, nonempty_pieces, "reference")
