@@ -151,32 +151,25 @@ def differentiate(node: Node, name: str) -> Node | None:
 
 
 def _differentiate_node(node: Node, arg_derivatives: Sequence[Node]) -> Node | None:
+    a, da = node.args[0], arg_derivatives[0]
     if node.kind == "neg":
-        return negate(arg_derivatives[0])
+        return negate(da)
     if node.kind == "call":
-        return (
-            multiply_nodes(_DERIVATIVES[node.value](node.args[0]), arg_derivatives[0])
-            if node.value in _DERIVATIVES
-            else None
-        )
+        return multiply_nodes(_DERIVATIVES[node.value](a), da) if node.value in _DERIVATIVES else None
     if len(arg_derivatives) != 2:
         return None
-    (a, b), (da, db) = node.args, arg_derivatives
+    b, db = node.args[1], arg_derivatives[1]
     if node.kind in ("+", "-"):
         return add_nodes(da, db) if node.kind == "+" else subtract_nodes(da, db)
     if node.kind == "*":
         return add_nodes(multiply_nodes(da, b), multiply_nodes(a, db))
     if node.kind == "/":
-        return (
-            divide_nodes(subtract_nodes(multiply_nodes(da, b), multiply_nodes(a, db)), raise_to_power(b, TWO))
-            if db != ZERO
-            else divide_nodes(da, b)
-        )
+        numerator = subtract_nodes(multiply_nodes(da, b), multiply_nodes(a, db))
+        return divide_nodes(da, b) if db == ZERO else divide_nodes(numerator, raise_to_power(b, TWO))
     if node.kind == "^" and db == ZERO:
         reduced_exponent = number(b.value - 1) if b.kind == "number" else subtract_nodes(b, ONE)
         return multiply_nodes(multiply_nodes(b, raise_to_power(a, reduced_exponent)), da)
     if node.kind == "^":  # a^b = exp(b log a)
-        return multiply_nodes(
-            node, add_nodes(multiply_nodes(db, apply_function("log", a)), divide_nodes(multiply_nodes(b, da), a))
-        )
+        logarithm_term = multiply_nodes(db, apply_function("log", a))
+        return multiply_nodes(node, add_nodes(logarithm_term, divide_nodes(multiply_nodes(b, da), a)))
     return None

@@ -10,7 +10,7 @@ from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 ANGLE_DIVISOR = 8
-"""theta is represented by w = exp(i theta / PARTS); theta/2, theta/4 and theta/8 are then powers of w."""
+"""theta is represented by w = exp(i theta / ANGLE_DIVISOR); theta/2, theta/4 and theta/8 are then powers of w."""
 
 AngleCoefficients = dict[str, Fraction]
 """A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""

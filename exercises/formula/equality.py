@@ -11,7 +11,7 @@ numerically, at many random points.
 
 Decimals are exact: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for a double printed by a
 program (SymPy prints 15 digits, without trailing zeros). It may have the rounding error of a chain of operations with
-doubles (FLOATS, relative to the size of the terms). An assignment may allow more (`Rounding`).
+doubles (DOUBLE_TOLERANCE, relative to the size of the terms). An assignment may allow more (`Rounding`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,18 +26,10 @@ import numpy as np
 
 from qdot.exercises.common.json_form import OMITTED_IF_NONE
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula import exact
+from qdot.exercises.formula import exact, program
 from qdot.exercises.formula.noise import remove_noise
-from qdot.exercises.formula.program import (
-    PRECISE_TOLERANCE,
-    Program,
-    compile_program,
-    evaluate_precisely,
-    evaluate_steps,
-    number_regions,
-    select_outputs,
-)
-from qdot.exercises.formula.trees import Node, count_decimal_digits, count_digits, find_names
+from qdot.exercises.formula.program import PRECISE_TOLERANCE, Program, compile_program, evaluate_precisely
+from qdot.exercises.formula.trees import Node, Nodes, count_decimal_digits, count_digits, find_names
 
 POINT_COUNT = 50
 POINT_COUNT_BRANCHING = 2000
@@ -49,7 +41,7 @@ READABLE_POINTS = 8
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
 DOUBLE_TOLERANCE = 1e-12
-"""Relative error allowed for joint values, and for entries with decimals of PRINTED digits or more."""
+"""Relative error allowed for joint values, and for entries with decimals of PRINTED_DOUBLE_DIGITS or more."""
 
 _RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 
@@ -156,7 +148,7 @@ class Certificate:
     """How a verdict was reached: method, points tried, and a bound on the chance that a wrong answer is accepted.
 
     For the method "exact" the bound holds for any wrong answer. For "numeric" it holds for an answer that is wrong at a
-    share of the configurations or more (SHARE, SHARE_BRANCHING). If `bound` is None, no bound is claimed.
+    share of the configurations or more (WRONG_SHARE, WRONG_SHARE_BRANCHING). If `bound` is None, no bound is claimed.
     """
 
     method: str
@@ -174,16 +166,12 @@ class Comparison:
 
 
 def compare_entries(
-    student_entries: Sequence[Node],
-    reference_entries: Sequence[Node],
-    domain: Domain,
-    seed: str,
-    rounding: Rounding | None = None,
+    student_entries: Nodes, reference_entries: Nodes, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Comparison:
     """Compare two lists of scalar trees entry by entry at random points.
 
-    Nobody may know `seed`, which determines the points, before the answer is submitted. Raises ReadError if an entry is
-    not a scalar.
+    Nobody may know `seed`, which determines the points, before the answer is submitted. Raises ParseError for an entry
+    that is not a scalar.
     """
     if all(remove_noise(node) is node for node in reference_entries):
         student_entries = [remove_noise(node) for node in student_entries]
@@ -201,10 +189,9 @@ def compare_entries(
     if all(equal):
         return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in exact_results)))
     count = _choose_point_count(student_program, is_certain)
-    values = domain.sample(
-        set().union(*(find_names(node) for node in (*student_entries, *reference_entries))), count, Stream(seed)
-    )
-    trial = _NumericComparison(student_program, reference_program, allowances, values, constants, count)
+    names = set().union(*map(find_names, (*student_entries, *reference_entries)))
+    values = domain.sample(names, count, Stream(seed))
+    trial = _NumericComparison((student_program, reference_program), allowances, values, constants, count)
     for k, is_sure in enumerate(is_certain):
         if not is_sure:
             equal[k] = trial.is_equal(k)
@@ -213,9 +200,8 @@ def compare_entries(
     if all(is_certain):
         bound = max((entry.bound for entry in exact_results if entry.is_equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    bound = chance_of_missing(
-        trial.defined_count, WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
-    )
+    wrong_share = WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
+    bound = chance_of_missing(trial.defined_count, wrong_share)
     return Comparison(tuple(equal), Certificate("numeric", trial.point_count, bound, example))
 
 
@@ -228,11 +214,9 @@ def _choose_point_count(student_program: Program, is_certain: Sequence[bool]) ->
     """Return the number of points: few if only a counterexample is missing, many for functions with branches."""
     if all(is_certain):
         return READABLE_POINTS
-    return (
-        max(POINT_COUNT, min(POINT_COUNT_BRANCHING, _MAX_VALUES // len(student_program.steps)))
-        if student_program.has_branches
-        else POINT_COUNT
-    )
+    if not student_program.has_branches:
+        return POINT_COUNT
+    return max(POINT_COUNT, min(POINT_COUNT_BRANCHING, _MAX_VALUES // len(student_program.steps)))
 
 
 def decimal_tolerance(node: Node) -> float:
@@ -265,26 +249,16 @@ class _NumericComparison:
 
     def __init__(
         self,
-        student_program: Program,
-        reference_program: Program,
+        programs: Sequence[Program],
         allowances: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
         constants: Mapping[str, Fraction | None],
         point_count: int,
     ) -> None:
-        self.student_program, self.reference_program, self.values, self.constants, self.point_count = (
-            student_program,
-            reference_program,
-            values,
-            constants,
-            point_count,
-        )
-        self.evaluated_steps = [
-            (program, evaluate_steps(program, values, point_count)) for program in (student_program, reference_program)
-        ]
-        (self.student_values, size), (self.reference_values, expected_size) = (
-            select_outputs(*evaluated) for evaluated in self.evaluated_steps
-        )
+        self.programs, self.values, self.constants, self.point_count = programs, values, constants, point_count
+        self.evaluated_steps = [(each, program.evaluate_steps(each, values, point_count)) for each in programs]
+        results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
+        (self.student_values, size), (self.reference_values, expected_size) = results
         self.scale = _term_scales(expected_size)
         with np.errstate(all="ignore"):
             parts, amounts = np.array(allowances).T
@@ -292,16 +266,14 @@ class _NumericComparison:
             self.size = size + expected_size
             self.rounding_error = 10 * _RELATIVE_ROUNDING * self.size
             self.difference = np.abs(self.student_values - self.reference_values)
-        self.remaining_evaluations = _MAX_PRECISE_STEPS // (
-            2 * (len(student_program.steps) + len(reference_program.steps))
-        )
+        self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(each.steps) for each in programs))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
-        self.precise_results: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+        self.precise_results: dict[tuple[int, int], list[list[Any]]] = {}
 
     @cached_property
     def region_numbers(self) -> np.ndarray:
         """The number of each point's region."""
-        return number_regions(self.evaluated_steps, self.point_count)
+        return program.number_regions(self.evaluated_steps, self.point_count)
 
     @property
     def defined_count(self) -> int:
@@ -335,19 +307,12 @@ class _NumericComparison:
         if not len(unsettled):
             return []
         with np.errstate(all="ignore"):
-            difference_ratios = np.nan_to_num(
-                (self.difference[entry] - self.allowed_error[entry]) / self.rounding_error[entry], nan=np.inf
-            )
-        region_points = [
-            int(unsettled[i]) for i in np.sort(np.unique(self.region_numbers[unsettled], return_index=True)[1])
-        ]
-        worst_points = [
-            int(unsettled[i])
-            for i in np.argpartition(-difference_ratios[unsettled], min(_MAX_WORST_POINTS, len(unsettled) - 1))[
-                :_MAX_WORST_POINTS
-            ]
-        ]
-        return list(dict.fromkeys(region_points[:_MAX_REGION_POINTS] + worst_points))
+            ratios = (self.difference[entry] - self.allowed_error[entry]) / self.rounding_error[entry]
+        sortable_ratios = np.nan_to_num(ratios, nan=np.inf)[unsettled]
+        first_of_region = np.sort(np.unique(self.region_numbers[unsettled], return_index=True)[1])
+        worst = np.argpartition(-sortable_ratios, min(_MAX_WORST_POINTS, len(unsettled) - 1))[:_MAX_WORST_POINTS]
+        points = unsettled[np.concatenate((first_of_region[:_MAX_REGION_POINTS], worst))]
+        return list(dict.fromkeys(map(int, points)))
 
     def _agrees_precisely(self, entry: int, point: int) -> bool | None:
         """Return whether both values of an entry agree to many digits.
@@ -376,17 +341,14 @@ class _NumericComparison:
         self.examples.setdefault(entry, (point, yours, expected))
         return False
 
-    def _evaluate_precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
+    def _evaluate_precisely(self, point: int, digits: int) -> list[list[Any]] | None:
         """Return all results of both programs at a point with `digits` digits, or None if that takes too long."""
         if (point, digits) not in self.precise_results:
             if self.remaining_evaluations <= 0:
                 return None
             self.remaining_evaluations -= 1
             at = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
-            self.precise_results[point, digits] = (
-                evaluate_precisely(self.student_program, at, digits),
-                evaluate_precisely(self.reference_program, at, digits),
-            )
+            self.precise_results[point, digits] = [evaluate_precisely(each, at, digits) for each in self.programs]
         return self.precise_results[point, digits]
 
     def find_counterexample(self, entry: int) -> EntryDifference:

@@ -12,7 +12,7 @@ values can still agree in two cases:
 
   - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
     integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
-    coefficients. At most 384 height / 80 of the 384 PRIMES ideals divide it.
+    coefficients. At most 384 height / 80 of the 384 PRIME_COUNT ideals divide it.
   - The point is a zero of N modulo p. At most the fraction degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 
 The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
@@ -31,16 +31,9 @@ from typing import Any
 from sympy import multiplicity
 
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula import field
 from qdot.exercises.formula.angles import AngleOrImaginary, Phase, find_angles, make_phase
-from qdot.exercises.formula.field import (
-    PRIME_BITS,
-    PRIME_COUNT,
-    ROOT_ORDER,
-    Field,
-    SharedField,
-    choose_field,
-    random_below,
-)
+from qdot.exercises.formula.field import PRIME_BITS, PRIME_COUNT, ROOT_ORDER, Field, choose_field
 from qdot.exercises.formula.program import Program, Step
 
 # --- sizes: degree and height of numerator and denominator ---
@@ -77,13 +70,14 @@ def _log2(number: int) -> float:
 # --- programs ---
 
 ModularStep = tuple[str, tuple[int, ...], Any]
+SizedStep = tuple[ModularStep, Size]
 
 
 @dataclass(frozen=True)
 class ModularProgram:
     """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated this way."""
 
-    steps: tuple[tuple[ModularStep, Size] | None, ...]
+    steps: tuple[SizedStep | None, ...]
     outputs: tuple[int, ...]
 
     def size(self, index: int) -> Size | None:
@@ -101,7 +95,7 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     """Return a program for evaluation modulo a prime; `fixed_values` maps names to numbers (None: irrational)."""
     steps = [_replace_fixed_name(step, fixed_values) for step in program.steps]
     angles = find_angles(steps)
-    modular: list[tuple[ModularStep, Size] | None] = []
+    modular: list[SizedStep | None] = []
     for op, operands, constant in steps:
         sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
         if op in _TRIGONOMETRIC_FUNCTIONS:
@@ -114,9 +108,7 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     return ModularProgram(tuple(modular), program.outputs)
 
 
-def _algebraic_step(
-    op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]
-) -> tuple[ModularStep, Size] | None:
+def _algebraic_step(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]) -> SizedStep | None:
     if op == "number":
         return (op, (), constant), (0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
     if op == "name" and constant == "I":
@@ -134,13 +126,8 @@ def _algebraic_step(
         return (op, operands, None), _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
         a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
-        exponent_size = abs(constant)
-        return (op, operands, constant), (
-            exponent_size * a,
-            exponent_size * b,
-            exponent_size * c,
-            exponent_size * d,
-        ) if constant else _UNIT_SIZE
+        n = abs(constant)
+        return (op, operands, constant), (n * a, n * b, n * c, n * d) if constant else _UNIT_SIZE
     return None
 
 
@@ -154,7 +141,7 @@ def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None])
 _TRIGONOMETRIC_FUNCTIONS = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _trigonometric_step(op: str, angle: AngleOrImaginary | None) -> tuple[ModularStep, Size] | None:
+def _trigonometric_step(op: str, angle: AngleOrImaginary | None) -> SizedStep | None:
     """Return the step for a trigonometric function of a real angle, or for an exponential of an imaginary one."""
     if angle is None or angle[1] != (op == "exp"):
         return None
@@ -174,7 +161,7 @@ _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0),
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _square_root_step(angle: AngleOrImaginary | None) -> tuple[ModularStep, Size] | None:
+def _square_root_step(angle: AngleOrImaginary | None) -> SizedStep | None:
     """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
     if angle is None or set(angle[0]) - {""} or angle[1]:
         return None
@@ -206,7 +193,7 @@ class _Point:
         """Return the value of a name."""
         if name not in self.values:
             stream = self.stream.substream(name) if self.values_by_name else self.stream
-            self.values[name] = 1 + random_below(stream, self.field.prime - 1)
+            self.values[name] = 1 + field.random_below(stream, self.field.prime - 1)
         return self.values[name]
 
     def phase(self, phase: Phase) -> int:
@@ -297,16 +284,14 @@ class ExactComparison:
     bound: float = 1.0
 
 
-def chance_of_agreement(
-    student: Size, reference: Size, bits: int = PRIME_BITS, prime_count: float = PRIME_COUNT
-) -> float:
+def chance_of_agreement(student: Size, reference: Size, bits: int = PRIME_BITS, primes: float = PRIME_COUNT) -> float:
     """Return a bound on the chance that two different functions agree at one random point."""
     degree = max(student[0] + reference[2], student[2] + reference[0])
     height = _log2_of_sum(student[1] + reference[3], student[3] + reference[1])
-    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / prime_count)
+    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / primes)
 
 
-_SHARED_FIELD = SharedField()
+_SHARED_FIELD = field.SharedField()
 
 
 def compare(
@@ -321,22 +306,20 @@ def compare(
     student_modular = make_modular_program(student, fixed_values)
     reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
     stream = Stream(f"{seed}/exact")
-    entries = [
-        _EntryComparison(student_modular.size(k), reference_modular.size(k))
-        for k in range(len(reference_modular.outputs))
-    ]
+    indices = range(len(reference_modular.outputs))
+    entries = [_EntryComparison(student_modular.size(k), reference_modular.size(k)) for k in indices]
     for trial in range(MAX_POINTS):
         if not any(entry.is_undecided for entry in entries):
             break
-        field = _SHARED_FIELD.get() if trial == 0 and field_source is None else (field_source or choose_field)(stream)
-        point = _Point(field, stream)
+        is_shared = trial == 0 and field_source is None
+        chosen_field = _SHARED_FIELD.get() if is_shared else (field_source or choose_field)(stream)
+        point = _Point(chosen_field, stream)
         student_values = evaluate_modular(student_modular, point)
-        reference_values = (
-            student_values if reference_modular is student_modular else evaluate_modular(reference_modular, point)
-        )
+        is_same = reference_modular is student_modular
+        reference_values = student_values if is_same else evaluate_modular(reference_modular, point)
         for entry, student_value, reference_value in zip(entries, student_values, reference_values, strict=True):
             if entry.is_undecided:
-                entry.add_point(student_value, reference_value, field)
+                entry.add_point(student_value, reference_value, chosen_field)
     return [entry.verdict() for entry in entries]
 
 
@@ -367,11 +350,9 @@ class _EntryComparison:
             return ExactComparison()
         if self.differs or self.undefined_count == self.point_count:
             return ExactComparison(False, self.point_count)
-        return (
-            ExactComparison(True, self.agreeing_count, self.bound)
-            if self.bound <= MAX_ERROR_CHANCE
-            else ExactComparison(None, self.point_count)
-        )
+        if self.bound <= MAX_ERROR_CHANCE:
+            return ExactComparison(True, self.agreeing_count, self.bound)
+        return ExactComparison(None, self.point_count)
 
 
 # --- fingerprints of functions ---
@@ -393,12 +374,9 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     >>> double == same, double == single
     (True, False)
     """
-    modular, field = make_modular_program(program, {}), _field_from_seed(seed)
-    values = [
-        evaluate_modular(modular, _Point(field, Stream(f"{seed}/{k}"), values_by_name=True))
-        for k in range(FINGERPRINT_POINTS)
-    ]
-    columns = zip(*values, strict=True)
+    modular, seeded_field = make_modular_program(program, {}), _field_from_seed(seed)
+    points = (_Point(seeded_field, Stream(f"{seed}/{k}"), values_by_name=True) for k in range(FINGERPRINT_POINTS))
+    columns = zip(*(evaluate_modular(modular, point) for point in points), strict=True)
     return [None if modular.size(entry) is None else column for entry, column in enumerate(columns)]
 
 

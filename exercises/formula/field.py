@@ -26,7 +26,7 @@ _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime`, one of `prime_count` primes, with a `root` of unity of order ORDER."""
+    """The integers modulo `prime`, one of `prime_count` primes, with a `root` of unity of order ROOT_ORDER."""
 
     prime: int
     root: int
@@ -61,7 +61,7 @@ USES_PER_FIELD = 64
 
 
 class SharedField:
-    """A field chosen by the system's random generator, and replaced after ANSWERS comparisons.
+    """A field chosen by the system's random generator, and replaced after USES_PER_FIELD comparisons.
 
     The bound that comes with a verdict includes the chance that the verdict is wrong because of this choice.
     """
@@ -70,7 +70,7 @@ class SharedField:
         self._remaining_uses, self._field = 0, Field(0, 0)
 
     def get(self) -> Field:
-        """Return the current field, or a new one if it has been used ANSWERS times."""
+        """Return the current field, or a new one if it has been used USES_PER_FIELD times."""
         if self._remaining_uses == 0:
             self._remaining_uses, self._field = USES_PER_FIELD, choose_field(Stream(secrets.token_hex(32)))
         self._remaining_uses -= 1

@@ -1,11 +1,11 @@
 """Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
+from qdot.exercises.formula.algebra import TWO
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.formula.vocabulary import VOCABULARY, compile_pattern
 
 METRE = "m"
 _ANGLE = compile_pattern("angle")
-_UNIT_EXPONENT = 2
 _NUMBER_KINDS = ("number", "decimal")
 _WHOLE_NUMBER_NAMES: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
@@ -38,8 +38,8 @@ def remove_metres(tree: Node) -> Node:
 
 
 def _is_metre(node: Node) -> bool:
-    is_power = node.kind == "^" and node.args[1].kind == "number" and node.args[1].value == _UNIT_EXPONENT
-    return (node.args[0] if is_power else node).value == METRE
+    is_square = node.kind == "^" and node.args[1] == TWO
+    return (node.args[0] if is_square else node).value == METRE
 
 
 def _has_unit(node: Node, is_last: bool) -> bool:
@@ -62,11 +62,8 @@ def _contains_angle(product: Node) -> bool:
     stack = [product]
     while stack:
         current = stack.pop()
-        if (
-            current.value == "pi"
-            or current.value in _INVERSES
-            or (current.kind == "name" and _ANGLE.fullmatch(current.value))
-        ):
+        is_angle = current.kind == "name" and _ANGLE.fullmatch(current.value)
+        if is_angle or current.value in ("pi", *_INVERSES):
             return True
         if current.kind != "call":
             stack.extend(current.args)

@@ -57,11 +57,9 @@ def split_name(typed_name: str, known_symbols: frozenset[str]) -> tuple[NamePart
     name = name if name in known_symbols or name.lower() not in known_symbols else name.lower()
     if name in known_symbols:
         return (NamePart("name", (name,)),)
-    function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())
-    if function is not None:
+    if function := FUNCTIONS.get(name) or FUNCTIONS.get(name.lower()):
         return (NamePart("function", (function,)),)
-    part = _find_usual_meaning(name, known_symbols)
-    if part is not None:
+    if part := _find_usual_meaning(name, known_symbols):
         return (part,)
     for integer_name in VOCABULARY["whole_numbers"]:  # kπ
         if name in (f"{integer_name}pi", f"pi{integer_name}"):
@@ -89,11 +87,10 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
     """Return the usual meaning of a name that is not a symbol of the problem, or None."""
-    shorthand = _SHORTHAND_PATTERN.fullmatch(name)
-    if shorthand is not None and (
-        angles := _angles_of_digits(shorthand.group(3), known_symbols, shorthand.group(2) or "theta")
-    ):
-        return NamePart(SHORTHAND[shorthand.group(1)], angles)
+    if (shorthand := _SHORTHAND_PATTERN.fullmatch(name)) is not None:
+        function, letter, digits = shorthand.groups()
+        if angles := _angles_of_digits(digits, known_symbols, letter or "theta"):
+            return NamePart(SHORTHAND[function], angles)
     rate = _RATE_PATTERN.fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
@@ -142,11 +139,11 @@ def _split_joined_names(name: str, known_symbols: frozenset[str]) -> tuple[NameP
         if match.start() != position:
             return ()
         word, position = match.group(), match.end()
-        piece = NamePart("name", (word,)) if word in known_symbols or word == "pi" else None
         function = FUNCTIONS.get(word) or SHORTHAND.get(word)
-        piece = piece or (
-            NamePart("function", (function,)) if function is not None else _find_usual_meaning(word, known_symbols)
-        )
+        if word in known_symbols or word == "pi":
+            piece: NamePart | None = NamePart("name", (word,))
+        else:
+            piece = NamePart("function", (function,)) if function else _find_usual_meaning(word, known_symbols)
         if piece is None:
             return ()
         pieces.append(piece)

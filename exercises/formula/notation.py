@@ -93,14 +93,8 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
     matches = _VECTOR_ENTRY_PATTERN.finditer(text) if "[" in text else ()
     indices = {int(match.group(2)) for match in matches if match.group(2)}
     last_number = f"{max(indices, default=0) + 1}"
-    first_number = (
-        0
-        if indices
-        and 0 not in indices
-        and known_symbols
-        and not {f"theta{last_number}", f"d{last_number}"} & known_symbols
-        else 1
-    )
+    is_beyond_last_joint = known_symbols and known_symbols.isdisjoint((f"theta{last_number}", f"d{last_number}"))
+    first_number = 0 if indices and 0 not in indices and is_beyond_last_joint else 1
 
     def name_entry(match: re.Match[str]) -> str:
         number = int(match.group(2)) + first_number if match.group(2) else match.group(3)
@@ -109,9 +103,8 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
     return _VECTOR_ENTRY_PATTERN.sub(name_entry, text)
 
 
-_NUMBER_WITH_UNIT_PATTERN = re.compile(
-    f"{VOCABULARY['patterns']['number_in_unit']}({_pattern_of_units(_UNITS)}){VOCABULARY['patterns']['behind_unit']}"
-)
+_NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_in_unit"], VOCABULARY["patterns"]["behind_unit"]
+_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
 
 
 def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
@@ -119,17 +112,14 @@ def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
 
     def replace_unit(match: re.Match[str]) -> str:
         unit = _normalize_unit(match.group(2))
-        return (
-            match.group() if unit in known_symbols or unit in _WHOLE_NUMBER_NAMES else f"{match.group(1)}{_UNITS[unit]}"
-        )
+        is_symbol = unit in known_symbols or unit in _WHOLE_NUMBER_NAMES
+        return match.group() if is_symbol else f"{match.group(1)}{_UNITS[unit]}"
 
     return _NUMBER_WITH_UNIT_PATTERN.sub(replace_unit, text)
 
 
-_LENGTH_WITH_COMMA_PATTERN = re.compile(
-    f"{VOCABULARY['patterns']['decimal_in_unit']}({_pattern_of_units(VOCABULARY['lengths'])})"
-    f"{VOCABULARY['patterns']['behind_unit']}"
-)
+_DECIMAL, _LENGTHS = VOCABULARY["patterns"]["decimal_in_unit"], VOCABULARY["lengths"]
+_LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_pattern_of_units(_LENGTHS)}){_AFTER_UNIT}")
 
 
 def use_points_in_lengths(text: str) -> str:
@@ -141,10 +131,8 @@ def use_points_in_lengths(text: str) -> str:
     return _LENGTH_WITH_COMMA_PATTERN.sub(r"\1.\2\3", text)
 
 
-_NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(
-    f"{VOCABULARY['patterns']['name_of_number']}{VOCABULARY['patterns']['number_in_unit']}"
-    f"({_pattern_of_units([*_UNITS, *VOCABULARY['degrees']])}){VOCABULARY['patterns']['behind_unit']}"
-)
+_NAME, _ALL_UNITS = VOCABULARY["patterns"]["name_of_number"], [*_UNITS, *VOCABULARY["degrees"]]
+_NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NAME}{_NUMBER}({_pattern_of_units(_ALL_UNITS)}){_AFTER_UNIT}")
 
 
 def find_units(text: str) -> list[tuple[str, str, int]]:
@@ -185,11 +173,8 @@ def _remove_final_unit(text: str, known_symbols: AbstractSet[str]) -> str:
     if match is None or (unit := _normalize_unit(match.group(1))) in known_symbols:
         return text
     factor, rest = _UNITS[unit], text[: match.start()]
-    if (
-        (factor and rest[:1] in "[{")
-        or "=" in text
-        or (unit in _WHOLE_NUMBER_NAMES and rest.endswith(_BEFORE_WHOLE_NUMBERS))
-    ):
+    is_whole_number = unit in _WHOLE_NUMBER_NAMES and rest.endswith(_BEFORE_WHOLE_NUMBERS)
+    if (factor and rest[:1] in "[{") or "=" in text or is_whole_number:
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
     return f"({rest}){factor}" if factor else rest
 

@@ -107,8 +107,7 @@ def order_product(expression: sp.Expr) -> Product:
     """Return an expression other than a sum as a product with its factors in order."""
     number, rest = expression.as_coeff_Mul()
     is_negative = bool(number.is_negative)
-    numerator: list[sp.Expr] = []
-    denominator: list[sp.Expr] = []
+    numerator, denominator = list[sp.Expr](), list[sp.Expr]()
     for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
         if factor.is_Pow and factor.exp.could_extract_minus_sign():
             denominator.append(1 / factor)
@@ -162,16 +161,11 @@ def _move_plus_first(signed_terms: list[tuple[bool, sp.Expr]]) -> list[tuple[boo
 
     This applies to sums of rates, and to the sine and cosine of the same angle.
     """
-    if signed_terms[0][0] and all(
-        _RATE_PATTERN.fullmatch(str(symbol)) for _, term in signed_terms for symbol in term.free_symbols
-    ):
+    symbols = {str(symbol) for _, term in signed_terms for symbol in term.free_symbols}
+    if signed_terms[0][0] and all(map(_RATE_PATTERN.fullmatch, symbols)):
         return sorted(signed_terms, key=lambda term: term[0])  # qd2 - qd1
-    if (
-        len(signed_terms) > 1
-        and signed_terms[0][0]
-        and not signed_terms[1][0]
-        and not any(map(is_rate_or_component, signed_terms[0][1].free_symbols))
-    ):
+    signs = [minus for minus, _ in signed_terms[:2]]
+    if signs == [True, False] and not any(map(is_rate_or_component, signed_terms[0][1].free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed_terms[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
             return [signed_terms[1], signed_terms[0], *signed_terms[2:]]

@@ -13,30 +13,13 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
+from qdot.exercises.formula import names, trees
 from qdot.exercises.formula.algebra import ONE, ZERO, number
 from qdot.exercises.formula.metres import METRE, remove_metres
-from qdot.exercises.formula.names import (
-    ARITY,
-    FUNCTIONS,
-    MAX_NAME_LENGTH,
-    SHORTHAND,
-    NamePart,
-    normalize_name,
-    split_dotted_product,
-    split_name,
-)
+from qdot.exercises.formula.names import ARITY, FUNCTIONS, SHORTHAND, NamePart, normalize_name, split_name
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.products import evaluate_matrices
-from qdot.exercises.formula.trees import (
-    EQUATION_CHAIN,
-    Node,
-    ParseError,
-    combine_from_left,
-    find_names,
-    fold,
-    list_of_rows,
-    replace_names,
-)
+from qdot.exercises.formula.trees import EQUATION_CHAIN, Node, ParseError, combine_from_left, find_names, list_of_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -57,15 +40,15 @@ _TOKEN = re.compile("|".join(
     for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
-_NEVER_INSIDE_BARS, _AFTER_BARS = (
-    ("=", "==", ",", ";", ":", "&"),
-    ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";"),
-)
+_NEVER_INSIDE_BARS = ("=", "==", ",", ";", ":", "&")
+_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
 """Tokens that can't occur inside a factor in bars, and tokens after its second bar that can't begin an alternative."""
 _BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
 _OR_WORDS = ("or", "|")
 """Words that add nothing to the comma before them. This holds between conditions only, not between vector entries."""
 
+_BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
+"""For each opening bracket its closing bracket and the meaning of its content."""
 _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
@@ -73,18 +56,14 @@ def _tokenize(text: str) -> list[tuple[str, str, int]]:
     tokens: list[tuple[str, str, int]] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):
-        start, end = match.span()
-        if start != position:
+        if match.start() != position:
             break
-        kind = match.lastgroup
-        if kind != "space":
-            token = text[position:end]
-            tokens.append((str(kind), token, position))
-            if token in _DEPTH_CHANGES:
-                depth += _DEPTH_CHANGES[token]
-                if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
-                    raise ParseError(f"brackets nest more than {MAX_DEPTH} deep {_describe_position(text, position)}")
-        position = end
+        if match.lastgroup != "space":
+            tokens.append((str(match.lastgroup), match.group(), position))
+            depth += _DEPTH_CHANGES.get(match.group(), 0)
+            if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
+                raise ParseError(f"brackets nest more than {MAX_DEPTH} deep {_describe_position(text, position)}")
+        position = match.end()
     if position < len(text):
         example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
         raise ParseError(f"cannot read {text[position]!r} {_describe_position(text, position)}; {example}")
@@ -121,14 +100,10 @@ class _Parser:
         translated = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known_symbols else None
+            is_dotted = word is None and kind == "name" and "." in text
             if word:
                 translated.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
-            elif (
-                word is None
-                and kind == "name"
-                and "." in text
-                and (factors := split_dotted_product(text, self.known_symbols))
-            ):
+            elif is_dotted and (factors := names.split_dotted_product(text, self.known_symbols)):
                 start = at
                 for factor in factors:  # a1.a2.sin
                     translated += [("op", "*", start), ("name", factor, start)]
@@ -146,15 +121,13 @@ class _Parser:
 
     def take(self, *texts: str) -> bool:
         kind, text, _ = self.tokens[self.position]
-        if kind in ("op", "name") and text in texts:
-            self.position += 1
-            return True
-        return False
+        is_next = kind in ("op", "name") and text in texts
+        self.position += is_next
+        return is_next
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            actual = self.peek() or "the end"
-            raise self.parse_error(f"expected '{text}', found {actual!r},")
+            raise self.parse_error(f"expected '{text}', found {self.peek() or 'the end'!r},")
 
     def parse(self) -> Node:
         if self.tokens[0][0] == "end":
@@ -162,9 +135,7 @@ class _Parser:
         self.skip_lambda_head()
         tree = self.parse_to_end()
         if self.braces_are_lists:
-            tree = fold(
-                tree, lambda node, args: Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
-            )
+            tree = trees.fold(tree, _make_list_of_set)
         is_metre = METRE not in self.known_symbols and any(text == METRE for _, text, _ in self.tokens)
         return evaluate_matrices(remove_metres(tree) if is_metre else tree)
 
@@ -227,7 +198,7 @@ class _Parser:
     def join_conditions(self, first: Node, is_alone: bool) -> Node:
         """Parse "A, and B" as "A and B" if B is a condition.
 
-        Raises ReadError if further commas or alternatives make this ambiguous. Before a value, as in theta2 = 0, and
+        Raises ParseError if further commas or alternatives make this ambiguous. Before a value, as in theta2 = 0, and
         pi, the comma separates the entries of a list.
         """
         start = self.position
@@ -278,7 +249,7 @@ class _Parser:
 
     @contextmanager
     def count_nesting(self, construct: str = "brackets") -> Iterator[None]:
-        """Count the nesting depth of brackets, bars and functions. Raises ReadError beyond MAX_DEPTH."""
+        """Count the nesting depth of brackets, bars and functions. Raises ParseError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise self.parse_error(f"{construct} nest more than {MAX_DEPTH} deep")
@@ -335,9 +306,9 @@ class _Parser:
         step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if bracket:
             self.expect(")")
-        values = value.args if value.kind in ("list", "set") else (value,)
-        shifted = tuple(Node("+", (term, step)) for term in values)
-        return Node(value.kind, shifted) if value.kind in ("list", "set") else shifted[0]
+        if value.kind in ("list", "set"):
+            return Node(value.kind, tuple(Node("+", (term, step)) for term in value.args))
+        return Node("+", (value, step))
 
     def parse_sum(self) -> Node:
         if self.take("±"):
@@ -376,9 +347,8 @@ class _Parser:
                 self.position += 1
                 start = self.position
                 node = Node(text if text == "/" else "*", (node, _apply_sign(self.parse_sign(), self.parse_power())))
-                divisor_end = (
-                    self.position if text == "/" and self.is_single_name(start) and node.args[1].kind == "name" else -1
-                )
+                is_name = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
+                divisor_end = self.position if is_name else -1
             elif kind == "number" == self.tokens[self.position - 1][0]:
                 raise self.parse_error("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
@@ -404,11 +374,8 @@ class _Parser:
 
     def is_single_name(self, start: int) -> bool:
         """Return whether the divisor, which begins at token `start` and has just been parsed, is a single name."""
-        return (
-            self.tokens[start][0] == "name"
-            and self.position == start + 1
-            and not self.tokens[start][1].startswith(_PI_NAMES)
-        )
+        kind, text, _ = self.tokens[start]
+        return kind == "name" and self.position == start + 1 and not text.startswith(_PI_NAMES)
 
     def parse_factor(self) -> Node:
         """Parse a factor that has no sign. [0] is refused, because in Python it selects an entry."""
@@ -510,12 +477,8 @@ class _Parser:
             return self.parse_name(text)
         if self.take("..."):
             return Node("blank")
-        if self.take("("):
-            return self.parse_bracket(")", "group")
-        if self.take("["):
-            return self.parse_bracket("]", "list")
-        if self.take("{"):
-            return self.parse_bracket("}", "set")
+        if self.take("(", "[", "{"):
+            return self.parse_bracket(*_BRACKETS[text])
         if self.take("|"):
             return self.parse_absolute_value()
         raise self.parse_error("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
@@ -542,16 +505,15 @@ class _Parser:
         return self.make_dictionary(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
 
     def parse_name(self, typed_name: str) -> Node:
-        if len(typed_name) > MAX_NAME_LENGTH:
+        if len(typed_name) > names.MAX_NAME_LENGTH:
             raise self.parse_error(f"a name of {len(typed_name)} characters is no symbol of this field,")
         if typed_name.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
-            return self.parse_binding_call(
-                "Derivative", _make_part_node(split_name(typed_name.removesuffix(".diff"), self.known_symbols)[0])
-            )
+            variable = split_name(typed_name.removesuffix(".diff"), self.known_symbols)[0]
+            return self.parse_binding_call("Derivative", _make_part_node(variable))
         name = normalize_name(typed_name)
         is_bracket_next = self.peek() == "("
         if is_bracket_next and name in _BINDING_CALLS:
-            return self.parse_binding_call(name, None)
+            return self.parse_binding_call(name)
         may_depend_on_time = name in self.known_symbols or _JOINT_PATTERN.fullmatch(name) is not None
         if is_bracket_next and may_depend_on_time and self.peek(1) == "t" and self.peek(2) == ")":
             self.position += 3  # theta1(t), as dynamicsymbols prints it
@@ -593,7 +555,7 @@ class _Parser:
     def parse_shorthand(self, name: str) -> Node:
         """Parse c or s as the cosine or sine of the angle that follows.
 
-        Raises ReadError for an argument that is not an angle, such as S(1), which is SymPy's number 1.
+        Raises ParseError for an argument that is not an angle, such as S(1), which is SymPy's number 1.
         """
         start, function = self.position, SHORTHAND[name]
         call = self.parse_function(function)
@@ -624,20 +586,19 @@ class _Parser:
             self.joined_product = product
         return product
 
-    def parse_binding_call(self, name: str, first_argument: Node | None) -> Node:
+    def parse_binding_call(self, name: str, *first_arguments: Node) -> Node:
         """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) with any whole number as _n.
 
-        If the first argument was typed before the name, as in theta1.diff(t), it is `first_argument`.
+        `first_arguments` has the argument that was typed before the name, as in theta1.diff(t).
         """
         self.position += 1
-        args = ((first_argument,) if first_argument is not None else ()) + self.parse_bracket(")", "args").args
+        args = first_arguments + self.parse_bracket(")", "args").args
         is_rate = _BINDING_CALLS[name] == "rate"
-        if is_rate and len(args) in (1, 2) and args[0].kind == "name":
-            joint = _JOINT_PATTERN.fullmatch(str(args[0].value))
-            if joint is not None:
-                return Node("name", value=f"qd{joint.group(1)}")
+        joint = _JOINT_PATTERN.fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
+        if is_rate and len(args) in (1, 2) and joint is not None:
+            return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
-            return replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
+            return trees.replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
         raise self.parse_error(f"this {name} is not understood")
 
     def parse_function(self, name: str) -> Node:
@@ -690,6 +651,10 @@ _UNITS: dict[str, str] = VOCABULARY["units"]
 _UNIT_OPERATORS = ("/", "^", "**")
 _FACTOR_CONTINUATIONS = ("*", "(", *_UNIT_OPERATORS)
 """Tokens after a name that show that it is a factor rather than a unit at the end of a product."""
+
+
+def _make_list_of_set(node: Node, args: Sequence[Node]) -> Node:
+    return Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
 
 
 def _is_angle(name: str) -> bool:
@@ -790,7 +755,7 @@ def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
 def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
     """Return the tree of `text`; the names `known_symbols` of the problem's symbols take precedence over shorthand.
 
-    Raises ReadError with the position and the expected token. Time and memory are linear in the length.
+    Raises ParseError with the position and the expected token. Time and memory are linear in the length.
 
     >>> parse_formula("2*a1 + c12").kind
     '+'

@@ -2,16 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
+from qdot.exercises.formula import trees
 from qdot.exercises.formula.algebra import ONE
-from qdot.exercises.formula.trees import (
-    Node,
-    ParseError,
-    combine_from_left,
-    count_nodes,
-    fold,
-    iterate_nodes,
-    list_of_rows,
-)
+from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fold, list_of_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
@@ -25,7 +18,7 @@ _TOO_LONG = "the products of matrices are too long; write their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
-    """Carry out all operations on matrices in a tree, so that no matrix is an operand. Raises ReadError.
+    """Carry out all operations on matrices in a tree, so that no matrix is an operand. Raises ParseError.
 
     >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=2), Node("name", value="x")
@@ -33,7 +26,7 @@ def evaluate_matrices(tree: Node) -> Node:
     >>> [entry.kind for row in column.args for entry in row.args]
     ['*', '*']
     """
-    operations = (node for node in iterate_nodes(tree) if node.kind in _OPERATIONS or node.kind == "eq")
+    operations = (node for node in trees.iterate_nodes(tree) if node.kind in _OPERATIONS or node.kind == "eq")
     if not any(arg.kind == "list" for node in operations for arg in node.args):
         return tree
     total = 0
@@ -43,7 +36,7 @@ def evaluate_matrices(tree: Node) -> Node:
         is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
         result = _equate_entries(args) if is_equation else _operate(node, args)
         if node.kind in _OPERATIONS and result.kind == "list":
-            total += count_nodes(result, _MAX_NODES - total)
+            total += trees.count_nodes(result, _MAX_NODES - total)
             if total >= _MAX_NODES:
                 raise ParseError(_TOO_LONG)
         return result
@@ -53,7 +46,7 @@ def evaluate_matrices(tree: Node) -> Node:
 
 def _operate(node: Node, args: Sequence[Node]) -> Node:
     if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
-        args = [arg.args[0] if _is_bracket(arg) else arg for arg in args]
+        args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
     is_list = [arg.kind == "list" for arg in args]
     if node.kind not in _OPERATIONS or not any(is_list):
         return node.with_args(args)
@@ -72,10 +65,6 @@ def _operate(node: Node, args: Sequence[Node]) -> Node:
     if node.kind in "*/" and is_list == [True, False]:
         return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
     raise _impossible_operation(_OPERATIONS[node.kind], matrices, len(args))
-
-
-def _is_bracket(node: Node) -> bool:
-    return node.kind == "list" and len(node.args) == 1 and node.args[0].kind != "list"
 
 
 def _matrix_rows(node: Node) -> Rows:
@@ -98,7 +87,7 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
 
 def _equate_entries(args: Sequence[Node]) -> Node:
     """Return an equation of two vectors or matrices as one equation for each entry, with a name on the left."""
-    if _is_bracket(args[0]):  # [theta2] = [0, pi]
+    if trees.is_list_of_one(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
     sides = [_matrix_rows(arg) for arg in args]
     shapes = [_shape(rows) for rows in sides]
@@ -113,11 +102,11 @@ def _multiply(left: Rows, right: Rows) -> Node:
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
-    dot_products = [
-        [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]
-        for row in left
-    ]
-    return list_of_rows(dot_products)
+    return list_of_rows([_dot_product(row, column) for column in columns] for row in left)
+
+
+def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
+    return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
 
 
 def _power(rows: Rows, exponent: Node) -> Node:
@@ -126,11 +115,10 @@ def _power(rows: Rows, exponent: Node) -> Node:
         return list_of_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
     if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _MAX_INVERTED_ROWS:
-        raise ParseError(
-            f"a power of a matrix is worked out where it is the inverse of one with up to "
-            f"{_MAX_INVERTED_ROWS} rows; write the entries"
-        )
-    cofactors = [[_apply_cofactor_sign(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
+        advice = f"it is the inverse of one with up to {_MAX_INVERTED_ROWS} rows; write the entries"
+        raise ParseError(f"a power of a matrix is worked out where {advice}")
+    indices = range(len(rows))
+    cofactors = [[_apply_cofactor_sign(i + j, _minor(rows, j, i)) for j in indices] for i in indices]
     determinant = _determinant(rows)
     return _map_entries(cofactors, lambda entry: Node("/", (entry, determinant)))
 

@@ -36,7 +36,7 @@ class Program:
 
 
 def compile_program(nodes: Sequence[Node]) -> Program:
-    """Return one program for several scalar trees. Raises ReadError if a tree contains a list, set or equation."""
+    """Return one program for several scalar trees. Raises ParseError if a tree contains a list, set or equation."""
     steps: list[Step] = []
     step_indices: dict[Any, int] = {}
 
@@ -153,14 +153,9 @@ def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], p
     def evaluate_node(node: Node) -> np.ndarray:
         value = known_values.get(id(node))
         if value is None:
-            step = (
-                _sum_step((0, 1), (1, 1 if node.kind == "+" else -1))
-                if node.kind in ("+", "-")
-                else _make_step(node, ())
-            )
-            value = known_values[id(node)] = _step_value(
-                step, [evaluate_node(arg) for arg in node.args], values, point_count
-            )
+            is_sum, args = node.kind in ("+", "-"), [evaluate_node(arg) for arg in node.args]
+            step = _sum_step((0, 1), (1, 1 if node.kind == "+" else -1)) if is_sum else _make_step(node, ())
+            value = known_values[id(node)] = _step_value(step, args, values, point_count)
         return value
 
     with np.errstate(all="ignore"):
@@ -274,11 +269,9 @@ def _limited_power(x: Any, y: Any) -> Any:
     return x**y if abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT else mpmath.nan
 
 
+_TRIGONOMETRIC_FUNCTIONS = ("sin", "cos", "tan", "cot", "sec", "csc")
 _MPMATH_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **{
-        name: _limit_trigonometric_argument(getattr(mpmath, name))
-        for name in ("sin", "cos", "tan", "cot", "sec", "csc")
-    },
+    **{name: _limit_trigonometric_argument(getattr(mpmath, name)) for name in _TRIGONOMETRIC_FUNCTIONS},
     **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
@@ -318,7 +311,7 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
 
 PRECISE_DIGITS = 50
 PRECISE_TOLERANCE = 1e-40
-"""Values of DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
+"""Values of PRECISE_DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
 
 
 def constant_value(node: Node) -> Any:

@@ -3,10 +3,9 @@
 Some entries of the reference may change their sign. The answer must then be k times the reference at every
 configuration, with a constant k > 0. Let s_i and r_i be the entries of answer and reference (with these signs), and
 s'_i and r'_i the same at another configuration with the same constants. Let r_p be a nonzero entry. The condition is
-s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference (`identity`).
+s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference (`equality`).
 """
 
-from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ZERO, multiply_nodes, negate
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, replace_names
+from qdot.exercises.formula.trees import Node, Nodes, replace_names
 
 EXTRA_POINTS = 6
 
@@ -30,10 +29,10 @@ class ConstantFactor:
 
 
 def find_constant_factor(
-    entries: Sequence[Node],
-    reference: Sequence[Node],
+    entries: Nodes,
+    reference: Nodes,
     domain: Domain,
-    varying_names: AbstractSet[str],
+    varying: AbstractSet[str],
     seed: str,
     rounding: Rounding | None = None,
 ) -> ConstantFactor | None:
@@ -42,7 +41,7 @@ def find_constant_factor(
     if pivot is None:
         return None
     sampled = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
-    values = {name: column if name in varying_names else np.abs(column) for name, column in sampled.items()}
+    values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
     evaluated = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS)[0]
     with np.errstate(all="ignore"):
         ratios = evaluated[: len(reference)] / evaluated[len(reference) :]
@@ -50,23 +49,15 @@ def find_constant_factor(
     signed = [negate(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
     if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).is_correct):
         return ConstantFactor(is_negative=True, changes_size=False)
-    extended_domain = Domain(
-        {**domain.roles, **{_name_at_second_configuration(name): domain.roles[name] for name in varying_names}}
-    )
-    renamed = {name: Node("name", value=_name_at_second_configuration(name)) for name in varying_names}
+    # a prime marks the symbols of the second configuration
+    extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying}})
+    renamed = {name: Node("name", value=f"{name}'") for name in varying}
     answered, expected = (replace_names(tree, renamed) for tree in (entries[pivot], signed[pivot]))
     products = [multiply_nodes(entry, expected) for entry in entries]
-    if not all(
-        compare_entries(
-            products, [multiply_nodes(entry, answered) for entry in signed], extended_domain, f"{seed}/moved"
-        ).is_correct
-    ):
+    expected_products = [multiply_nodes(entry, answered) for entry in signed]
+    if not all(compare_entries(products, expected_products, extended_domain, f"{seed}/moved").is_correct):
         return None
     finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real
     if not len(finite_ratios) or not np.all(np.abs(finite_ratios) > 0):
         return None
     return ConstantFactor(is_negative=bool(is_negative.any()), changes_size=True)
-
-
-def _name_at_second_configuration(name: str) -> str:
-    return f"{name}'"

@@ -45,7 +45,7 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of pieces that a tree describes.
 
     Accepted: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
-    lists of these, `k*pi` for every whole number k. Raises ReadError.
+    lists of these, `k*pi` for every whole number k. Raises ParseError.
     """
     if node.kind in ("or", "list", "set"):
         return _parse_alternatives(node, joints)
@@ -71,7 +71,7 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _refuse_two_values(pieces: list[Piece]) -> list[Piece]:
-    """Return the pieces unchanged; raise ReadError if every piece gives a joint two values at once."""
+    """Return the pieces unchanged; raise ParseError if every piece gives a joint two values at once."""
     joints = [_joint_with_two_values(piece) for piece in pieces]
     if pieces and None not in joints:
         raise ParseError(f"{joints[0]} can't have two values at once; write {joints[0]} = 0 or {joints[0]} = pi/3")
@@ -98,10 +98,8 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
             joint = _find_joint(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
-                raise ParseError(
-                    f"a pair may be a joint and its value, or the values of {joints[0]} and {joints[1]}; write "
-                    f"{joints[0]} = 0 or {joints[1]} = 0"
-                )
+                meanings = f"a joint and its value, or the values of {joints[0]} and {joints[1]}"
+                raise ParseError(f"a pair may be {meanings}; write {joints[0]} = 0 or {joints[1]} = 0")
             if not is_label or find_names(node.args[1]) & set(joints):
                 union += parse_pieces(arg, joints)
         elif joint is not None:
@@ -132,11 +130,10 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
 
 def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
     if joint.kind != "name" or joint.value not in joints:
-        return [
-            piece for value in _list_values(values) for piece in _parse_vanishing_expression(Node("-", (joint, value)))
-        ]
+        differences = (Node("-", (joint, value)) for value in _list_values(values))
+        return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
     cases = [case for value in _list_values(values) for case in _whole_number_cases(value)]
-    compile_program(cases)  # raises ReadError for anything but a formula
+    compile_program(cases)  # raises ParseError for anything but a formula
     return [(Atom(case, str(joint.value)),) for case in cases]
 
 
@@ -179,13 +176,12 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     An example is q1 = q2 and c1 = 0.
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
-    return depends_on_joints and any(
-        atom.joint in find_names(other.expression) | {other.joint} for other in piece if other is not atom
-    )
+    others = [other for other in piece if other is not atom]
+    return depends_on_joints and any(atom.joint in (o.joint, *find_names(o.expression)) for o in others)
 
 
 def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ReadError also if checking all of them would take too long."""
+    """Return the pieces of an answer. Raises ParseError also if checking all of them would take too long."""
     node = remove_noise(node)
     if _count_nodes_of_cases(node) > _MAX_NODES:
         raise ParseError(_TOO_LONG_MESSAGE)
@@ -205,12 +201,10 @@ def _count_nodes_of_cases(node: Node) -> int:
     count, stack = 0, [node]
     while stack:  # no recursion: a long sum is a deep tree
         current = stack.pop()
-        if current.kind in (*alternatives, "and", "dict", "pair", "in") or any(
-            arg.kind in alternatives for arg in current.args
-        ):
+        kinds = {arg.kind for arg in current.args}
+        if current.kind in (*alternatives, "and", "dict", "pair", "in") or kinds.intersection(alternatives):
             stack.extend(current.args)
         else:
-            count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(
-                find_names(current) & set(WHOLE_NUMBER_NAMES)
-            )
+            whole_numbers = find_names(current) & set(WHOLE_NUMBER_NAMES)
+            count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(whole_numbers)
     return count

@@ -10,22 +10,11 @@ from collections.abc import Callable, Iterator
 from qdot.exercises.formula.notation import convert_units
 from qdot.exercises.formula.vocabulary import SPACES, VOCABULARY, compile_pattern
 
-_TABLE_FRAME, _COLUMN_GAP, _MATLAB_GAP = (
-    compile_pattern("frame_of_table"),
-    compile_pattern("gap_of_table"),
-    compile_pattern("gap_of_matlab"),
-)
-_MARKDOWN_RULE, _MARKDOWN_BAR, _SPREADSHEET_SIGN = (
-    compile_pattern("rule_of_markdown"),
-    compile_pattern("bar_of_markdown"),
-    compile_pattern("sign_of_spreadsheet"),
-)
-_CONTINUED_LINE, _MATLAB_ROWS, _NUMBER_SEPARATOR = (
-    compile_pattern("line_goes_on"),
-    compile_pattern("rows_of_matlab"),
-    compile_pattern("between_numbers"),
-)
-_NAMED_NUMBER = compile_pattern("named_number")
+_TABLE_FRAME, _COLUMN_GAP = compile_pattern("frame_of_table"), compile_pattern("gap_of_table")
+_MATLAB_GAP, _MATLAB_ROWS = compile_pattern("gap_of_matlab"), compile_pattern("rows_of_matlab")
+_MARKDOWN_RULE, _MARKDOWN_BAR = compile_pattern("rule_of_markdown"), compile_pattern("bar_of_markdown")
+_SPREADSHEET_SIGN, _CONTINUED_LINE = compile_pattern("sign_of_spreadsheet"), compile_pattern("line_goes_on")
+_NUMBER_SEPARATOR, _NAMED_NUMBER = compile_pattern("between_numbers"), compile_pattern("named_number")
 _DECIMAL_NUMBER, _TABLE_NAME = compile_pattern("decimal_with_comma"), compile_pattern("name_of_table")
 _LIST_COMMA, _DECIMAL_COMMA = compile_pattern("comma_of_list"), compile_pattern("comma_of_number")
 _UNIT_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
@@ -47,9 +36,8 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
     """
     if len(text) > MAX_TABLE_LENGTH:
         return None
-    texts = [
-        _write_cells(cells) for cells in _possible_tables(_TABLE_NAME.sub("", text), *shape) if _is_table(cells, shape)
-    ]
+    tables = _possible_tables(_TABLE_NAME.sub("", text), *shape)
+    texts = [_write_cells(cells) for cells in tables if _is_table(cells, shape)]
     is_clear = len(set(texts)) == 1 or not _DECIMAL_COMMA.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
     return texts[0] if texts and is_clear else None
 
@@ -76,11 +64,8 @@ def _possible_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
         for split in (_keep_whole_line, *_ROW_SPLITTERS) if columns == 1 else _ROW_SPLITTERS:
             cells = [_split_entries(row, split) for row in rows_of_text]
             # a single row is accepted as the expected column; commas without spaces already make a list
-            yield (
-                [[cell] for cell in cells[0]]
-                if columns == 1 and len(cells) == 1 and split is not _split_at_commas
-                else cells
-            )
+            is_column = columns == 1 and len(cells) == 1 and split is not _split_at_commas
+            yield [[cell] for cell in cells[0]] if is_column else cells
 
 
 def _keep_whole_line(line: str) -> list[str]:
@@ -151,8 +136,5 @@ def _write_cells(cells: list[list[str]]) -> str:
 
 def _is_single_entry(cell: str) -> bool:
     """Return whether a cell is one entry: no separators, no number with two points, and all brackets closed."""
-    return (
-        bool(cell.strip(SPACES))
-        and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)
-        and all(cell.count(opening) == cell.count(closing) for opening, closing in ("()", "[]", "{}"))
-    )
+    has_closed_brackets = all(cell.count(opening) == cell.count(closing) for opening, closing in ("()", "[]", "{}"))
+    return has_closed_brackets and bool(cell.strip(SPACES)) and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)

@@ -35,6 +35,8 @@ class Node:
         return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
 
+Nodes = Sequence[Node]
+
 EQUATION_CHAIN = "="
 """The value of an "and" node that was typed as a chain of equations, A = B = C."""
 
@@ -140,7 +142,7 @@ def find_statement(node: Node) -> Node | None:
 
 
 def refuse_statements(node: Node) -> None:
-    """Raise ReadError if a tree is not a single expression."""
+    """Raise ParseError if a tree is not a single expression."""
     if (statement := find_statement(node)) is not None:
         raise scalar_expected_error(statement)
 
@@ -151,12 +153,14 @@ def scalar_expected_error(node: Node) -> ParseError:
     return ParseError(f"{_KIND_DESCRIPTIONS.get(node.kind, node.kind)} stands where a single expression is due{advice}")
 
 
+def is_list_of_one(node: Node) -> bool:
+    """Return whether a node is a list of one entry that is not itself a list, as in [a]."""
+    return node.kind == "list" and len(node.args) == 1 and node.args[0].kind != "list"
+
+
 def _is_column(node: Node) -> bool:
     """Return whether a node is [[a], [b], …], a column vector in SymPy's notation."""
-    has_single_entries = all(
-        item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args
-    )
-    return node.kind == "list" and len(node.args) > 1 and has_single_entries
+    return node.kind == "list" and len(node.args) > 1 and all(map(is_list_of_one, node.args))
 
 
 def _is_row_matrix(node: Node) -> bool:
@@ -170,7 +174,7 @@ def _is_rows(node: Node) -> bool:
 def as_matrix(node: Node) -> list[list[Node]]:
     """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
 
-    Raises ReadError if rows differ in length or lists nest deeper.
+    Raises ParseError if rows differ in length or lists nest deeper.
     """
     while node.kind == "list" and len(node.args) == 1 and _is_rows(node.args[0]):
         node = node.args[0]
@@ -217,7 +221,5 @@ def _combine_texts(node: Node, arg_texts: list[str]) -> str:
         return f"{node.value}({', '.join(arg_texts)})"
     if node.kind == "neg":
         return f"(-{arg_texts[0]})"
-    first = (
-        arg_texts[0][1:-1] if node.args[0].kind in _FIRST_OPERANDS_WITHOUT_BRACKETS.get(node.kind, ()) else arg_texts[0]
-    )
-    return f"({first}{node.kind}{arg_texts[1]})"
+    needs_no_brackets = node.args[0].kind in _FIRST_OPERANDS_WITHOUT_BRACKETS.get(node.kind, ())
+    return f"({arg_texts[0][1:-1] if needs_no_brackets else arg_texts[0]}{node.kind}{arg_texts[1]})"

@@ -3,19 +3,9 @@ r"""Print formulas as LaTeX, with spaces between factors and around signs, as in
 from functools import lru_cache
 from itertools import pairwise
 
+from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from qdot.exercises.formula.layout import (
-    EMPTY,
-    MINUS,
-    PLUS,
-    THIN,
-    Layout,
-    Pieces,
-    base_of_script,
-    is_binary,
-    row,
-    row_pieces,
-)
+from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base_of_script, is_binary, row
 
 _COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
@@ -34,15 +24,13 @@ def latex_text(formula: Layout) -> str:
 
 
 def _print_row(pieces: Pieces) -> str:
-    text, previous, previous_is_binary = "", None, False
+    text, previous, has_space = "", None, False
     for piece in pieces:
         is_binary_sign = piece in (MINUS, PLUS) and is_binary(previous)
-        if previous is not None and (
-            is_binary_sign or previous_is_binary or not _have_no_space_between(previous, piece)
-        ):
-            text += " "
+        if previous is not None:
+            text += " " * (has_space or is_binary_sign or not _have_no_space_between(previous, piece))
         text += _print_piece(piece)
-        previous, previous_is_binary = piece, is_binary_sign
+        previous, has_space = piece, is_binary_sign
     return text
 
 
@@ -66,9 +54,8 @@ def _have_no_space_between(previous: Layout, piece: Layout) -> bool:
         return piece.kind == "text"
     if previous.kind == "script" and previous.inner[0] == EMPTY:  # {}^{0}z_{1}
         return True
-    return (base_of_script(piece).kind == "fenced" or base_of_script(piece).text == "(") and base_of_script(
-        previous
-    ).kind in ("word", "text")
+    base = base_of_script(piece)
+    return (base.kind == "fenced" or base.text == "(") and base_of_script(previous).kind in ("word", "text")
 
 
 def _is_sign(piece: Layout, signs: str) -> bool:
@@ -101,7 +88,7 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
-    first, *others = *row_pieces(superscript), EMPTY
+    first, *others = *layout.row_pieces(superscript), EMPTY
     primes = PRIMES.find(first.text) + 1 if first.text else 0
     superscript = row(*others[:-1]) if primes else superscript
     text = f"{_print_piece(base_piece)}{chr(39) * primes}"

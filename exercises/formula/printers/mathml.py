@@ -11,13 +11,10 @@ from itertools import cycle
 
 from qdot.exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
 
-_CORNERS = ", ".join(
-    f"linear-gradient(currentColor, currentColor) {x} {y} / 5px 1.5px" for x in ("0", "100%") for y in ("0", "100%")
-)
-_BRACKETS = (
-    f"border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em; background: {_CORNERS}; "
-    "background-repeat: no-repeat"
-)
+_CORNER = "linear-gradient(currentColor, currentColor) {} {} / 5px 1.5px"
+_CORNERS = ", ".join(_CORNER.format(x, y) for x in ("0", "100%") for y in ("0", "100%"))
+_BORDER = "border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em"
+_BRACKETS = f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat"
 _NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
 _SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
 _BRACKET = '<mo stretchy="false">'
@@ -108,10 +105,9 @@ class _Writer:
         return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
 
     def fence(self, brackets: str, inside: Layout) -> str:
-        opening, closing = (
-            f"{_FENCE.format(side)}{'>' + _char_markup(sign) + '</mo>' if sign != '.' else ' />'}"
-            for side, sign in zip(("pre", "post"), brackets, strict=True)
-        )
+        contents = (f">{_char_markup(sign)}</mo>" if sign != "." else " />" for sign in brackets)
+        sides = zip(("pre", "post"), contents, strict=True)
+        opening, closing = (_FENCE.format(side) + content for side, content in sides)
         return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
     def matrix(self, rows: Pieces) -> str:
@@ -158,11 +154,8 @@ def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
             spaced[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SPACED_FUNCTIONS:
-            is_bare = (
-                piece in _MAY_HAVE_BARE_ARGUMENT
-                and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
-                and pieces[k + 1] not in _SPACED_FUNCTIONS
-            )
+            is_bare = piece in _MAY_HAVE_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
+            is_bare = is_bare and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
             spaced[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
     return spaced
 

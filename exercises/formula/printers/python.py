@@ -54,36 +54,25 @@ class _CodePrinter(StrPrinter):
         if not term.is_Mul:
             return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
         product = order.order_product(term)
-        digits = None if _is_irrational(term) else decimal_text(product.number)
+        is_irrational = any(factor.is_number and not factor.is_Rational for factor in term.args)  # as in 5*pi/6
+        digits = None if is_irrational else decimal_text(product.number)
         numerator, denominator = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
-        numerator_factors = [numerator] * (numerator != "1") + [
-            self._print_factor(factor, product) for factor in product.numerator
-        ]
-        denominator_factors = [denominator] * (denominator != "1") + [
-            self._print_factor(factor, product) for factor in product.denominator
-        ]
-        if not denominator_factors:
-            return "*".join(numerator_factors)
-        divisor = denominator_factors[0] if len(denominator_factors) == 1 else f"({'*'.join(denominator_factors)})"
-        return f"{'*'.join(numerator_factors) or '1'}/{divisor}"
+        above = [text for text in (numerator, *self._print_factors(product.numerator, product)) if text != "1"]
+        below = [text for text in (denominator, *self._print_factors(product.denominator, product)) if text != "1"]
+        if not below:
+            return "*".join(above)
+        divisor = "*".join(below)
+        return f"{'*'.join(above) or '1'}/{divisor if len(below) == 1 else f'({divisor})'}"
 
-    def _print_factor(self, factor: sp.Expr, product: order.Product) -> str:
-        return (
-            f"({self._print_sum(factor, factor in product.flipped_sums)})"
-            if factor.is_Add
-            else str(self._print(factor))
-        )
+    def _print_factors(self, factors: Sequence[sp.Expr], product: order.Product) -> list[str]:
+        sums = {factor: self._print_sum(factor, factor in product.flipped_sums) for factor in factors if factor.is_Add}
+        return [f"({sums[factor]})" if factor in sums else str(self._print(factor)) for factor in factors]
 
     def _print_Rational(self, expr: sp.Rational) -> str:
         return decimal_text(expr) or f"Rational({expr.p}, {expr.q})"
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.10g}"
-
-
-def _is_irrational(term: sp.Mul) -> bool:
-    """Return whether a factor is an irrational number such as pi or a root, as in 5*pi/6."""
-    return any(factor.is_number and not factor.is_Rational for factor in term.args)
 
 
 def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = None) -> str:
@@ -127,15 +116,12 @@ def _wrap(text: str, depth: int) -> str:
     indent = "    " * depth
     if "\n" in text:  # broken already
         return indent + text
-    unbreakable = re.sub(
-        r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)", lambda match: match.group().replace(" ", "\0"), text
-    )
+    bracket_pattern = r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)"
+    unbreakable = re.sub(bracket_pattern, lambda match: match.group().replace(" ", "\0"), text)
     unbreakable = re.sub(r" ([-+]) ", " \\1\0", unbreakable)
-    if (
-        max(map(len, unbreakable.split(" "))) > MAX_CODE_WIDTH - len(indent) - 4
-    ):  # a long product is broken before its factors too
+    longest_piece = max(map(len, unbreakable.split(" ")))
+    if longest_piece > MAX_CODE_WIDTH - len(indent) - 4:  # a long product is broken before its factors too
         unbreakable = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", unbreakable)
-    wrapper = textwrap.TextWrapper(
-        MAX_CODE_WIDTH, indent, indent + "    ", break_long_words=False, break_on_hyphens=False
-    )
+    wrapper = textwrap.TextWrapper(MAX_CODE_WIDTH, indent, f"{indent}    ", break_long_words=False)
+    wrapper.break_on_hyphens = False
     return wrapper.fill(unbreakable).replace("\0", " ")

@@ -14,7 +14,6 @@ from qdot.exercises.formula.layout import Layout, print_layout
 
 _SUBSCRIPT_TABLE = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
-_SUBSCRIPT_CHARACTERS, _SUPERSCRIPT_CHARACTERS = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
 _SPACED_SIGNS = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
 _BEFORE_SIGN_OF_NUMBER = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
 _TALL_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
@@ -67,14 +66,10 @@ def _grid_box(rows: Sequence[Sequence[_Box]], is_aligned: bool) -> _Box:
     for row in rows:
         padded = []
         for c, box in enumerate(row):
-            padding = widths[c] - box.width
-            left_padding = padding if is_aligned and c % 2 == 0 else 0
-            padded.append(
-                _Box(
-                    tuple(" " * left_padding + line + " " * (padding - left_padding) for line in box.lines), box.middle
-                )
-            )
-            if c < columns - 1 and not (is_aligned and c % 2 == 0):
+            is_left_side = is_aligned and c % 2 == 0
+            padding = _one_line_box(" " * (widths[c] - box.width))
+            padded += [padding, box] if is_left_side else [box, padding]
+            if c < columns - 1 and not is_left_side:
                 padded.append(_one_line_box("  "))
         row_box = _join_boxes(padded)
         if is_aligned and lines and not (row_box.is_flat and before_is_flat):
@@ -94,19 +89,15 @@ def _bracket_box(bracket: str, height: int) -> _Box:
 
 def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
     joined_box = base
-    scripts = (
-        (below, _SUBSCRIPT_CHARACTERS, _SUBSCRIPT_TABLE, "_"),
-        (above, _SUPERSCRIPT_CHARACTERS, _SUPERSCRIPT_TABLE, "^"),
-    )
-    for box, convertible, table, mark in (
-        scripts[::-1] if piece.inner[2].text == "*" else scripts
-    ):  # the star of p* comes first
+    scripts = (below, _SUBSCRIPT_TABLE, "_"), (above, _SUPERSCRIPT_TABLE, "^")
+    is_star = piece.inner[2].text == "*"  # the star of p* comes first
+    for box, table, mark in scripts[::-1] if is_star else scripts:
         text = box.lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
         elif not text or text[0] not in PRIMES:
             bracketed = text if len(text) == 1 else f"({text})"
-            text = text.translate(table) if set(text) <= convertible else mark + bracketed
+            text = text.translate(table) if all(ord(char) in table for char in text) else mark + bracketed
         joined_box = _join_boxes([joined_box, _one_line_box(text)])
     return joined_box
 
@@ -115,9 +106,8 @@ def _print_fraction(_: Layout, above: _Box, below: _Box) -> _Box:
     texts = [box.lines[0].strip() for box in (above, below)]
     is_sum = [re.search(r" [-+−] |^[-−]", text) is not None for text in texts]
     is_sum[1] |= " " in texts[1]
-    return _one_line_box(
-        "/".join(f"({text})" if brackets else text for text, brackets in zip(texts, is_sum, strict=True))
-    )
+    sides = (f"({text})" if brackets else text for text, brackets in zip(texts, is_sum, strict=True))
+    return _one_line_box("/".join(sides))
 
 
 def _print_root(_: Layout, inside: _Box) -> _Box:
@@ -134,10 +124,10 @@ def _print_fenced(piece: Layout, inside: _Box) -> _Box:
 def _print_table(piece: Layout, *_: _Box) -> _Box:
     cells = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
     grid = _grid_box(cells, piece.kind == "aligned")
-    height = len(grid.lines)
-    return (
-        grid if piece.kind == "aligned" else _join_boxes([_bracket_box("[", height), grid, _bracket_box("]", height)])
-    )
+    if piece.kind == "aligned":
+        return grid
+    opening, closing = (_bracket_box(bracket, len(grid.lines)) for bracket in "[]")
+    return _join_boxes([opening, grid, closing])
 
 
 def _print_row(row: Layout, *parts: _Box) -> _Box:
@@ -151,14 +141,10 @@ def _print_row(row: Layout, *parts: _Box) -> _Box:
         may_need_space = piece.kind != "matrix" and (not is_sign or (text == "(" and not is_function))
         if boxes and may_need_space and _needs_space(previous, text):
             boxes.append(_one_line_box(" "))
-        at_line = index == 1 and pieces[0].kind == "space"  # a sum that continues on a new line begins with a sign
-        boxes.append(
-            _one_line_box(f"{text} ")
-            if at_line and text in "+−"
-            else _sign_box(parts, index, previous)
-            if is_sign
-            else box
-        )
+        if index == 1 and pieces[0].kind == "space" and text in "+−":  # a sum that continues on a new line
+            boxes.append(_one_line_box(f"{text} "))
+        else:
+            boxes.append(_sign_box(parts, index, previous) if is_sign else box)
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
         previous = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
@@ -169,24 +155,15 @@ def _sign_box(parts: Sequence[_Box], index: int, previous: str) -> _Box:
     """Return the box of a sign or bracket in a row, with its spaces or its height."""
     text = parts[index].lines[0]
     if text in _TALL_BRACKETS:
-        return _bracket_box(text, _height_inside_bracket(parts, index, text))
+        inside = index + 1 if text in "([" else index - 1
+        return _bracket_box(text, len(parts[inside].lines) if 0 <= inside < len(parts) else 1)
     if text in _SPACED_SIGNS and not (text in "-−+" and previous in _BEFORE_SIGN_OF_NUMBER):
         return _one_line_box(f" {text} ")
     return _one_line_box(", ") if text == "," and index < len(parts) - 1 else parts[index]
 
 
-def _height_inside_bracket(parts: Sequence[_Box], index: int, bracket: str) -> int:
-    """Return the height of the part next to a bracket, inside it."""
-    inside = index + 1 if bracket in "([" else index - 1
-    return len(parts[inside].lines) if 0 <= inside < len(parts) else 1
-
-
 def _needs_space(previous: str, text: str) -> bool:
-    return (
-        bool(previous)
-        and previous not in _BEFORE_SIGN_OF_NUMBER | set(" √-|∂/")
-        and not text.startswith(tuple(" )],'/:"))
-    )
+    return previous not in _BEFORE_SIGN_OF_NUMBER | set(" √-|∂/") and not text.startswith(tuple(" )],'/:"))
 
 
 @lru_cache(maxsize=4096)
