@@ -11,16 +11,10 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.formula.order import joint_sum_digits, number_in_name
+from qdot.exercises.formula.order import number_in_name
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.writing.shortening import (
-    factor_sums,
-    multiply_numbers,
-    remove_constant_shifts,
-    replace_squares,
-    use_angle_sums,
-)
+from qdot.exercises.writing import shortening
 
 
 @dataclass(frozen=True)
@@ -40,14 +34,15 @@ class AngleNames:
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.use_names)
-        expanded = remove_constant_shifts(expression)
-        return factor_sums(expanded.xreplace({trig: self._use_name(trig) for trig in expanded.atoms(sp.sin, sp.cos)}))
+        expanded = shortening.remove_constant_shifts(expression)
+        renamed = {trig: self._use_name(trig) for trig in expanded.atoms(sp.sin, sp.cos)}
+        return shortening.factor_sums(expanded.xreplace(renamed))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return a result shortened by sin^2 + cos^2 = 1 and by angle-sum identities if the sum can be written."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
-        return replace_squares(use_angle_sums(expression, self._has_notation))
+        return shortening.replace_squares(shortening.use_angle_sums(expression, self._has_notation))
 
     def _has_notation(self, angle: sp.Expr) -> bool:
         return needs_no_name(angle) or _express_by_name(angle, self.angle_by_name) is not None
@@ -61,7 +56,7 @@ class AngleNames:
 
     def python_code(self, expression: sp.Expr) -> str:
         """Return an expression as Python code in which named angles are written out, like theta1 + 5*pi/6."""
-        renamed = multiply_numbers(self.use_names(self.shorten(expression)))
+        renamed = shortening.multiply_numbers(self.use_names(self.shorten(expression)))
         return python_text(renamed, {name: python_text(meaning) for name, meaning in self.angle_by_name.items()})
 
 
@@ -85,10 +80,8 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
 def needs_no_name(angle: sp.Expr) -> bool:
     """Return whether an angle needs no name: a number, or a sum of joint variables and multiples of 90 degrees."""
-    constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest == 0 or (
-        (2 * constant / sp.pi).is_Integer and (joint_sum_digits(rest) or joint_sum_digits(-rest)) is not None
-    )
+    rest, constant = shortening.split_constant(angle)
+    return rest == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(rest))
 
 
 def _has_unit_coefficients(angle: sp.Expr) -> bool:
@@ -119,9 +112,8 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     yield from (angle for run in runs for angle in run)
     yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.kind == "R")
     for run in runs:
-        yield from (
-            _make_first_joint_positive(_reduce_constant(later - earlier)) for earlier, later in combinations(run, 2)
-        )
+        differences = (_reduce_constant(later - earlier) for earlier, later in combinations(run, 2))
+        yield from map(_make_first_joint_positive, differences)
 
 
 def link_angles(chain: Chain) -> list[sp.Expr]:

@@ -36,6 +36,11 @@ class ExpansionStep:
     line: str = ""
     entry: sp.Expr = sp.S.Zero
 
+    def with_numbers(self, substitute: Substitution) -> "ExpansionStep":
+        """Return the step with numbers substituted."""
+        factor, matrix, entry = substitute(self.factor), self.matrix.applyfunc(substitute), substitute(self.entry)
+        return replace(self, factor=factor, matrix=matrix, entry=entry)
+
 
 @dataclass(frozen=True)
 class Expansion:
@@ -52,15 +57,7 @@ class Expansion:
 
     def with_numbers(self, substitute: Substitution, result: sp.Expr) -> "Expansion":
         """Return the expansion with numbers substituted, and with the result after its products."""
-        steps = tuple(
-            replace(
-                step,
-                factor=substitute(step.factor),
-                matrix=step.matrix.applyfunc(substitute),
-                entry=substitute(step.entry),
-            )
-            for step in self.steps
-        )
+        steps = tuple(step.with_numbers(substitute) for step in self.steps)
         (products,) = map(substitute, self.products)
         unsigned_products = {_without_sign(products), _without_sign(sp.factor_terms(products))}
         if unsigned_products & {_without_sign(result), _without_sign(sp.factor_terms(result))}:
@@ -121,12 +118,10 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
     if matrix.rows <= 2:
         total = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0] if matrix.rows == 2 else matrix[0, 0]
         return Expansion(steps, "", (factor * total,))
-    minors = (
-        textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz"))) for position in positions
-    )
-    products = (
-        (-1) ** sum(position) * matrix[position] * minor for position, minor in zip(positions, minors, strict=True)
-    )
+    products = []
+    for position in positions:
+        minor = textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz")))
+        products.append((-1) ** sum(position) * matrix[position] * minor)
     return Expansion(steps, line, (factor * sp.Add(*products),))
 
 
@@ -134,7 +129,5 @@ def find_sparsest_line(matrix: sp.Matrix) -> tuple[str, list[tuple[int, int]]]:
     """Return the name of the row or column with the fewest and simplest nonzero entries, and their indices."""
     rows = [(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
     columns = [(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
-    lines = [
-        (name, [position for position in positions if matrix[position] != 0]) for name, positions in rows + columns
-    ]
+    lines = [(name, [at for at in positions if matrix[at] != 0]) for name, positions in rows + columns]
     return min(lines, key=lambda line: (len(line[1]), sum(sp.count_ops(matrix[position]) for position in line[1])))

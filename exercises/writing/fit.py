@@ -6,7 +6,7 @@ products are broken at a dot or a cross, and sums before a sign. Wide entries of
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.layout import Layout, Pieces, row
@@ -99,7 +99,7 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
     rows: EquationSides = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
-        pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
+        pairs = list(zip(cells[::2], cells[1::2], strict=False)) or [((), cells[0])]
         left, right = pairs[0]
         if not left and right[:1] != (layout.EQUALS,) and rows:  # the previous sum continues
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
@@ -139,24 +139,14 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
             parts = [_break_side(factor, max_width - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
     terms = layout.split_terms(side)
-    if len(terms) > 1:
-        return fill_lines(_split_wide_terms(terms, max_width), max_width)
-    return (
-        _break_fraction(side, max_width)
-        or _name_entries(side, max_width)
-        or fill_lines(_split_wide_terms(terms, max_width), max_width)
-    )
+    lines = _break_fraction(side, max_width) or _name_entries(side, max_width) if len(terms) == 1 else []
+    return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
 
 
 def _split_matrices(product_pieces: Pieces) -> Lines:
     """Split a product of matrices into factors that each end in a matrix; other formulas are a single factor."""
-    ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)]
-    starts = [0, *ends[:-1]]
-    return (
-        [product_pieces[start:end] for start, end in zip(starts, [*ends[:-1], len(product_pieces)], strict=True)]
-        if ends
-        else [product_pieces]
-    )
+    ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)][:-1]
+    return [product_pieces[start:end] for start, end in pairwise((0, *ends, len(product_pieces)))]
 
 
 def _find_matrix(piece: Layout) -> Layout | None:
@@ -167,16 +157,14 @@ def _find_matrix(piece: Layout) -> Layout | None:
 
 def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     """Return a wide fraction as 1 over the denominator times the numerator, in lines; nothing for other formulas."""
-    sign, rest = (
-        (formula_pieces[:1], formula_pieces[1:]) if formula_pieces[:1] == (layout.MINUS,) else ((), formula_pieces)
-    )
+    has_sign = formula_pieces[:1] == (layout.MINUS,)
+    sign, rest = formula_pieces[:has_sign], formula_pieces[has_sign:]
     if len(rest) != 1 or rest[0].text != "frac":
         return []
     numerator, denominator = (side.inner for side in rest[0].inner)
     factor = Layout("number", "1")
-    if (
-        len(numerator) > 3 and numerator[0].kind == "number" and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
-    ):  # 0.5 (a + b)
+    is_bracketed = len(numerator) > 3 and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
+    if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
     first, *others = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
     opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
@@ -201,10 +189,10 @@ def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
     """Replace wide brackets that grow by plain ones, because a line can't be broken inside brackets that grow."""
     opened: list[Layout] = []
     for piece in pieces:
-        is_wide = piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2
-        opened += (
-            (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE) if is_wide else (piece,)
-        )
+        if piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2:
+            opened += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
+        else:
+            opened.append(piece)
     return tuple(opened)
 
 
@@ -238,11 +226,8 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
     if not names:
         return []
     named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
-    named_piece = (
-        named_matrix
-        if matrix_piece.kind == "matrix"
-        else matrix_piece._replace(inner=(named_matrix, *matrix_piece.inner[1:]))
-    )
+    is_power = matrix_piece.kind == "script"
+    named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
     for entry, name in names.items():
         first, *others = _break_side(entry, max_width - 4.0)

@@ -4,9 +4,10 @@ All hints show the same column of a matrix, so that the hints of several questio
 answer. All vectors are in the world frame, in the notation of the chapter.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import sympy as sp
 
@@ -18,6 +19,8 @@ from qdot.exercises.questions.wrist import derive_blocks, object_unless_block_tr
 from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
+
+Item = TypeVar("Item")
 
 MAX_SHOWN_ENTRIES = 18
 """Maximum number of entries of a numeric matrix that a hint shows."""
@@ -46,9 +49,7 @@ class HintContext:
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
-        symbols = sorted(
-            matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural_sort_key(symbol.name))
-        )
+        symbols = sorted(matrix.free_symbols, key=lambda s: (s not in self.chain.q, natural_sort_key(s.name)))
         return [tex(symbol, self.chain) for symbol in symbols]
 
     def joints_of(self, formula: sp.Expr) -> str:
@@ -70,26 +71,18 @@ class HintContext:
     @staticmethod
     def entry(matrix: sp.Matrix) -> Entry | None:
         """Return the first entry that is not constant, if another one differs from it by more than its sign."""
-        positions = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _is_variable(matrix[i, j])]
-        if len({_without_sign(matrix[position]) for position in positions}) < 2:
-            return None
-        i, j = positions[0]
-        return Entry(i + 1, j + 1, matrix[i, j])
+        entries = (Entry(i + 1, j + 1, matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols))
+        return _first_variable((entry, entry.value) for entry in entries)
 
     @staticmethod
     def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
         """Return the first minor that is not constant, if another one differs from it by more than its sign."""
-        variable_minors = [(label, minor) for label, minor in minors if _is_variable(minor)]
-        return variable_minors[0] if len({_without_sign(minor) for _, minor in variable_minors}) > 1 else None
+        return _first_variable((minor, minor[1]) for minor in minors)
 
     @staticmethod
     def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
         """Return whether a matrix in a hint would reveal an entry of the answer, up to sign and to three digits."""
-        answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {
-            sp.S.Zero,
-            sp.S.One,
-            -sp.S.One,
-        }
+        answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {0, 1, -1}
         return any(_are_nearly_equal(entry, value) for entry in shown_matrix for value in answer_entries)
 
     def is_small_enough(self, numbers: sp.Matrix) -> bool:
@@ -127,10 +120,8 @@ class HintContext:
         The direction is "same", "opposite", "right" (perpendicular) or "other".
         """
         directions = {sp.S.Zero: "same", sp.pi: "opposite", sp.pi / 2: "right"}
-        return [
-            (i, directions.get(sp.Abs(joint.alpha), "other"), joint.alpha)
-            for i, joint in enumerate(self.chain.joints[:-1], 1)
-        ]
+        twists = [joint.alpha for joint in self.chain.joints[:-1]]
+        return [(i, directions.get(sp.Abs(alpha), "other"), alpha) for i, alpha in enumerate(twists, 1)]
 
     # --- determinants and singular configurations ---
 
@@ -157,6 +148,12 @@ class HintContext:
             (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
             for part in singular_set(self.chain) or ()
         ]
+
+
+def _first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
+    """Return the first item whose value is not constant, if another value differs from it by more than its sign."""
+    variable = [(item, value) for item, value in items if _is_variable(value)]
+    return variable[0][0] if len({_without_sign(value) for _, value in variable}) > 1 else None
 
 
 def _is_variable(entry: sp.Expr) -> bool:

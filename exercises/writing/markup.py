@@ -7,7 +7,7 @@ and `$$…$$`.
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from html import escape
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -58,39 +58,31 @@ def _parser() -> "MarkdownIt":
     return MarkdownIt("commonmark").enable("table")
 
 
+ConvertFormula = Callable[[str, bool], str]
+"""A function that converts a formula; its arguments are the LaTeX and whether the formula is displayed."""
+
+
 def to_html(
-    text: str,
-    convert_formula: Callable[[str, bool], str] | None = None,
-    width_share: float = 1.0,
-    keep_punctuation: bool = False,
+    text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, keep_punctuation: bool = False
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    `width_share` is the fraction of a page's width that the text may take. The function `convert_formula` converts
-    formulas; its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class
-    "whole" with the adjacent punctuation; pages do not break it. If `keep_punctuation`, so are other inline formulas.
+    `width_share` is the fraction of a page's width that the text may take. `convert_formula` converts formulas to
+    something other than MathML. Inline MathML is put in a span of class "whole" with the adjacent punctuation; pages do
+    not break it. If `keep_punctuation`, so are other inline formulas.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
-    def convert(latex: str, block: bool) -> str:
-        return (
-            _mathml(latex, block, width_share * SCREEN_WIDTH)
-            if convert_formula is None
-            else convert_formula(latex, block)
-        )
+    convert = convert_formula or partial(_mathml, max_width=width_share * SCREEN_WIDTH)
+    may_be_whole = convert_formula is None or keep_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, block = formulas[int(number)]
         html = f"{prefix}{convert(latex, block)}{suffix}"
-        is_whole = (
-            (prefix or suffix)
-            and (convert_formula is None or keep_punctuation)
-            and not block
-            and len(_split_equations(latex)) == 1
-        )
+        is_whole = may_be_whole and (prefix or suffix) and not block and len(_split_equations(latex)) == 1
         return f'<span class="whole">{html}</span>' if is_whole else html
 
     return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
@@ -99,9 +91,7 @@ def to_html(
 @lru_cache(maxsize=512)
 def _mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
-        return "".join(
-            mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
-        )
+        return "".join(mathml_text(parse_latex(equation)) + sign for equation, sign in _split_equations(latex))
     fitted = fit_formula(parse_latex(latex), max_width)
     return mathml_text(fitted, True, min(100, int(100 * max_width / formula_width(fitted))))
 
@@ -123,9 +113,8 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
     if len(pieces) < MIN_SPLIT_EQUATIONS:
         return [(latex, "")]
-    return [(piece.strip(), f"{sign} ") for piece, sign in ((piece[:-1], piece[-1]) for piece in pieces[:-1])] + [
-        (pieces[-1].strip(), "")
-    ]
+    *others, last = pieces
+    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in others), (last.strip(), "")]
 
 
 def fit_latex(latex: str, max_width: float) -> str:
@@ -145,30 +134,18 @@ def to_html_for_mathjax(text: str) -> str:
     def convert_formula(latex: str, is_displayed: bool) -> str:
         if is_displayed:
             return rf"\[{escape(fit_latex(latex, SCREEN_WIDTH), quote=False)}\]"
-        return "".join(
-            rf"\({escape(equation, quote=False)}\)" + separator for equation, separator in _split_equations(latex)
-        )
+        return "".join(rf"\({escape(part, quote=False)}\)" + sign for part, sign in _split_equations(latex))
 
-    page = to_html(text, convert_formula)
+    page = to_html(text, convert_formula).replace("</table>", "</table></div>")
     table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
-    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}').replace(
-        "</table>", "</table></div>"
-    )
+    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}')
 
 
 # --- LaTeX ---
 
-_SPECIAL_CHARACTERS = {
-    "\\": r"\textbackslash{}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "…": r"\dots{}",
-}
-_SPECIAL_CHARACTERS.update({ch: f"\\{ch}" for ch in "&%$#_{}"})
-_SPECIAL_CHARACTERS.update({"×": r"$\times$", "−": "$-$", "–": "--"})
-_SPECIAL_CHARACTERS.update(
-    {letter: rf"$\{name}$" for letter, name in (("θ", "theta"), ("α", "alpha"), ("β", "beta"), ("π", "pi"))}
-)
+_SPECIAL_CHARACTERS = {ch: f"\\{ch}" for ch in "&%$#_{}"} | {"×": r"$\times$", "−": "$-$", "–": "--", "…": r"\dots{}"}
+_SPECIAL_CHARACTERS |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_SPECIAL_CHARACTERS |= {"θ": r"$\theta$", "α": r"$\alpha$", "β": r"$\beta$", "π": r"$\pi$"}
 _FIXED_MARKUP = {
     "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
     "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
@@ -176,6 +153,7 @@ _FIXED_MARKUP = {
     "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
     "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
 }  # fmt: skip
+_BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
 """Maximum number of lines of a formula that are kept on one page."""
@@ -212,18 +190,19 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
         return f"${formulas[int(match.group(1))][0]}$"
 
     def convert_table(latex: str) -> str:
-        is_tall = any(
-            is_taller_than_line(parse_latex(formulas[int(number)][0])) for number in PLACEHOLDER_PATTERN.findall(latex)
-        )
-        stretch = "\\renewcommand{\\arraystretch}{1.5}" if is_tall else ""
+        stretch = "\\renewcommand{\\arraystretch}{1.5}" if has_tall_formula(latex, formulas) else ""
         return f"\n{_SHRINK_TO_LINE}{stretch}{PLACEHOLDER_PATTERN.sub(convert_cell_formula, latex).rstrip()}}}\n"
 
     pieces = _TABLE_PATTERN.split(write_tokens(tokens, _FIXED_MARKUP, _TOKEN_WRITERS))
-    converted = (
-        convert_table(piece) if k % 2 else _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, piece)
-        for k, piece in enumerate(pieces)
-    )
-    return "".join(converted).strip() + "\n"
+    pieces[::2] = [_PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, piece) for piece in pieces[::2]]
+    pieces[1::2] = map(convert_table, pieces[1::2])
+    return "".join(pieces).strip() + "\n"
+
+
+def has_tall_formula(text: str, formulas: Sequence[tuple[str, bool]]) -> bool:
+    """Return whether a text with placeholders contains a formula that is higher than a line."""
+    numbers = map(int, PLACEHOLDER_PATTERN.findall(text))
+    return any(is_taller_than_line(parse_latex(formulas[number][0])) for number in numbers)
 
 
 def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
@@ -240,11 +219,8 @@ def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
 
 def _has_many_lines(formula: Layout) -> bool:
     """Return whether a formula has so many lines that a page may break between them."""
-    return (
-        len(formula.inner) == 1
-        and formula.inner[0].kind == "aligned"
-        and len(formula.inner[0].inner) > MAX_UNBROKEN_LINES
-    )
+    aligned = [piece for piece in formula.inner if piece.kind == "aligned"]
+    return len(formula.inner) == len(aligned) == 1 and len(aligned[0].inner) > MAX_UNBROKEN_LINES
 
 
 TokenWriters = Mapping[str, "Callable[[Sequence[Token], int], str]"]
@@ -282,11 +258,8 @@ _TOKEN_WRITERS: TokenWriters = {
     "text": lambda tokens, i: escape_latex(tokens[i].content),
     "code_inline": lambda tokens, i: rf"\texttt{{{escape_latex(tokens[i].content)}}}",
     "heading_open": lambda tokens, i: f"\n\\{_SECTION_COMMANDS.get(tokens[i].tag, 'subsubsection')}*{{",
-    "table_open": lambda tokens, i: (
-        f"\n\\begin{{center}}\n\\begin{{tabular}}{{{'c' * count_columns(tokens[i:])}}}\n\\toprule\n"
-    ),
-    "th_close": _end_cell,
-    "td_close": _end_cell,
+    "table_open": lambda tokens, i: _BEGIN_TABLE.format("c" * count_columns(tokens[i:])),
+    **dict.fromkeys(("th_close", "td_close"), _end_cell),
 }
 
 
@@ -331,9 +304,8 @@ def _text_blocks(node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNo
             items = []
             for item in child.children:
                 marker = f"  {item.info}. " if item.info else "  • "
-                content = textwrap.indent(
-                    separator.join(_text_blocks(item, convert_inline, width - len(marker))), " " * len(marker)
-                )
+                content = separator.join(_text_blocks(item, convert_inline, width - len(marker)))
+                content = textwrap.indent(content, " " * len(marker))
                 items.append(marker + content[len(marker) :])
             blocks.append(separator.join(items))
     return blocks

@@ -8,13 +8,12 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from qdot.exercises.short_questions.options import ConfigurationOptions, Options
-
 from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.latex import tex_angle
 from qdot.exercises.writing.render import environment
@@ -30,18 +29,9 @@ def statement(
     If no answer is a formula, `explains_typing` can be false: then the text doesn't explain how to type symbols.
     """
     chain, messages = problem.chain, catalogue(language)
-    text = (
-        environment(language)
-        .get_template("writing/statement.md.j2")
-        .render(
-            chain=chain,
-            title=title,
-            figure=figure,
-            w=Wording(chain, messages),
-            arm=messages.arm_in_sentence(chain.title),
-            typed=explains_typing,
-        )
-    )
+    names = {"chain": chain, "title": title, "figure": figure, "typed": explains_typing}
+    template = environment(language).get_template("writing/statement.md.j2")
+    text = template.render(names, w=Wording(chain, messages), arm=messages.arm_in_sentence(chain.title))
     return messages.localize_formulas(_clean_whitespace(text))
 
 
@@ -50,10 +40,8 @@ def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     messages = catalogue(language)
     text = str(_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
-        accepted = messages.gettext(
-            "Decimals are accepted %(how)s.", how=messages.translate_phrase(part.rounding.words)
-        )
-        text += f"\n\n{accepted}"
+        how = messages.translate_phrase(part.rounding.words)
+        text += "\n\n" + messages.gettext("Decimals are accepted %(how)s.", how=how)
     return messages.localize_formulas(_clean_whitespace(text))
 
 
@@ -75,10 +63,8 @@ def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, s
     """Return three hints for this particular arm, from vague to detailed; none of them contains the answer."""
     chain, steps, messages = problem.chain, solution_steps(problem.chain), catalogue(language)
     text = _question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
-    vague, plan, detailed = (
-        messages.localize_formulas(add_angle_legend(steps, hint, language))
-        for hint in re.split(r"^---$", text, flags=re.MULTILINE)
-    )
+    with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
+    vague, plan, detailed = map(messages.localize_formulas, with_legends)
     return vague, plan, detailed
 
 
@@ -88,9 +74,8 @@ def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> st
     The text is self-contained: it begins with a legend of the names of angles, sines and cosines in it.
     """
     text = _derivation(problem, part, language)
-    return catalogue(language).localize_formulas(
-        _add_legend(_make_legend(solution_steps(problem.chain), text), text, language)
-    )
+    legend = _make_legend(solution_steps(problem.chain), text)
+    return catalogue(language).localize_formulas(_add_legend(legend, text, language))
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
@@ -100,10 +85,11 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
     """
     explained: set[str] = set()
     parts = problem.parts
-    return {
-        part.name: next_solution(replace(problem, parts=parts[: number + 1]), explained, language, len(parts) > 1)
-        for number, part in enumerate(parts)
-    }
+    is_several, solutions = len(parts) > 1, {}
+    for number, part in enumerate(parts, 1):
+        earlier_parts = replace(problem, parts=parts[:number])
+        solutions[part.name] = next_solution(earlier_parts, explained, language, is_several)
+    return solutions
 
 
 def next_solution(
@@ -115,11 +101,7 @@ def next_solution(
     """
     *earlier_parts, part = problem.parts
     text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
-    legend = [
-        (name, angle)
-        for name, angle in _make_legend(solution_steps(problem.chain), text)
-        if name not in explained_names
-    ]
+    legend = [pair for pair in _make_legend(solution_steps(problem.chain), text) if pair[0] not in explained_names]
     explained_names.update(name for name, _ in legend)
     return catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
 

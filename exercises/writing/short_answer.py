@@ -4,20 +4,10 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from qdot.exercises.short_questions.options import Options
-
-from qdot.exercises.answer_types import (
-    TRUE_FALSE,
-    AnswerVisitor,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Letters,
-    Matrix,
-    Number,
-)
+from qdot.exercises import answer_types
+from qdot.exercises.answer_types import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.problem_texts import add_angle_legend, option_text, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import three_digits
@@ -31,9 +21,8 @@ def short_answer(problem: Problem, part: Part) -> str:
     answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
     fields |= answer_fields
     steps = solution_steps(problem.chain)
-    return add_angle_legend(
-        steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
-    )
+    text = render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
+    return add_angle_legend(steps, text)
 
 
 @dataclass(frozen=True)
@@ -43,11 +32,10 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     problem: Problem
     part: Part
 
-    def formula(self, answer: Expression) -> dict[str, Any]:
+    def formula(self, answer: Expression | Matrix) -> dict[str, Any]:
         return {"formula": answer.reference}
 
-    def matrix(self, answer: Matrix) -> dict[str, Any]:
-        return {"formula": answer.reference}
+    matrix = formula
 
     def direction(self, answer: Direction) -> dict[str, Any]:
         remark = {"remark": "Any multiple other than zero is as good."}
@@ -56,23 +44,19 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         return {"formula": answer.reference, **remark}
 
     def numbers(self, answer: Number) -> dict[str, Any]:
-        units = map(_unit_latex, answer.units)
-        digits = (_number_text(value, answer.tolerance) for value in answer.reference)
-        return {"values": [shown + unit for shown, unit in zip(digits, units, strict=True)]}
+        values = zip(answer.reference, answer.units, strict=True)
+        return {"values": [_number_text(value, answer.tolerance) + _unit_latex(unit) for value, unit in values]}
 
-    def conditions(self, answer: ConditionSet) -> dict[str, Any]:
+    def conditions(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
     def choice(self, answer: Choice) -> dict[str, Any]:
-        needs_no_words = (
-            answer.options == TRUE_FALSE or self.part.has_drawn_options or _is_tall(self.part, answer.correct)
-        )
-        return {
-            "letters": answer.typed_text,
-            "words": "" if needs_no_words else option_text(self.problem, self.part, answer.correct),
-        }
+        has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options
+        has_words = has_words and not _is_tall(self.part, answer.correct)
+        words = option_text(self.problem, self.part, answer.correct) if has_words else ""
+        return {"letters": answer.typed_text, "words": words}
 
-    def letters(self, answer: Letters) -> dict[str, Any]:
+    def letters(self, answer: answer_types.Letters) -> dict[str, Any]:
         return {"letters": answer.letters}
 
 

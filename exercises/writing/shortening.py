@@ -105,15 +105,16 @@ def _shorten_sums(expression: sp.Expr, shorten_once: Callable[[sp.Expr], sp.Expr
 
 def _has_shift(angle: sp.Expr) -> bool:
     """Return whether an angle is a plain sum of joint variables plus a nonzero rational multiple of pi."""
-    rest, constant = _split_constant(angle)
-    return (
-        constant != 0
-        and (constant / sp.pi).is_Rational
-        and (joint_sum_digits(rest) or joint_sum_digits(-rest)) is not None
-    )
+    rest, constant = split_constant(angle)
+    return constant != 0 and (constant / sp.pi).is_Rational and is_joint_sum(rest)
 
 
-def _split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+def is_joint_sum(angle: sp.Expr) -> bool:
+    """Return whether an angle or its negative is a plain sum of joint variables."""
+    return (joint_sum_digits(angle) or joint_sum_digits(-angle)) is not None
+
+
+def split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return the variable part and the constant part of an angle."""
     constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
     return rest, constant
@@ -128,9 +129,9 @@ def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
     """Return a sum with fewer terms by expanding sines and cosines of an angle plus a constant, or None."""
     trigs = total.atoms(sp.sin, sp.cos)
-    shifted_angles = {_split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
+    shifted_angles = {split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
     for angle in sorted(shifted_angles, key=sp.default_sort_key):
-        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if _split_constant(trig.args[0])[0] == angle}
+        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if split_constant(trig.args[0])[0] == angle}
         joined = sp.expand(total.xreplace(expanded_trigs))
         if len(sp.Add.make_args(joined)) < len(total.args):
             return joined
@@ -138,7 +139,7 @@ def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
 
 
 def _expand_shift(trig: sp.Expr) -> sp.Expr:
-    angle, constant = _split_constant(trig.args[0])
+    angle, constant = split_constant(trig.args[0])
     symbol = sp.Symbol("_angle")
     return sp.expand_trig(trig.func(symbol + constant)).xreplace({symbol: angle})
 
@@ -165,9 +166,8 @@ def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], s
     for (angles, other_factors), terms in products.items():
         alpha, beta = sorted(angles, key=sp.default_sort_key)
         for (term, number, functions), (second_term, second_number, second_functions) in combinations(terms, 2):
-            if any(functions[angle] is second_functions[angle] for angle in angles):
-                continue
-            if number not in (second_number, -second_number):
+            has_same_function = any(functions[angle] is second_functions[angle] for angle in angles)
+            if has_same_function or number not in (second_number, -second_number):
                 continue
             is_cosine = functions[alpha] is functions[beta]  # cos cos and sin sin
             is_difference = (number == second_number) == is_cosine
@@ -192,20 +192,16 @@ def factor_sums(expression: sp.Expr) -> sp.Expr:
     gathered = expression if args == expression.args else expression.func(*args)
     if not gathered.is_Add:
         return gathered
-    return (
-        _collect_rates(gathered)
-        if any(is_rate_or_component(symbol) for symbol in gathered.free_symbols)
-        else _collect_first_joint(gathered)
-    )
+    has_rates = any(map(is_rate_or_component, gathered.free_symbols))
+    return _collect_rates(gathered) if has_rates else _collect_first_joint(gathered)
 
 
 def _collect_rates(total: sp.Add) -> sp.Expr:
     """Collect joint rates, or velocities, with the same coefficient: s_1 (qd2 + qd3)."""
     rates: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
-        rates_in_term = [
-            factor for factor in sp.Mul.make_args(term) if factor.is_Symbol and is_rate_or_component(factor)
-        ]
+        symbols = (factor for factor in sp.Mul.make_args(term) if factor.is_Symbol)
+        rates_in_term = list(filter(is_rate_or_component, symbols))
         if len(rates_in_term) != 1:
             return total
         (rate,) = rates_in_term
@@ -224,16 +220,14 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints_in_angle(trig)]
     if not all(trig.args[0].is_Symbol for trig in common_trigs):
         return total
+    angle_symbols = set().union(*(trig.args[0].free_symbols for trig in trigs_with_joints))
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
         factors = sp.Mul.make_args(term)
         trigs = [factor for factor in factors if factor in common_trigs]
         rest = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
-        if (
-            rest.has(*common_trigs)
-            or len(trigs) > 1
-            or (not trigs and rest.free_symbols & _variables(trigs_with_joints))
-        ):
+        varies = not trigs and rest.free_symbols & angle_symbols
+        if len(trigs) > 1 or varies or rest.has(*common_trigs):
             return total
         groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(rest)
     if all(len(rests) < 2 for trig, rests in groups.items() if trig != 1):
@@ -243,7 +237,3 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
 
 def _joints_in_angle(trig: sp.Expr) -> set[int]:
     return {joint for symbol in trig.args[0].free_symbols for joint in find_joints(symbol)}
-
-
-def _variables(trigs: list[sp.Expr]) -> set[sp.Expr]:
-    return {symbol for trig in trigs for symbol in trig.args[0].free_symbols}

@@ -18,37 +18,17 @@ from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_mat
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import remove_brackets, substitute, textbook_form
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
-from qdot.exercises.questions.rank import (
-    BranchConfigurations,
-    LostDirectionAt,
-    MeaningQuestion,
-    find_lost_direction_formula,
-)
-from qdot.exercises.questions.screws import (
-    Screw,
-    compute_exponential,
-    derive_body_jacobian,
-    derive_body_rotation,
-    derive_space_jacobian,
-    list_home_screws,
-    list_moved_screws,
-    make_cross_product_matrix,
-)
+from qdot.exercises.questions.rank import BranchConfigurations, LostDirectionAt, MeaningQuestion
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_with
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, object_unless_block_triangular
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
 from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
+from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, arm_angles, link_angles, name_angles
-from qdot.exercises.writing.expansion import (
-    Expansion,
-    expand_determinant,
-    expand_jacobian,
-    find_sparsest_line,
-    joint_1_without_base_rotation,
-    shorten_by_joint_1,
-)
+from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.hint_context import HintContext
 from qdot.exercises.writing.latex import tex
 
@@ -95,9 +75,8 @@ class SingularComponent:
     @property
     def states_joint_value(self) -> bool:
         """Whether the condition states the joint's value directly, like d3 = 0."""
-        return self.solutions is not None and self.conditions == tuple(
-            joint for joint, values in self.solutions if values == (0,)
-        )
+        joints = tuple(joint for joint, values in self.solutions or () if values == (0,))
+        return self.solutions is not None and self.conditions == joints
 
 
 class SolutionSteps:
@@ -114,13 +93,8 @@ class SolutionSteps:
         """Short names for the angles that can't be written like c_{12}; the same in all results of the arm."""
         # If the twists before and after a prismatic joint cancel, the angles add up only in simplified rotations.
         last_rotation = [self._substitute_numbers(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
-        matrices = (
-            self.derivation.position,
-            self.derivation.geometric,
-            self.derivation.p_star,
-            *self.derivation.rotations,
-            *last_rotation,
-        )
+        d = self.derivation
+        matrices = (d.position, d.geometric, d.p_star, *d.rotations, *last_rotation)
         return name_angles(arm_angles(self.chain), *matrices)
 
     @cached_property
@@ -130,7 +104,7 @@ class SolutionSteps:
 
     def lost_direction_at(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if they have no short formula."""
-        return find_lost_direction_formula(self.chain, BranchConfigurations(values))
+        return rank.find_lost_direction_formula(self.chain, BranchConfigurations(values))
 
     @property
     def planar_link_angles(self) -> list[sp.Expr]:
@@ -160,11 +134,8 @@ class SolutionSteps:
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
         """The transforms T_{0,1} ... T_{n-1,n} (4 x 4), one for each row of the table."""
-        matrices = []
-        for row in self.convention.rows:
-            pose = self.convention.rotation(row).row_join(self.convention.link_vector(row))
-            matrices.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
-        return matrices
+        rows = self.convention.rows
+        return [_transform(self.convention.rotation(row), self.convention.link_vector(row)) for row in rows]
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
@@ -188,12 +159,8 @@ class SolutionSteps:
             i = self.convention.frame_on_axis(joint)
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
-                unmixed_rows = [
-                    row
-                    for row in range(3)
-                    if self._depends_on_joints(vector[row]) and not self._depends_on_joints(origin[row])
-                ]
-                return (i, vector) if self._depends_on_joints(origin) and len(unmixed_rows) < 2 else None
+                depends = [(self._depends_on_joints(vector[k]), self._depends_on_joints(origin[k])) for k in range(3)]
+                return (i, vector) if self._depends_on_joints(origin) and depends.count((True, False)) < 2 else None
         return None
 
     def _depends_on_joints(self, expression: sp.Matrix | sp.Expr) -> bool:
@@ -206,7 +173,7 @@ class SolutionSteps:
     @property
     def home_pose(self) -> sp.Matrix:
         """M, the pose of the body frame at home (4 x 4)."""
-        return sp.eye(3).row_join(self.point_at_home).col_join(sp.Matrix([[0, 0, 0, 1]]))
+        return _transform(sp.eye(3), self.point_at_home)
 
     @property
     def point_at_home(self) -> sp.Matrix:
@@ -218,31 +185,30 @@ class SolutionSteps:
         """For each joint the LaTeX name of its exponential, and the exponential itself (4 x 4)."""
         axes = axes_of(self.chain)[0]
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
-        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", compute_exponential(axis, q)) for i, (q, axis) in pairs]
+        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", screws.compute_exponential(axis, q)) for i, (q, axis) in pairs]
 
     @property
     def body_rotation(self) -> sp.Matrix:
         """The rotation R_sb from body to space frame (3 x 3)."""
-        return derive_body_rotation(self.chain)
+        return screws.derive_body_rotation(self.chain)
 
     @staticmethod
     def hat(vector: sp.Matrix) -> sp.Matrix:
         """Return the skew-symmetric matrix [v] of a vector (3 x 3)."""
-        return make_cross_product_matrix(vector)
+        return screws.make_cross_product_matrix(vector)
 
-    def screw_at_home(self, joint: int) -> Screw:
+    def screw_at_home(self, joint: int) -> screws.Screw:
         """Return a joint with its axis and its screw at home."""
-        return list_home_screws(self.chain)[joint - 1]
+        return screws.list_home_screws(self.chain)[joint - 1]
 
-    def moved_screw(self, joint: int) -> Screw:
+    def moved_screw(self, joint: int) -> screws.Screw:
         """Return a joint with its axis and its screw as moved by the joints before it."""
-        return list_moved_screws(self.chain)[joint - 1]
+        return screws.list_moved_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian in the "space" or "body" frame, its rows in the order of the arm's twists."""
-        return self.convention.reorder_twists(
-            (derive_space_jacobian if frame == "space" else derive_body_jacobian)(self.chain)
-        )
+        derive_jacobian = screws.derive_space_jacobian if frame == "space" else screws.derive_body_jacobian
+        return self.convention.reorder_twists(derive_jacobian(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint with all joint variables at zero (3 x 1)."""
@@ -281,20 +247,15 @@ class SolutionSteps:
         rotations, links = generic.rotations, generic.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first_frame, -1):
-            rotated_link, p_star = (
-                self._substitute_numbers(rotations[i - 1] * links[i - 1]),
-                self.derivation.p_star[:, i - 1 - first_frame],
-            )
-            steps.append(Recursion(i, rotated_link, p_star))
+            rotated_link = self._substitute_numbers(rotations[i - 1] * links[i - 1])
+            steps.append(Recursion(i, rotated_link, self.derivation.p_star[:, i - 1 - first_frame]))
         return steps
 
     @property
     def last_vector(self) -> sp.Matrix:
         """The vector p*_k in the point's own frame k: R_k times the point's coordinates there (zero for an origin)."""
-        k = self.chain.point.frame
-        return self._substitute_numbers(
-            derive(self._structure).rotations[k] * sp.Matrix(convention_of(self._structure).point.offset)
-        )
+        rotation = derive(self._structure).rotations[self.chain.point.frame]
+        return self._substitute_numbers(rotation * sp.Matrix(convention_of(self._structure).point.offset))
 
     @property
     def geometric(self) -> sp.Matrix:
@@ -304,19 +265,16 @@ class SolutionSteps:
     @cached_property
     def columns(self) -> list[Column]:
         """The columns of the geometric Jacobian (6.12)."""
-        return [
-            self._column(self.derivation.z, self.derivation.p_star, self.derivation.geometric, i)
-            for i in range(self.chain.n)
-        ]
+        return [self._column(self.derivation, i) for i in range(self.chain.n)]
 
-    def _column(self, z: sp.Matrix, p_star: sp.Matrix, jacobian: sp.Matrix, i: int) -> Column:
+    def _column(self, d: Derivation, i: int) -> Column:
         carries = i < self.chain.point.frame
-        return Column(i + 1, self.chain.joints[i].kind, z[:, i], p_star[:, i], jacobian[:3, i], carries)
+        return Column(i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric[:3, i], carries)
 
     def link_columns(self, k: int) -> list[Column]:
         """Return the Jacobian's columns for O_k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
         derivation = derive(self.convention.first_joints(k))
-        return [self._column(derivation.z, derivation.p_star, derivation.geometric, i) for i in range(k)]
+        return [self._column(derivation, i) for i in range(k)]
 
     @property
     def rates(self) -> sp.Matrix:
@@ -352,14 +310,15 @@ class SolutionSteps:
     @cached_property
     def expansion(self) -> Expansion:
         """The steps that expand det J."""
-        return expand_jacobian(self._structure).with_numbers(
-            self.derivation.substitute_values, self.derivation.determinant
-        )
+        return self._with_numbers(expand_jacobian(self._structure), self.derivation.determinant)
+
+    def _with_numbers(self, steps: Expansion, result: sp.Expr) -> Expansion:
+        return steps.with_numbers(self.derivation.substitute_values, result)
 
     @property
     def sparsest_line(self) -> str:
         """The name of the row or column of J with the most zeros."""
-        return find_sparsest_line(self.derivation.jacobian)[0]
+        return expansion.find_sparsest_line(self.derivation.jacobian)[0]
 
     @cached_property
     def arm_expansion(self) -> Expansion:
@@ -367,20 +326,15 @@ class SolutionSteps:
         generic = self._structure
         wrist_frame = frame_after(generic.joints[3 : generic.point.frame])
         centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(generic.point.offset)
-        arm = Chain(
-            "arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook_form)))
-        )
-        return expand_jacobian(arm).with_numbers(
-            self.derivation.substitute_values, derive_block_determinants(self.chain)[0]
-        )
+        point = Point(3, tuple(centre.applyfunc(textbook_form)))
+        arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, point)
+        return self._with_numbers(expand_jacobian(arm), derive_block_determinants(self.chain)[0])
 
     @cached_property
     def wrist_expansion(self) -> Expansion:
         """The steps that expand det J22 in frame 3."""
-        matrix = derive_wrist_block(self._structure)
-        return expand_determinant(matrix).with_numbers(
-            self.derivation.substitute_values, derive_block_determinants(self.chain)[1]
-        )
+        block = expand_determinant(derive_wrist_block(self._structure))
+        return self._with_numbers(block, derive_block_determinants(self.chain)[1])
 
     @property
     def wrist(self) -> sp.Matrix:
@@ -390,13 +344,14 @@ class SolutionSteps:
     @property
     def joint_1_value(self) -> sp.Expr:
         """The value of joint 1 at which the entries of J are shortest."""
-        value = sp.expand(joint_1_without_base_rotation(self._structure).xreplace(self._values) - self.chain.offsets[0])
+        variable = expansion.joint_1_without_base_rotation(self._structure).xreplace(self._values)
+        value = sp.expand(variable - self.chain.offsets[0])
         return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
         """J at `joint_1_value`; None if det J depends on joint 1, if J doesn't, or for more than four joints."""
-        shortest = shorten_by_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
+        shortest = expansion.shorten_by_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
         return None if shortest is None else shortest.applyfunc(self.derivation.substitute_values)
 
     @cached_property
@@ -410,9 +365,8 @@ class SolutionSteps:
         rows, cols = self.derivation.jacobian.shape
         size, count = min(rows, cols), max(rows, cols)
         line_kind = "columns" if cols > rows else "rows"
-        labels = [
-            f"{line_kind} {', '.join(str(i + 1) for i in indices)}" for indices in combinations(range(count), size)
-        ]
+        choices = combinations(map(str, range(1, count + 1)), size)
+        labels = [f"{line_kind} {', '.join(numbers)}" for numbers in choices]
         values = (minor.substitute(self._values) for minor in self.derivation.generic_minors)
         return list(zip(labels, values, strict=True))
 
@@ -426,10 +380,10 @@ class SolutionSteps:
     @property
     def components(self) -> list[Component]:
         """The components of the singular set, with their conditions in the form that is shown."""
-        return [
-            replace(component, conditions=tuple(map(self.shown_condition, component.conditions)))
-            for component in singular_set(self.chain) or ()
-        ]
+        return [replace(part, conditions=self._shown_conditions(part)) for part in singular_set(self.chain) or ()]
+
+    def _shown_conditions(self, component: Component) -> tuple[sp.Expr, ...]:
+        return tuple(map(self.shown_condition, component.conditions))
 
     @property
     def may_be_singular(self) -> bool:
@@ -445,9 +399,8 @@ class SolutionSteps:
 
         Then configurations that satisfy several conditions are on the boundary, too.
         """
-        return all(
-            component.kind.kind == "boundary" and component.kind.uniform for component in self.singular_components
-        )
+        kinds = (component.kind for component in self.singular_components)
+        return all(kind.kind == "boundary" and kind.uniform for kind in kinds)
 
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
@@ -456,7 +409,7 @@ class SolutionSteps:
 
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""
-        conditions = tuple(map(self.shown_condition, component.conditions))
+        conditions = self._shown_conditions(component)
         kind = classify(self.chain, component)
         need = next(filter(None, (existence_condition(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
@@ -467,29 +420,17 @@ class SolutionSteps:
         if not without_number.is_Add or not self.derivation.is_square:
             return without_number
         opposite_latex = f"({tex(-without_number, self.chain, self.angles)})"
-        return (
-            -without_number
-            if opposite_latex in tex(self.derivation.determinant, self.chain, self.angles)
-            else without_number
-        )
+        is_opposite_shown = opposite_latex in tex(self.derivation.determinant, self.chain, self.angles)
+        return -without_number if is_opposite_shown else without_number
 
     def _cases(self, component: Component, kind: Classification) -> tuple[tuple[Values, Classification], ...]:
-        cases = [
-            (values, classify(self.chain, component_at_values))
-            for values, component_at_values in split_by_value(component, kind)
-        ]
+        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, kind)]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
     def components_at(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
-        return [
-            SingularComponent(
-                tuple(map(self.shown_condition, component.conditions)),
-                component.solutions,
-                classify(self.chain, component),
-            )
-            for _, component in find_components_with(self.chain, configuration)
-        ]
+        components = (component for _, component in find_components_with(self.chain, configuration))
+        return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
 
     def is_one_sided(self, singular_place: ConfigurationsOfOneKind | MeaningQuestion) -> bool:
         """Return whether P can leave the singular configurations to one side only along the lost direction."""
@@ -500,9 +441,8 @@ class SolutionSteps:
     def numeric(self, configuration: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the values of a formula at a configuration, to four significant digits."""
         substituted = expression.xreplace(configuration.values)
-        return (
-            substituted.applyfunc(_four_digits) if isinstance(substituted, sp.MatrixBase) else _four_digits(substituted)
-        )
+        is_matrix = isinstance(substituted, sp.MatrixBase)
+        return substituted.applyfunc(_four_digits) if is_matrix else _four_digits(substituted)
 
     def numeric_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
@@ -522,6 +462,11 @@ class SolutionSteps:
         return [three_digits(value) for value in part.answer.as_matrix()]
 
 
+def _transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
+    """Return a pose as a matrix (4 x 4)."""
+    return rotation.row_join(origin).col_join(sp.Matrix([[0, 0, 0, 1]]))
+
+
 @lru_cache(maxsize=512)
 def _cofactors(generic: Chain) -> sp.Matrix:
     """Return the cofactors of the task Jacobian of a structure."""
@@ -533,9 +478,7 @@ def _cofactors(generic: Chain) -> sp.Matrix:
 def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
     coefficient, rest = condition.as_coeff_Mul()
-    if rest.is_Add or coefficient == 1:
-        return condition
-    return rest
+    return condition if rest.is_Add or coefficient == 1 else rest
 
 
 def three_digits(value: sp.Expr) -> str:
@@ -544,10 +487,7 @@ def three_digits(value: sp.Expr) -> str:
     >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
     ('0.0752', '-12.3')
     """
-    return "0" if abs(value) < sp.Float("1e-12") else _without_exponent(f"{float(value):#.3g}")
-
-
-def _without_exponent(text: str) -> str:
+    text = "0" if abs(value) < sp.Float("1e-12") else f"{float(value):#.3g}"
     return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
 
 

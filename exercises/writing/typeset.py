@@ -4,12 +4,12 @@ Names and sines are written as in all other formulas: \theta_{1}, s_{12} for sin
 """
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise
+from typing import NamedTuple
 
-from qdot.exercises.formula import layout
+from qdot.exercises.formula import algebra, layout
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
@@ -28,14 +28,10 @@ _FUNCTIONS = {
 }  # fmt: skip
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
-_ELEMENT_SIGN, _AND_WORD, _OR_WORD = (
-    (Layout("sign", "∈"),),
-    (Layout("text", " and "),),
-    (Layout("text", " or "), layout.QQUAD),
-)
+_ELEMENT_SIGN, _AND_WORD = (Layout("sign", "∈"),), (Layout("text", " and "),)
+_OR_WORD = (Layout("text", " or "), layout.QQUAD)
 _SYMBOL_PATTERN = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
-_PI, _HALF_TURN = Node("name", value="pi"), Node("number", value=Fraction(180))
-_ONE = Node("number", value=Fraction(1))
+_PI, _HALF_TURN = Node("name", value="pi"), algebra.number(180)
 _ANGLE_PATTERN = re.compile(r"theta(\d)")
 
 
@@ -43,16 +39,11 @@ class TooDeep(ValueError):
     """The tree is nested too deeply to be typeset."""
 
 
-@dataclass(frozen=True)
-class _TypesetPiece:
+class _TypesetPiece(NamedTuple):
     """A typeset piece and its binding strength."""
 
     pieces: Pieces
     level: int
-
-    def as_operand(self, level: int) -> Pieces:
-        """Return the piece as an operand, in brackets if it binds less strongly than `level`."""
-        return self.pieces if self.level >= level else layout.bracket(self.pieces, _TALL)
 
 
 def typeset(
@@ -90,100 +81,78 @@ class _Typesetter:
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise TooDeep(f"the answer nests more than {MAX_DEPTH} deep")
-        typeset_piece = self.piece(node)
+        typeset_piece = _TYPESETTERS[node.kind](self, node)
         self.depth -= 1
         return typeset_piece
 
-    def piece(self, node: Node) -> _TypesetPiece:
-        kind = node.kind
-        if kind in ("number", "decimal"):
-            return _number(node)
-        if kind == "name":
-            return _TypesetPiece(self.name(str(node.value)), _ATOM_LEVEL)
-        if kind == "blank":
-            return _TypesetPiece((Layout("letter", "□"),), _ATOM_LEVEL)
-        if kind in ("neg", "+", "-"):
-            return self.sum(node)
-        if kind in ("*", "/"):
-            return self.product(node)
-        if kind == "^":
-            return self.power(*node.args)
-        if kind == "call":
-            return self.call(node, layout.EMPTY)
-        if kind in ("list", "set", "dict"):
-            return self.collection(node)
-        return self.relation(node)
+    def operand(self, node: Node, level: int) -> Pieces:
+        """Return a typeset operand, in brackets if it binds less strongly than `level`."""
+        typeset_piece = self.typeset_node(node)
+        if typeset_piece.level >= level:
+            return typeset_piece.pieces
+        return layout.bracket(typeset_piece.pieces, _TALL)
 
-    def name(self, name: str) -> Pieces:
+    def name(self, node: Node) -> _TypesetPiece:
+        name = str(node.value)
         if name in _CONSTANTS:
-            return (Layout("letter", _CONSTANTS[name]),)
+            return _TypesetPiece((Layout("letter", _CONSTANTS[name]),), _ATOM_LEVEL)
         if _SYMBOL_PATTERN.fullmatch(name):
-            return parse_latex(symbol_latex(name, self.prismatic)).inner
+            return _TypesetPiece(parse_latex(symbol_latex(name, self.prismatic)).inner, _ATOM_LEVEL)
         # A name may contain characters that normalize to others, such as Unicode's digits in brackets.
-        return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
+        text = "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)
+        return _TypesetPiece((Layout("text", text),), _ATOM_LEVEL)
 
     def sum(self, node: Node) -> _TypesetPiece:
         if node.kind == "neg":
-            return _TypesetPiece(
-                (layout.MINUS, *self.typeset_node(node.args[0]).as_operand(_PRODUCT_LEVEL)), _SUM_LEVEL
-            )
+            return _TypesetPiece((layout.MINUS, *self.operand(node.args[0], _PRODUCT_LEVEL)), _SUM_LEVEL)
         terms: list[Pieces] = []
         while node.kind in ("+", "-"):
-            terms.append(
-                (
-                    layout.PLUS if node.kind == "+" else layout.MINUS,
-                    *self.typeset_node(node.args[1]).as_operand(_PRODUCT_LEVEL),
-                )
-            )
+            sign = layout.PLUS if node.kind == "+" else layout.MINUS
+            terms.append((sign, *self.operand(node.args[1], _PRODUCT_LEVEL)))
             node = node.args[0]
-        return _TypesetPiece(
-            layout.join_pieces((), [self.typeset_node(node).as_operand(_SUM_LEVEL), *reversed(terms)]), _SUM_LEVEL
-        )
+        return _TypesetPiece(layout.join_pieces((), [self.operand(node, _SUM_LEVEL), *reversed(terms)]), _SUM_LEVEL)
 
     def product(self, node: Node) -> _TypesetPiece:
-        degrees = _degrees(node)
-        if degrees is not None:
-            return _TypesetPiece(
-                layout.raise_pieces_to(self.typeset_node(degrees).pieces, layout.DEGREE), _FACTOR_LEVEL
-            )
+        if (degrees := _degrees(node)) is not None:
+            pieces = layout.raise_pieces_to(self.typeset_node(degrees).pieces, layout.DEGREE)
+            return _TypesetPiece(pieces, _FACTOR_LEVEL)
         numerator, denominator = _factors(node)
         if not denominator:
             return _TypesetPiece(self.row(numerator), _PRODUCT_LEVEL)
         other_factors = [factor for factor in numerator if factor.kind != "number"]
         is_small = all(factor.value == "pi" for factor in other_factors) and _are_numbers(denominator)
         if not is_small and _are_numbers(denominator):  # 4*sin(theta1)/25 has its fraction before the sine
-            numbers = [factor for factor in numerator if factor.kind == "number"] or [_ONE]
+            numbers = [factor for factor in numerator if factor.kind == "number"] or [algebra.ONE]
             coefficient = layout.fraction(self.row(numbers), self.row(denominator), is_small=True)
             return _TypesetPiece((coefficient, layout.THIN, *self.row(other_factors, is_alone=False)), _PRODUCT_LEVEL)
         if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
-            numerator = [factor for factor in numerator if factor != _ONE] or numerator[:1]
+            numerator = [factor for factor in numerator if factor != algebra.ONE] or numerator[:1]
         return _TypesetPiece((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR_LEVEL)
 
     def row(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
         """Return factors side by side; a single factor needs no brackets if `is_alone`."""
         if len(factors) == 1 and is_alone:
             return self.typeset_node(factors[0]).pieces
-        factor_pieces = [self.typeset_node(factor).as_operand(_FACTOR_LEVEL) for factor in factors]
+        factor_pieces = [self.operand(factor, _FACTOR_LEVEL) for factor in factors]
         pieces = list(factor_pieces[0])
         for before, factor in pairwise(factor_pieces):
             pieces += (*_factor_separator(before, factor[0]), *factor)
         return tuple(pieces)
 
-    def power(self, base: Node, exponent: Node) -> _TypesetPiece:
+    def power(self, node: Node) -> _TypesetPiece:
+        base, exponent = node.args
         exponent_layout = row(*self.exponent(exponent))
         is_whole = len(exponent_layout.inner) == 1 and exponent_layout.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
             return self.call(base, exponent_layout)
-        return _TypesetPiece(
-            layout.raise_pieces_to(self.typeset_node(base).as_operand(_ATOM_LEVEL), exponent_layout), _FACTOR_LEVEL
-        )
+        return _TypesetPiece(layout.raise_pieces_to(self.operand(base, _ATOM_LEVEL), exponent_layout), _FACTOR_LEVEL)
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
             return layout.join_pieces((Layout("sign", "/"),), [self.typeset_node(arg).pieces for arg in node.args])
         return self.typeset_node(node).pieces
 
-    def call(self, node: Node, superscript: Layout) -> _TypesetPiece:
+    def call(self, node: Node, superscript: Layout = layout.EMPTY) -> _TypesetPiece:
         word = str(node.value)
         if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
             symbol = script(Layout("letter", word[0]), row(*number(joints)), superscript)
@@ -204,24 +173,18 @@ class _Typesetter:
 
     def collection(self, node: Node) -> _TypesetPiece:
         if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
-            return _TypesetPiece(
-                self.list_items(node.args, _AND_WORD if node.kind == "dict" else self.separator), _RELATION_LEVEL
-            )
-        rows = _matrix_rows(node)
-        if rows is not None:
-            return _TypesetPiece(
-                (layout.matrix([[self.typeset_node(entry).pieces for entry in entries] for entries in rows]),),
-                _ATOM_LEVEL,
-            )
-        return _TypesetPiece(
-            (layout.fence("[]" if node.kind == "list" else "{}", self.list_items(node.args)),), _ATOM_LEVEL
-        )
+            separator = _AND_WORD if node.kind == "dict" else self.separator
+            return _TypesetPiece(self.list_items(node.args, separator), _RELATION_LEVEL)
+        if (rows := _matrix_rows(node)) is not None:
+            entry_rows = [[self.typeset_node(entry).pieces for entry in entries] for entries in rows]
+            return _TypesetPiece((layout.matrix(entry_rows),), _ATOM_LEVEL)
+        brackets = "[]" if node.kind == "list" else "{}"
+        return _TypesetPiece((layout.fence(brackets, self.list_items(node.args)),), _ATOM_LEVEL)
 
     def relation(self, node: Node) -> _TypesetPiece:
         if node.kind in ("and", "or"):
-            return _TypesetPiece(
-                self.list_items(node.args, _AND_WORD if node.kind == "and" else _OR_WORD), _RELATION_LEVEL
-            )
+            word = _AND_WORD if node.kind == "and" else _OR_WORD
+            return _TypesetPiece(self.list_items(node.args, word), _RELATION_LEVEL)
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} means that theta2 is 0 or pi
             values = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
@@ -230,13 +193,23 @@ class _Typesetter:
         return _TypesetPiece(self.list_items((left, right), (layout.EQUALS,)), _RELATION_LEVEL)
 
 
+_TYPESETTERS: dict[str, Callable[[_Typesetter, Node], _TypesetPiece]] = {
+    **dict.fromkeys(("number", "decimal"), lambda _, node: _number(node)),
+    "blank": lambda _self, _node: _TypesetPiece((Layout("letter", "□"),), _ATOM_LEVEL),
+    "name": _Typesetter.name,
+    "^": _Typesetter.power,
+    "call": _Typesetter.call,
+    **dict.fromkeys(("neg", "+", "-"), _Typesetter.sum),
+    **dict.fromkeys(("*", "/"), _Typesetter.product),
+    **dict.fromkeys(("list", "set", "dict"), _Typesetter.collection),
+    **dict.fromkeys(("eq", "in", "pair", "and", "or"), _Typesetter.relation),
+}
+
+
 def _factor_separator(previous_factor: Pieces, next_start: Layout) -> Pieces:
     """Return the separator of two factors: a dot before a number, a space beside a name and after tall brackets."""
-    previous_piece, next_piece, previous_start = (
-        previous_factor[-1],
-        layout.base_of_script(next_start),
-        layout.base_of_script(previous_factor[0]),
-    )
+    previous_piece, next_piece = previous_factor[-1], layout.base_of_script(next_start)
+    previous_start = layout.base_of_script(previous_factor[0])
     if next_piece.kind == "number" or (next_start.kind == "fraction" and previous_piece.kind == "number"):
         return (layout.DOT,)
     return (layout.THIN,) if "text" in (previous_start.kind, next_piece.kind) or previous_piece.text == "()" else ()
@@ -248,17 +221,16 @@ def _are_numbers(factors: Sequence[Node]) -> bool:
 
 def _factors(node: Node) -> tuple[list[Node], list[Node]]:
     """Return the factors in the numerator and in the denominator of a product, in their order."""
-    numerator: list[Node] = []
-    denominator: list[Node] = []
+    numerator, denominator = list[Node](), list[Node]()
     pending = [(node, numerator)]
     while pending:  # from right to left, reversed at the end
-        node_to_split, side = pending.pop()
-        if node_to_split.kind == "*":
-            pending += [(node_to_split.args[0], side), (node_to_split.args[1], side)]
-        elif node_to_split.kind == "/" and side is numerator:
-            pending += [(node_to_split.args[0], numerator), (node_to_split.args[1], denominator)]
+        part, side = pending.pop()
+        if part.kind == "*":
+            pending += [(part.args[0], side), (part.args[1], side)]
+        elif part.kind == "/" and side is numerator:
+            pending += [(part.args[0], numerator), (part.args[1], denominator)]
         else:
-            side.append(node_to_split)
+            side.append(part)
     return numerator[::-1], denominator[::-1]
 
 
@@ -305,12 +277,9 @@ def _number(node: Node) -> _TypesetPiece:
     if node.kind == "decimal" and size and not Fraction(1, 10**5) <= size < 10**9:
         significant = digits.replace(".", "").strip("0")
         integer_digits, _, decimal_digits = digits.partition(".")
-        power = (
-            len(integer_digits) - 1
-            if integer_digits.strip("0")
-            else len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
-        )
-        return _TypesetPiece(
-            layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT_LEVEL
-        )
+        power = len(integer_digits) - 1
+        if size < 1:
+            power = len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
+        mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
+        return _TypesetPiece(layout.scientific(mantissa, power), _PRODUCT_LEVEL)
     return _TypesetPiece(number(digits), _ATOM_LEVEL)

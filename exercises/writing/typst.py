@@ -15,8 +15,9 @@ from markdown_it.token import Token
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math, typst_string
-from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
-from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, parse_markdown, write_tokens
+from qdot.exercises.writing import markup
+from qdot.exercises.writing.fit import fit_formula, formula_width, is_too_wide_inline
+from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
 
 TYPST_WIDTH = 40.0
 """Maximum width of displayed formulas in em of the text: on A4 and Letter, beside a vertical rule on the left."""
@@ -50,7 +51,7 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
 
     `width_share` is the fraction of a page's width that the text may take.
     """
-    tokens, formulas = parse_markdown(text)
+    tokens, formulas = markup.parse_markdown(text)
 
     def convert_formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
@@ -66,19 +67,14 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         return f"#formulas({words}, $ {typst_math(fitted)}{punctuation} $, {size}%)"
 
     special: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
-    markup = write_tokens(tokens, _FIXED_MARKUP, special)
-    return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, markup)).strip() + "\n"
-
-
-def _has_tall_rows(tokens: Sequence[Token], formulas: FormulasInText) -> bool:
-    """Return whether the table with which the tokens begin contains a formula that is higher than a line."""
-    table_tokens = takewhile(lambda token: token.type != "table_close", tokens)
-    formula_numbers = (number for token in table_tokens for number in PLACEHOLDER_PATTERN.findall(token.content))
-    return any(is_taller_than_line(parse_latex(formulas[int(number)][0])) for number in formula_numbers)
+    body = markup.write_tokens(tokens, _FIXED_MARKUP, special)
+    return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, body)).strip() + "\n"
 
 
 def _open_table(tokens: Sequence[Token], index: int, formulas: FormulasInText) -> str:
-    inset = "inset: (x: 0.65em, y: 0.62em), " if _has_tall_rows(tokens[index:], formulas) else ""
+    table = takewhile(lambda token: token.type != "table_close", tokens[index:])
+    is_tall = has_tall_formula("".join(token.content for token in table), formulas)
+    inset = "inset: (x: 0.65em, y: 0.62em), " if is_tall else ""
     return f"\n#table(columns: {count_columns(tokens[index:])}, {inset}"
 
 
