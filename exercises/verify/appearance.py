@@ -130,7 +130,7 @@ class _Claim:
 
 def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
-    clauses = re.split(r", and (?=the |joints? \d|all |slide|arm )", statement)
+    clauses = re.split(r", and (?=the |joints? \d|all |prismatic |arm )", statement)
     return all(any(_test_clause(chain, clause, sample)) for clause in clauses)
 
 
@@ -228,11 +228,13 @@ def _is_extreme_sideways(claim: _Claim) -> bool:
 
     Along that axis, the circle on which the joint moves the point is seen as an ellipse.
     """
-    sample = claim.sample
+    sample, prismatic_joint = claim.sample, int(claim.match["prismatic"]) - 1
+    if claim.chain.joints[prismatic_joint].kind != "P":
+        return False
     positions = _position_function(sample, claim.match["what"])(
         _configurations_by_joint(sample, int(claim.match["by"]) - 1)
     )
-    z, origin = _axis(sample, int(claim.match["slide"]) - 1)
+    z, origin = _axis(sample, prismatic_joint)
     projected = (positions - origin) - ((positions - origin) @ z)[:, None] * z
     side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
     return _extreme_name(projected @ side_direction) in ("far", "near") or _is_turning_point(projected)
@@ -311,10 +313,10 @@ def _are_coplanar(claim: _Claim) -> bool:
 
 def _prismatic_axis_has_direction(claim: _Claim) -> bool:
     """Return whether a prismatic axis is along, or perpendicular to, the line between two parallel joint axes."""
-    sample = claim.sample
-    prismatic_axis, (z, start), (_, end) = (
-        _axis(sample, int(claim.match[name]) - 1) for name in ("slide", "first", "second")
-    )
+    joints = [int(claim.match[name]) - 1 for name in ("prismatic", "first", "second")]
+    if claim.chain.joints[joints[0]].kind != "P":
+        return False
+    prismatic_axis, (z, start), (_, end) = (_axis(claim.sample, joint) for joint in joints)
     line = (end - start) - ((end - start) @ z) * z
     if np.linalg.norm(line) < TOLERANCE:
         return False
@@ -387,12 +389,12 @@ _TESTS: dict[str, Callable[[_Claim], bool]] = {
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
     rf"(arm drawn in: )?{_SUBJECT_PATTERN} is (?P<how>as far from|as near to|as far from or as near to) the axis of"
     r" joint (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
-    rf"{_SUBJECT_PATTERN} is as far to one side of prismatic joint (?P<slide>\d+)"
+    rf"{_SUBJECT_PATTERN} is as far to one side of prismatic joint (?P<prismatic>\d+)"
     r" as joint (?P<by>\d+) can bring it": _is_extreme_sideways,
     rf"the axes of (prismatic )?joints {_JOINTS_PATTERN} are parallel": _are_parallel,
     rf"the axes of joints {_JOINTS_PATTERN} are all parallel to one plane": _are_parallel_to_plane,
     rf"the parallel axes of joints {_JOINTS_PATTERN} lie in one plane": _are_coplanar,
-    r"prismatic joint (?P<slide>\d+) moves (?P<how>along|at right angles to) the line"
+    r"prismatic joint (?P<prismatic>\d+) moves (?P<how>along|at right angles to) the line"
     r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _prismatic_axis_has_direction,
     rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
     r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _have_no_effect,
