@@ -130,9 +130,8 @@ class _FormulaArithmetic:
     def __init__(
         self, joints: Sequence[str], apply_function: Callable[[str, Any], Any], differentiate: Callable[[str, Any], Any]
     ) -> None:
-        self.sin, self.cos, self.sqrt = (
-            np.frompyfunc(partial(apply_function, name), 1, 1) for name in ("sin", "cos", "sqrt")
-        )
+        functions = (np.frompyfunc(partial(apply_function, name), 1, 1) for name in ("sin", "cos", "sqrt"))
+        self.sin, self.cos, self.sqrt = functions
         self._differentiators = [np.frompyfunc(partial(differentiate, name), 1, 1) for name in joints]
 
     def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
@@ -203,9 +202,7 @@ class TreeArithmetic(_FormulaArithmetic):
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        super().__init__(
-            joints, lambda function, term: Term(algebra.apply_function(function, term.node)), _differentiate_term
-        )
+        super().__init__(joints, _apply_to_term, _differentiate_term)
 
     def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any expression."""
@@ -232,6 +229,10 @@ class TreeArithmetic(_FormulaArithmetic):
         """Return a vector or matrix as rows of trees; a single value becomes a matrix with one entry."""
         entries = array[..., 0]
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
+
+
+def _apply_to_term(function: str, term: Term) -> Term:
+    return Term(algebra.apply_function(function, term.node))
 
 
 def _differentiate_term(name: str, term: Term) -> Term:

@@ -70,9 +70,8 @@ class Axis:
 
 def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
     """Split a pose with numeric angles into a base and a final rotation about its z axis (rad); return both."""
-    tilt, yaw, final_rotation = min(
-        _base_angles(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0])
-    )
+    candidates = _base_angles(pose.rotation)
+    tilt, yaw, final_rotation = min(candidates, key=lambda angles: (angles[2] != 0, abs(angles[1]), -angles[0]))
     x, y, z = pose.origin.applyfunc(recognize_exact)
     return Base((x, y, z), yaw, tilt), final_rotation
 
@@ -82,10 +81,11 @@ def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
     sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
-    return [
-        (angle_of(r[2, 2], s), angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 1] / s, r[2, 0] / s))
-        for s in (sine, -sine)
-    ]
+
+    def angles(s: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        return angle_of(r[2, 2], s), angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 1] / s, r[2, 0] / s)
+
+    return [angles(sine), angles(-sine)]
 
 
 # --- axes ---
@@ -103,16 +103,12 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     base, _ = split_base_pose(table_frame.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
-        previous_frame, last_direction = table_frame, table_frame.frame.rotation[:, 2]
-        step, table_frame = _next_row(
-            previous_frame, axes[number] if number < len(axes) else Axis("", last_direction, point)
-        )
+        previous_frame, frame = table_frame, table_frame.frame
+        next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
+        step, table_frame = _next_row(previous_frame, next_axis)
         if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
-            x, y, z = _evaluate_matrix(previous_frame.frame.rotation.T * (point - previous_frame.frame.origin))
-            step, tool = (
-                Joint("P", -previous_frame.z_rotation, 0, 0, 0),
-                Point(number, (recognize_exact(x), recognize_exact(y), recognize_exact(z))),
-            )
+            x, y, z = _evaluate_matrix(frame.rotation.T * (point - frame.origin)).applyfunc(recognize_exact)
+            step, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
         if axis.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{number}") + step.theta, step.d, step.a, step.alpha))
         else:
@@ -156,11 +152,9 @@ def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableF
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
         d = recognize_exact(to_next_point.dot(z)) if not next_axis.kind else sp.S.Zero
-        next_x, a, next_turn = (
-            (x, sp.S.Zero, table_frame.z_rotation)
-            if _is_zero_vector(offset)
-            else _direction_and_length(offset, x, z.cross(x))
-        )
+        next_x, a, next_turn = x, sp.S.Zero, table_frame.z_rotation
+        if not _is_zero_vector(offset):
+            next_x, a, next_turn = _direction_and_length(offset, x, z.cross(x))
     else:
         next_x = _evaluate_matrix(normal / normal.norm())
         a = evaluate_entry(to_next_point.dot(next_x))
@@ -198,7 +192,7 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
 
 
 def is_zero(value: sp.Expr) -> bool:
-    """Return whether a value is zero; a number counts as zero if it is below NEAR."""
+    """Return whether a value is zero; a number counts as zero if it is below ZERO_TOLERANCE."""
     evaluated = evaluate_entry(value)
     return bool(evaluated == 0 if evaluated.free_symbols else abs(evaluated) < ZERO_TOLERANCE)
 
@@ -226,9 +220,7 @@ def _exact_number(number: sp.Float) -> sp.Expr:
 
 def _fraction(number: sp.Float, largest: int = _MAX_DENOMINATOR) -> sp.Rational | None:
     candidates = sp.Rational(str(round(number, _SHOWN_DECIMALS))), sp.Rational(number).limit_denominator(largest)
-    return next(
-        (fraction for fraction in candidates if abs(number - fraction.n(_WORKING_DIGITS)) < EXACT_TOLERANCE), None
-    )
+    return next((f for f in candidates if abs(number - f.n(_WORKING_DIGITS)) < EXACT_TOLERANCE), None)
 
 
 def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
@@ -249,11 +241,8 @@ def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     if abs(exact.n(_WORKING_DIGITS) - value) < ZERO_TOLERANCE:
         return sp.pi if exact == -sp.pi else exact
     cosine, sine = _exact_number(cosine), _exact_number(sine)
-    return (
-        sp.atan2(sine, cosine)
-        if sp.expand(cosine**2 + sine**2) == 1
-        else sp.Rational(str(round(value, _SHOWN_DECIMALS)))
-    )
+    is_exact = sp.expand(cosine**2 + sine**2) == 1
+    return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _SHOWN_DECIMALS)))
 
 
 def _evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:

@@ -125,35 +125,23 @@ class Chain:
             raise QdotError(
                 f"{self.name}: task {list(self.task)}: expected some of {', '.join(TASK_ROWS)}, each at most once"
             )
-        if not 0 <= self.point.frame <= len(self.joints):
-            raise QdotError(
-                f"{self.name}: there is no frame O{self.point.frame}; the last frame is O{len(self.joints)}"
-            )
+        if not 0 <= self.point.frame <= self.n:
+            raise QdotError(f"{self.name}: there is no frame O{self.point.frame}; the last frame is O{self.n}")
         for number, joint in enumerate(self.joints, 1):
             self._check_row(number, joint)
 
     def _check_row(self, number: int, joint: Joint) -> None:
         """Raise QdotError if joint variables occur anywhere but in their own entry."""
-        variable = self.q[number - 1]
-        moving_value = joint.theta if joint.kind == "R" else joint.d
-        fixed_value = joint.d if joint.kind == "R" else joint.theta
-        entry = "theta" if joint.kind == "R" else "d"
-        if (moving_value - variable).free_symbols & set(self.q):
-            raise QdotError(
-                f"{self.name}: joint {number} ({joint.kind}): {entry} is {moving_value}, but must be {variable} plus a "
-                "constant"
-            )
-        for name, value in (
-            ("d" if joint.kind == "R" else "theta", fixed_value),
-            ("a", joint.a),
-            ("alpha", joint.alpha),
-        ):
+        variable, subject = self.q[number - 1], f"{self.name}: joint {number}"
+        moving, fixed = ("theta", "d") if joint.kind == "R" else ("d", "theta")
+        value = getattr(joint, moving)
+        if (value - variable).free_symbols & set(self.q):
+            raise QdotError(f"{subject} ({joint.kind}): {moving} is {value}, but must be {variable} plus a constant")
+        for name in (fixed, "a", "alpha"):
+            value = getattr(joint, name)
             clash = value.free_symbols & set(self.q)
             if clash:
-                raise QdotError(
-                    f"{self.name}: joint {number}: {name} = {value} contains {min(map(str, clash))}, the variable of "
-                    "a joint"
-                )
+                raise QdotError(f"{subject}: {name} = {value} contains {min(map(str, clash))}, the variable of a joint")
 
     @property
     def n(self) -> int:
@@ -197,13 +185,8 @@ class Chain:
         """Whether the arm stays in the world's xy plane in every configuration."""
         if self.base.tilt not in (0, sp.pi):
             return False
-        normal_up = all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1])
-        if normal_up:
+        if all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1]):
             return all(joint.kind == "R" and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
-        return self._is_polar()
-
-    def _is_polar(self) -> bool:
-        """Return whether the arm is a planar RP arm."""
         if [joint.kind for joint in self.joints] != ["R", "P"] or self.joints[0].d != 0:
             return False
         is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
@@ -223,19 +206,16 @@ class Chain:
         The names of entries are theta1, d1, a1, alpha1 and so on, base_x, base_yaw, base_tilt, and point_x. The
         constant theta of a prismatic joint is called fixed1.
         """
-        joints = tuple(
-            Joint(
-                joint.kind,
-                replace_entry(f"{'theta' if joint.kind == 'R' else 'fixed'}{i}", joint.theta),
-                *(replace_entry(f"{name}{i}", getattr(joint, name)) for name in ("d", "a", "alpha")),
-            )
-            for i, joint in enumerate(self.joints, 1)
-        )
+        joints = []
+        for i, joint in enumerate(self.joints, 1):
+            names = ("theta" if joint.kind == "R" else "fixed", "d", "a", "alpha")
+            entries = zip(names, (joint.theta, joint.d, joint.a, joint.alpha), strict=True)
+            joints.append(Joint(joint.kind, *(replace_entry(f"{name}{i}", entry) for name, entry in entries)))
         base, point = self.base, self.point
         x, y, z = (replace_entry(f"base_{axis}", value) for axis, value in zip("xyz", base.position, strict=True))
         base = Base((x, y, z), replace_entry("base_yaw", base.yaw), replace_entry("base_tilt", base.tilt))
         x, y, z = (replace_entry(f"point_{axis}", value) for axis, value in zip("xyz", point.offset, strict=True))
-        return replace(self, joints=joints, base=base, tool=self.tool and Point(point.frame, (x, y, z)))
+        return replace(self, joints=tuple(joints), base=base, tool=self.tool and Point(point.frame, (x, y, z)))
 
     def with_task(self, *rows: str) -> "Chain":
         """Return the same arm with another task."""

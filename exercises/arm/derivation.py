@@ -5,7 +5,7 @@ variables. Its Jacobian is proved by two routes, which must give exactly the sam
 every arm of that structure.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, product
@@ -17,12 +17,7 @@ from sympy.polys.matrices import DomainMatrix
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import propagate_linear_rows, symbolic_working, to_sympy_matrix
-from qdot.exercises.arm.kinematics import (
-    frames_and_point,
-    jacobian_seen_from,
-    link_frames,
-    task_matrix,
-)
+from qdot.exercises.arm.kinematics import frames_and_point, jacobian_seen_from, link_frames, task_matrix
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
@@ -148,12 +143,9 @@ def moves_with_last_link(chain: Chain) -> bool:
     if chain.point.frame == chain.n:
         return True
     frames, point = frames_and_point(chain)
-    for joint, frame in zip(chain.joints[chain.point.frame :], frames[chain.point.frame :], strict=False):
-        if joint.kind == "P":
-            return False
-        if not all(are_identical(entry, sp.S.Zero) for entry in frame.rotation[:, 2].cross(point - frame.origin)):
-            return False
-    return True
+    later = list(zip(chain.joints, frames, strict=False))[chain.point.frame :]
+    moments = (entry for _, frame in later for entry in frame.rotation[:, 2].cross(point - frame.origin))
+    return all(joint.kind == "R" for joint, _ in later) and all(are_identical(entry, sp.S.Zero) for entry in moments)
 
 
 @lru_cache(maxsize=4096)
@@ -162,19 +154,22 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     jacobian = short_jacobian(chain)
     rows, cols = jacobian.shape
     minor_size = min(rows, cols)
-    minors, terms = [], 0
+    minors: list[sp.Expr] = []
     for indices in product(combinations(range(rows), minor_size), combinations(range(cols), minor_size)):
         minors.append(determinant_of(jacobian.extract(*map(list, indices))))
-        terms += len(sp.Add.make_args(minors[-1]))
-        if terms > MAX_MINOR_TERMS:
+        if _count_terms(minors) > MAX_MINOR_TERMS:
             return None
     return tuple(minors)
+
+
+def _count_terms(sums: Iterable[sp.Expr]) -> int:
+    return sum(len(sp.Add.make_args(each)) for each in sums)
 
 
 def minors_are_long(chain: Chain) -> bool:
     """Return whether the maximal minors of the task Jacobian have so many terms that elimination is preferred."""
     minors = _expanded_minors(structure(chain).chain)
-    return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG_MINOR_TERMS
+    return minors is None or _count_terms(minors) > LONG_MINOR_TERMS
 
 
 @lru_cache(maxsize=4096)
@@ -228,21 +223,19 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
     (determinant,) = _generic_minors(chain)
     velocity = sp.Matrix(task_velocity(chain))
     # Cramer's rule: the numerator of rate i is the determinant of J with the velocity as column i.
-    numerators = (
-        determinant_of(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n)
-    )
-    return tuple(
-        _collect_by_velocity(factor_trig(numerator).over(determinant), tuple(velocity)) for numerator in numerators
-    )
+    matrices = (sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :]) for i in range(chain.n))
+    rates = (factor_trig(determinant_of(matrix)).over(determinant) for matrix in matrices)
+    return tuple(_collect_by_velocity(rate, tuple(velocity)) for rate in rates)
 
 
 def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
     """Collect the numerator of a joint rate by the components of the task velocity, as in the book."""
-    factors = tuple(
-        (sp.collect(sp.expand(f), velocity, textbook_form) if f.free_symbols & set(velocity) else f, power)
-        for f, power in rate.factors
-    )
-    return Factored(rate.coefficient, factors)
+
+    def collect(factor: sp.Expr) -> sp.Expr:
+        has_velocity = factor.free_symbols & set(velocity)
+        return sp.collect(sp.expand(factor), velocity, textbook_form) if has_velocity else factor
+
+    return Factored(rate.coefficient, tuple((collect(factor), power) for factor, power in rate.factors))
 
 
 class Derivation:

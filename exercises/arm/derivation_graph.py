@@ -101,10 +101,8 @@ class Working:
 
     def with_mistakes(self, changes: Mapping[str, Change]) -> "Working":
         """Return the same working with more mistakes in it."""
-        fresh = tuple(changes.items())
-        return Working(
-            self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=self._row_rotations
-        )
+        fresh, rotations = tuple(changes.items()), self._row_rotations
+        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _row_rotations=rotations)
 
     def without_changes_of(self, stage: str) -> "Working":
         """Return the same working without the changes of a stage."""
@@ -123,14 +121,8 @@ class Working:
         if frame not in self._first_joints:
             shorter_base = None if self.base_working is None else self.base_working.for_first_joints(frame)
             shorter = shorter_base.chain if shorter_base else convention_of(self.chain).first_joints(frame)
-            self._first_joints[frame] = Working(
-                shorter,
-                self.arithmetic,
-                self.changes,
-                self.new_changes,
-                shorter_base,
-                _row_rotations=self._row_rotations,
-            )
+            parts = shorter, self.arithmetic, self.changes, self.new_changes, shorter_base
+            self._first_joints[frame] = Working(*parts, _row_rotations=self._row_rotations)
         return self._first_joints[frame]
 
     def depends_on(self, stage: str) -> bool:
@@ -172,17 +164,10 @@ def symbolic_working(chain: Chain) -> Working:
 
 
 def _table(w: Working) -> Table:
-    chain, to_stepped = w.chain, w.arithmetic.table_entry
-    rows = tuple(
-        TableRow(joint.kind, to_stepped(joint.theta), to_stepped(joint.d), to_stepped(joint.a), to_stepped(joint.alpha))
-        for joint in chain.joints
-    )
-    base = (
-        np.stack([to_stepped(value) for value in chain.base.position]),
-        to_stepped(chain.base.yaw),
-        to_stepped(chain.base.tilt),
-    )
-    return Table(rows, base, np.stack([to_stepped(value) for value in chain.point.offset]))
+    joints, base, to_stepped = w.chain.joints, w.chain.base, w.arithmetic.table_entry
+    rows = tuple(TableRow(j.kind, *map(to_stepped, (j.theta, j.d, j.a, j.alpha))) for j in joints)
+    position, offset = (np.stack([*map(to_stepped, vector)]) for vector in (base.position, w.chain.point.offset))
+    return Table(rows, (position, to_stepped(base.yaw), to_stepped(base.tilt)), offset)
 
 
 def rotation_z(w: Working, angle: np.ndarray) -> np.ndarray:
@@ -382,10 +367,8 @@ def _home_screws(w: Working) -> np.ndarray:
     columns = []
     for axis in axes_of(w.chain)[0]:
         direction, point = constant_vector(w, axis.direction), constant_vector(w, axis.point)
-        is_revolute = axis.kind == "R"
-        columns.append(
-            np.concatenate([direction, -cross(direction, point)] if is_revolute else [0 * direction, direction])
-        )
+        screw = [direction, -cross(direction, point)] if axis.kind == "R" else [0 * direction, direction]
+        columns.append(np.concatenate(screw))
     return np.stack(columns, axis=1)
 
 
@@ -424,10 +407,8 @@ def _body_adjoint(w: Working) -> np.ndarray:
 
 def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
-    coupling = cross(origin[:, None], rotation)
-    return np.concatenate(
-        [np.concatenate([rotation, 0 * rotation], axis=1), np.concatenate([coupling, rotation], axis=1)]
-    )
+    blocks = [[rotation, 0 * rotation], [cross(origin[:, None], rotation), rotation]]
+    return np.concatenate([np.concatenate(row, axis=1) for row in blocks])
 
 
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
@@ -492,6 +473,4 @@ def prerequisites(stage: str) -> frozenset[str]:
 def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:
     """Convert an array of SymPy expressions to a SymPy matrix; a single expression becomes a 1 x 1 matrix."""
     entries = values[..., 0]
-    if entries.ndim == 0:
-        return sp.Matrix([[entries.item()]])
-    return sp.Matrix(entries.reshape(len(entries), -1).tolist())
+    return sp.Matrix(entries.reshape(len(entries) if entries.ndim else 1, -1).tolist())

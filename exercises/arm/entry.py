@@ -94,10 +94,8 @@ def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(f"decimals need a point; write {text.strip().replace(',', '.')}")
     abbreviation = re.search(r"\b[csCS]_?\d{1,4}\b", text)
     if abbreviation:
-        raise QdotError(
-            f"{abbreviation.group()} is an abbreviation for a sine or cosine in answers; choose another name, such "
-            "as a1 or h"
-        )
+        meaning = "is an abbreviation for a sine or cosine in answers"
+        raise QdotError(f"{abbreviation.group()} {meaning}; choose another name, such as a1 or h")
     try:
         return to_sympy(parse_formula(text))
     except ParseError as error:
@@ -139,11 +137,8 @@ def _check_angle(value: sp.Expr) -> None:
     if nearest and abs(twelfths - nearest) < 0.005:
         raise QdotError(f'{float(constant):g} looks like a rounded angle; write it exactly, "{sp.pi * nearest / 12}"')
     if abs(constant) > 7:
-        exact = sp.pi * constant / 180
-        raise QdotError(
-            f'angles are in radians; {float(constant):g} degrees would be "{exact}"; if all angles are in degrees, '
-            'add angles = "degrees"'
-        )
+        in_radians = f'angles are in radians; {float(constant):g} degrees would be "{sp.pi * constant / 180}"'
+        raise QdotError(f'{in_radians}; if all angles are in degrees, add angles = "degrees"')
 
 
 def _constant_part(value: sp.Expr) -> sp.Expr:
@@ -166,9 +161,8 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
     for symbol in sorted(outside_functions.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
         if letters == "theta":
-            raise QdotError(
-                f"{symbol} is the name of a joint variable; call a constant angle alpha or beta, as in beta1"
-            )
+            hint = "call a constant angle alpha or beta, as in beta1"
+            raise QdotError(f"{symbol} is the name of a joint variable; {hint}")
         if is_angle and letters not in _ANGLE_NAMES:
             raise QdotError(f"{symbol} is a name for a length; call an angle alpha or beta, as in alpha1")
         if not is_angle and letters in _ANGLE_NAMES:
@@ -182,27 +176,21 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
 
 def _check_products(text: str) -> None:
     """Refuse a product without `*`, such as "a1 b2", which is ambiguous; a number may precede a symbol or bracket."""
-    corrected_text, product_positions = text, []
-    tokens = list(_TOKEN.finditer(text))
-    for first, second in itertools.pairwise(tokens):
-        can_end_factor = first.lastgroup == "number" or first.group() == ")" or _is_symbol(first)
-        can_start_factor = second.lastgroup in ("number", "name") or second.group() == "("
-        is_call = first.lastgroup == "name" and second.group() == "("
-        if (
-            can_end_factor
-            and can_start_factor
-            and not is_call
-            and (first.lastgroup != "number" or second.lastgroup == "number")
-        ):
-            product_positions.append((first.end(), second.start()))
-    for gap_start, gap_end in reversed(product_positions):
-        corrected_text = f"{corrected_text[:gap_start]}*{corrected_text[gap_end:]}"
-    if product_positions:
+    corrected_text = text
+    for first, second in reversed([*itertools.pairwise(_TOKEN.finditer(text))]):
+        if _is_product(first, second):
+            corrected_text = f"{corrected_text[: first.end()]}*{corrected_text[second.start() :]}"
+    if corrected_text != text:
         raise QdotError(f'a product needs *; did you mean "{corrected_text}"?')
 
 
-def _is_symbol(token: re.Match[str]) -> bool:
-    return token.lastgroup == "name" and token.group().lower() not in FUNCTIONS
+def _is_product(first: re.Match[str], second: re.Match[str]) -> bool:
+    """Return whether two successive tokens are factors of an ambiguous product."""
+    if first.lastgroup == "number":
+        return second.lastgroup == "number"
+    is_symbol = first.lastgroup == "name" and first.group().lower() not in FUNCTIONS
+    starts_factor = second.lastgroup in ("number", "name") or (second.group() == "(" and not is_symbol)
+    return starts_factor and (is_symbol or first.group() == ")")
 
 
 def to_sympy(node: Node) -> sp.Expr:
@@ -235,10 +223,8 @@ def _symbol(name: str) -> sp.Expr:
         raise ParseError(f"the name {name} is reserved for whole numbers in answers; write {name}1")
     letters = name.rstrip("0123456789")
     if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLE_NAMES, "theta")) or name in ("E", "I"):
-        raise ParseError(
-            f"{name!r} is not a name for a length or angle; use one letter, or alpha or beta, optionally with a "
-            "number, as in a1, h or alpha2"
-        )
+        hint = "use one letter, or alpha or beta, optionally with a number, as in a1, h or alpha2"
+        raise ParseError(f"{name!r} is not a name for a length or angle; {hint}")
     return sp.Symbol(name)
 
 

@@ -166,8 +166,8 @@ class NumericChain:
                 return float(values[expression.name])
             if not expression.free_symbols:
                 return _float_value(expression)
-            symbol_values = {symbol: values[symbol.name] for symbol in expression.free_symbols}
-            return float(expression.xreplace({k: sp.Float(v) for k, v in symbol_values.items()}))
+            floats = {symbol: sp.Float(values[symbol.name]) for symbol in expression.free_symbols}
+            return float(expression.xreplace(floats))
 
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.offsets = [number(value) for value in chain.offsets]
@@ -235,9 +235,9 @@ class NumericChain:
         moving_values = q + self._offsets
         if not self._prismatic_joints:
             return moving_values, self._fixed_entries
-        return np.where(self._revolute, moving_values, self._fixed_entries), np.where(
-            self._revolute, self._fixed_entries, moving_values
-        )
+        pairs = (moving_values, self._fixed_entries), (self._fixed_entries, moving_values)
+        theta, d = (np.where(self._revolute, *pair) for pair in pairs)
+        return theta, d
 
     def point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3)."""

@@ -76,15 +76,13 @@ def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
         robot = robots_by_name.get(_normalize_name(path.stem))
         hint = f"; for the robot of the library, write {robot.name}, without folder and ending" if robot else ""
         raise QdotError(f"there is no file {path}{hint}")
-    if _normalize_name(name_or_path) in robots_by_name:
-        return robots_by_name[_normalize_name(name_or_path)].path
+    name = _normalize_name(name_or_path)
+    if name in robots_by_name:
+        return robots_by_name[name].path
     if path.is_dir():
         raise QdotError(f"{path} is a folder; give a file, or a name listed by 'qdot robots'")
-    close = [
-        robots_by_name[name].name
-        for name in difflib.get_close_matches(_normalize_name(name_or_path), robots_by_name, n=1)
-    ]
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    close = difflib.get_close_matches(name, robots_by_name, n=1)
+    hint = f" (did you mean {robots_by_name[close[0]].name!r}?)" if close else ""
     raise QdotError(f"there is no file {path} and no robot {name_or_path!r}{hint}; 'qdot robots' lists the robots")
 
 

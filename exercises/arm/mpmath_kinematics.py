@@ -54,9 +54,9 @@ class PreciseArm:
         origins: list[Vector] = []
         for i in range(len(q) + 1):
             if i == self._frame:
-                point = _translate(
-                    _translate(_translate(origin, x, self._offset[0]), y, self._offset[1]), z, self._offset[2]
-                )
+                point = origin
+                for direction, distance in zip((x, y, z), self._offset, strict=True):
+                    point = _translate(point, direction, distance)
             if i < len(q):
                 axes.append(z)
                 origins.append(origin)
@@ -171,10 +171,8 @@ def gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:
 
 def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
     """Rotate two perpendicular unit vectors in their plane."""
-    return (
-        [cos * a + sin * b for a, b in zip(x, y, strict=True)],
-        [cos * b - sin * a for a, b in zip(x, y, strict=True)],
-    )
+    pairs = list(zip(x, y, strict=True))
+    return [cos * a + sin * b for a, b in pairs], [cos * b - sin * a for a, b in pairs]
 
 
 def _translate(start: Vector, direction: Vector, distance: Any) -> Vector:

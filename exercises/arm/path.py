@@ -15,6 +15,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector, solve_linear
 
+Values = Mapping[sp.Symbol, sp.Expr]
 MAX_ITERATIONS = 12
 """Maximum number of Newton steps."""
 
@@ -25,7 +26,7 @@ class PathSample:
 
     - `s`: distance from the start of the line (m).
     - `joints`: the joint values q.
-    - `joint_derivatives`: dq/ds.
+    - `slopes`: dq/ds.
     - `conditioning`: sigma_min / sigma_max of J.
     """
 
@@ -42,12 +43,7 @@ class StraightPath:
     """
 
     def __init__(
-        self,
-        chain: Chain,
-        lengths: Mapping[sp.Symbol, sp.Expr],
-        joints: Mapping[sp.Symbol, sp.Expr],
-        target: Sequence[sp.Expr],
-        context: Any = FLOAT_CONTEXT,
+        self, chain: Chain, lengths: Values, joints: Values, target: Sequence[sp.Expr], context: Any = FLOAT_CONTEXT
     ) -> None:
         self.arm, self.context = PreciseArm(chain, lengths, context), context
         self.start_joints = [self.arm.evaluate_number(joints[q]) for q in chain.q]
@@ -80,7 +76,7 @@ class StraightPath:
         return solve_linear(self.arm.task_jacobian(q), self.direction)
 
     def sample_at(self, s: float, q: Sequence[float]) -> PathSample:
-        """Return the station at s with these joint values, in floats."""
+        """Return the sample at s with these joint values, in floats."""
         jacobian = self.arm.task_jacobian(q)
         sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
         return PathSample(s, tuple(q), tuple(solve_linear(jacobian, self.direction)), float(sigma[-1] / sigma[0]))
@@ -88,7 +84,7 @@ class StraightPath:
     def follow(
         self, step_length: float, min_conditioning: float, end_distance: float | None = None
     ) -> Iterator[PathSample]:
-        """Yield stations in floats, at s = 0, `step_length`, 2 `step_length` and so on.
+        """Yield samples in floats, at s = 0, `step_length`, 2 `step_length` and so on.
 
         The last is at most at `end_distance`, which is the length of the path by default. Stop early
         if the conditioning falls below `min_conditioning`, or if the arm would jump to another branch.
@@ -96,12 +92,12 @@ class StraightPath:
         last_distance = float(self.length) if end_distance is None else end_distance
         q, s, step_count = self.start_joints, 0.0, 0
         while s <= last_distance + 1e-12:
-            station = self.sample_at(s, q)
-            if station.conditioning < min_conditioning:
+            sample = self.sample_at(s, q)
+            if sample.conditioning < min_conditioning:
                 return
-            yield station
+            yield sample
             step_count += 1
-            predicted_joints = [a + step_length * b for a, b in zip(q, station.slopes, strict=True)]
+            predicted_joints = [a + step_length * b for a, b in zip(q, sample.slopes, strict=True)]
             s = step_length * step_count
             joints = self.joints_at(s, predicted_joints)
             if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > 0.3:

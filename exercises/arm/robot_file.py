@@ -34,9 +34,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from functools import lru_cache
+from itertools import compress, product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import sympy as sp
@@ -150,24 +150,18 @@ def _robot_from_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
         raise QdotError(f"{path}: {_too_many_joints(count)}")
     base, joints, point = dh_of_axes(urdf_chain.axes, urdf_chain.tip, count)
     chain = Chain(urdf_chain.name, joints, ("vx",), base, point, urdf_chain.name)
-    return Robot(
-        chain.with_task(*default_task(chain)),
-        notes=urdf_chain.notes,
-        limits=urdf_chain.limits,
-        written_arm=_written_axes(urdf_chain.axes),
-        is_table_rounded=is_rounded(chain, urdf_chain.axes, urdf_chain.tip),
-    )
+    chain = chain.with_task(*default_task(chain))
+    written, rounded = _written_axes(urdf_chain.axes), is_rounded(chain, urdf_chain.axes, urdf_chain.tip)
+    return Robot(chain, (), urdf_chain.notes, urdf_chain.limits, written, is_table_rounded=rounded)
 
 
 def parse_robot(file: TomlFile) -> Robot:
     """Return the robot that a parsed TOML file describes. Raises QdotError."""
     reader = _Reader(file)
     chain = reader.chain()
-    draws = _length_ranges(file, chain)
-    notes = _length_warnings(file, chain, draws)
-    return Robot(
-        chain, draws, notes, reader.limits(), reader.written_arm, reader.source, is_rounded(chain, *reader.home_axes)
-    )
+    ranges, rounded = _length_ranges(file, chain), is_rounded(chain, *reader.home_axes)
+    notes = _length_warnings(file, chain, ranges)
+    return Robot(chain, ranges, notes, reader.limits(), reader.written_arm, reader.source, rounded)
 
 
 class _Reader:
@@ -247,15 +241,11 @@ class _Reader:
         name, keys = toml_text(self.convention.name), ", ".join(self.convention.joint_keys)
         stated_convention = f"has convention = {name}" if "convention" in self.table else "has no convention"
         if not self.has_table:
-            hint = (
-                f"belongs to a DH table, but the file {stated_convention}, which needs {keys} for each joint; for a "
-                'table, write convention = "dh" or "modified-dh"'
-            )
+            hint = f"belongs to a DH table, but the file {stated_convention}, which needs {keys} for each joint; "
+            hint += 'for a table, write convention = "dh" or "modified-dh"'
         else:
-            hint = (
-                f"belongs to an arm described by screw axes, but the file {stated_convention}; write convention = "
-                f'"screws" at the top, or give a table, with {keys} for each joint'
-            )
+            hint = f"belongs to an arm described by screw axes, but the file {stated_convention}; "
+            hint += f'write convention = "screws" at the top, or give a table, with {keys} for each joint'
         raise QdotError(f"{self.file.describe_key('joint', index, key)}: the key {key!r} {hint}")
 
     # --- tables ---
@@ -264,19 +254,15 @@ class _Reader:
         """Return base, standard table and point of an arm that is described by a table."""
         rows = [self._row(index) for index in range(len(self.rows))]
         if self.has_links_first and rows[0].alpha.free_symbols:
-            raise QdotError(
-                f"{self.file.describe_value('joint', 0, 'alpha')}: the first alpha rotates the base, so it must be a "
-                "number"
-            )
+            entry = self.file.describe_value("joint", 0, "alpha")
+            raise QdotError(f"{entry}: the first alpha rotates the base, so it must be a number")
         base = self._pose("base")
         if base != IDENTITY_POSE or self.has_links_first:
             self.home_axes = axes_of_rows(rows, base, self.convention), None
         table = dh_of_modified_rows if self.has_links_first else dh_of_standard_rows
         if self.has_links_first or any(row.is_reversed for row in rows):
-            pairs = zip(rows, self.variables, strict=True)
-            self.written_arm = WrittenArm(
-                self.convention, tuple(row.entries(variable) for row, variable in pairs), self._written_base()
-            )
+            written_rows = tuple(map(WrittenRow.entries, rows, self.variables))
+            self.written_arm = WrittenArm(self.convention, written_rows, self._written_base())
         return table(rows, base, self._point())
 
     def _written_base(self) -> tuple[Triple, Triple] | None:
@@ -307,10 +293,8 @@ class _Reader:
         n = len(self.rows)
         if "tool" in self.table:
             if "point" in self.table:
-                raise QdotError(
-                    f"{self.file.describe_value('point')}: the point of interest is the tool's origin; give only one "
-                    "of `point` and `tool`"
-                )
+                point = self.file.describe_value("point")
+                raise QdotError(f"{point}: the point of interest is the tool's origin; give only `point` or `tool`")
             x, y, z = self._pose("tool").origin
             return Point(n, (x, y, z))
         if "point" not in self.table:
@@ -340,47 +324,39 @@ class _Reader:
     def _read_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
         """Return base, standard table and point of an arm that is described by its axes."""
         if "tool" in self.table:
-            raise QdotError(
-                f"{self.file.describe_value('tool')}: with screws, use `point`: [x, y, z] in the home configuration, "
-                "in the base frame"
-            )
+            tool = self.file.describe_value("tool")
+            raise QdotError(f"{tool}: with screws, use `point`: [x, y, z] in the home configuration, in the base frame")
         self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
         base = self._pose("base")
         with self.file.locate_errors("point"):
             hint = "expected [x, y, z] in the base frame, the point of interest when all joint variables are zero"
             home_point = self._read_point(self.table["point"], hint)
-        point = base @ Pose(sp.eye(3), sp.Matrix(home_point.offset))
-        axes = [self._axis(index) for index in range(len(self.rows))]
+
+        def in_world(position: Sequence[sp.Expr]) -> sp.Matrix:
+            return (base @ Pose(sp.eye(3), sp.Matrix(position))).origin
+
+        axes, point = [self._axis(index) for index in range(len(self.rows))], in_world(home_point.offset)
         self.written_arm = replace(_written_axes(axes), base=self._written_base())
-        world_axes = [
-            Axis(
-                axis.kind,
-                base.rotation * axis.direction / axis.direction.norm(),
-                (base @ Pose(sp.eye(3), axis.point)).origin,
-            )
-            for axis in axes
-        ]
-        self.home_axes = world_axes, point.origin
+        directions = (base.rotation * axis.direction / axis.direction.norm() for axis in axes)
+        world_axes = [Axis(axis.kind, z, in_world(axis.point)) for axis, z in zip(axes, directions, strict=True)]
+        self.home_axes = world_axes, point
         self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in world_axes)
-        return dh_of_axes(world_axes, point.origin, home_point.frame)
+        return dh_of_axes(world_axes, point, home_point.frame)
 
     def _axis(self, index: int) -> Axis:
         """Return a joint's axis as the user wrote it, in the base frame."""
         row = self.rows[index]
         with self.file.locate_errors("joint", index, "axis"):
-            message = (
-                "expected the direction of the axis in the home configuration: three numbers, not all zero, as in "
-                "[0, 0, 1]"
-            )
+            message = "expected the direction of the axis in the home configuration: three numbers, not all zero, "
+            message += "as in [0, 0, 1]"
             direction = sp.Matrix(self._triple(row["axis"], message))
             if direction.free_symbols or direction.norm() == 0:
                 raise QdotError(message)
         axis_point = (sp.S.Zero,) * 3
         if "point" in row:
+            message = "expected a point on the axis in the home configuration, [x, y, z] in metres"
             with self.file.locate_errors("joint", index, "point"):
-                axis_point = self._triple(
-                    row["point"], ("expected a point on the axis in the home configuration, [x, y, z] in metres")
-                )
+                axis_point = self._triple(row["point"], message)
         return Axis(row["kind"], direction, sp.Matrix(axis_point))
 
     # --- entries ---
@@ -414,9 +390,8 @@ class _Reader:
     def _value(self, raw: object, is_angle: bool) -> sp.Expr:
         """Parse one entry; the names q1, q2, … are replaced by the joint variables."""
         if self.in_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
-            raise QdotError(
-                "with angles in degrees, write the value of a sine or an arctangent as a number, as in sqrt(3)/2"
-            )
+            hint = "write the value of a sine or an arctangent as a number, as in sqrt(3)/2"
+            raise QdotError(f"with angles in degrees, {hint}")
         value = parse_entry(raw, is_angle, self.in_degrees)
         variables_by_name = {sp.Symbol(f"q{number}"): variable for number, variable in enumerate(self.variables, 1)}
         return value.xreplace(variables_by_name)
@@ -429,24 +404,16 @@ class _Reader:
 
     def limits(self) -> tuple[Limits | None, ...]:
         """Return the limits of each joint; None for a joint without limits."""
-        return tuple(self._limits(index) for index in range(len(self.rows)))
+        return tuple(self._limits(index) if "limits" in row else None for index, row in enumerate(self.rows))
 
-    def _limits(self, index: int) -> Limits | None:
-        row = self.rows[index]
-        if "limits" not in row:
-            return None
-        is_angle = row["kind"] == "R"
-        message = "expected two numbers, the lower one first, as in " + (
-            '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
-        )
+    def _limits(self, index: int) -> Limits:
+        ends, is_angle = self.rows[index]["limits"], self.rows[index]["kind"] == "R"
+        example = '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
         with self.file.locate_errors("joint", index, "limits"):
-            ends = row["limits"]
-            if not isinstance(ends, list) or len(ends) != 2:
-                raise QdotError(message)
-            low, high = (parse_entry(end, is_angle, self.in_degrees) for end in ends)
-            if low.free_symbols or high.free_symbols or not low < high:
-                raise QdotError(message)
-        return low, high
+            values = [parse_entry(end, is_angle, self.in_degrees) for end in ends] if _is_pair(ends) else []
+            if not values or any(value.free_symbols for value in values) or not values[0] < values[1]:
+                raise QdotError(f"expected two numbers, the lower one first, as in {example}")
+        return values[0], values[1]
 
 
 def _coordinates(point: sp.Matrix) -> Triple:
@@ -454,15 +421,14 @@ def _coordinates(point: sp.Matrix) -> Triple:
     return x, y, z
 
 
+def _is_pair(value: object) -> TypeGuard[list[Any]]:
+    return isinstance(value, list) and len(value) == 2
+
+
 def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
-    rows = (
-        (
-            tuple(axis.direction.applyfunc(recognize_exact)),
-            tuple(axis.point.applyfunc(recognize_exact)) if axis.kind == "R" else None,
-        )
-        for axis in axes
-    )
-    return WrittenArm(Screws, tuple(rows))
+    points = (_coordinates(axis.point) if axis.kind == "R" else None for axis in axes)
+    directions = (_coordinates(axis.direction) for axis in axes)
+    return WrittenArm(Screws, tuple(zip(directions, points, strict=True)))
 
 
 def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
@@ -529,7 +495,7 @@ def _length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
 
 def _range(name: str, range_ends: object) -> tuple[int, int]:
     """Return the two ends of a range in whole centimetres. Raises QdotError if it is no valid range."""
-    if not isinstance(range_ends, list) or len(range_ends) != 2 or not all(map(_is_number, range_ends)):
+    if not _is_pair(range_ends) or not all(map(_is_number, range_ends)):
         raise QdotError(_RANGE_HINT)
     low, high = range_ends
     if low <= 0:
@@ -543,19 +509,16 @@ def _range(name: str, range_ends: object) -> tuple[int, int]:
     first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
     last = int((100 * Decimal(high)).to_integral_value(ROUND_CEILING))
     if first != 100 * low or last != 100 * high:
-        upper = max(last, first + 1)
-        suggestion = f"{name} = [{first / 100:.2f}, {upper / 100:.2f}]"
+        suggestion = f"{name} = [{first / 100:.2f}, {max(last, first + 1) / 100:.2f}]"
         raise QdotError(f"lengths are chosen in whole centimetres; write {suggestion}")
     return first, last
 
 
-def _length_warnings(
-    file: TomlFile, chain: Chain, length_ranges: Sequence[tuple[sp.Symbol, int, int]]
-) -> tuple[str, ...]:
+def _length_warnings(file: TomlFile, chain: Chain, length_ranges: LengthRanges) -> tuple[str, ...]:
     """Return a warning about the first length that is probably not in metres; empty if there is none."""
-    joints = enumerate(chain.joints)
+    rows = product(enumerate(chain.joints), ("d", "a"))
     entries: list[tuple[KeyPath, sp.Expr]]
-    entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
+    entries = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in length_ranges]
     doubts = [(path, reason) for path, value in entries if (reason := unit_warning(value)) is not None]
@@ -574,7 +537,6 @@ _NONZERO_THRESHOLD = 1e-6
 """An entry of J above this is not a rounding error; entries have the order of magnitude of an arm's length."""
 
 
-@lru_cache(maxsize=64)
 def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
     """Return for each of the six rows of J whether it is clearly nonzero at one of three random configurations.
 
@@ -590,16 +552,10 @@ def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
     return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest)
 
 
-def _has_nonzero_entry(chain: Chain, i: int) -> bool:
-    """Return whether row i of J (from 0) has a formula that is not zero."""
-    return any(entry != 0 for entry in derive(chain).geometric.row(i))
-
-
 def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
-    moving_rows = tuple(
-        row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _has_nonzero_entry(chain, i)
-    )
+    moves = (is_clear or any(derive(chain).geometric.row(i)) for i, is_clear in enumerate(_moves_somewhere(chain)))
+    moving_rows = tuple(compress(TASK_ROWS, moves))
     if chain.n >= 6 and len(moving_rows) == len(TASK_ROWS):
         return TASK_ROWS
     if chain.n == 4 and len(moving_rows) == 4:

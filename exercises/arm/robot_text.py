@@ -32,15 +32,13 @@ def robot_text(robot: Robot, convention: str) -> str:
         top_entries.append(("twist_order", toml_text(chain.twist_order)))
     top_entries += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
-    rows = [
-        [*joint, *([("limits", _format_list(joint_limits))] if joint_limits else [])]
-        for joint, joint_limits in zip(joints, limits, strict=True)
-    ]
+    sections = [_format_lines(top_entries)]
+    for joint, joint_limits in zip(joints, limits, strict=True):
+        limit_entry = [("limits", _format_list(joint_limits))] if joint_limits else []
+        sections.append(f"[[joint]]\n{_format_lines([*joint, *limit_entry])}")
     ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.length_ranges]
-    range_section = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
-    return "\n".join(
-        [_format_lines(top_entries), *(f"[[joint]]\n{_format_lines(row)}" for row in rows), *range_section]
-    )
+    sections += [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
+    return "\n".join(sections)
 
 
 def _format_lines(entries: TomlEntries) -> str:

@@ -47,10 +47,9 @@ class WrittenRow:
     def entries(self, variable: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
         """Return theta, d, a and alpha as the user wrote them, with the joint variable."""
         signed_variable = -variable if self.is_reversed else variable
-        theta, d = (
-            (self.theta + signed_variable, self.d) if self.kind == "R" else (self.theta, self.d + signed_variable)
-        )
-        return theta, d, self.a, self.alpha
+        if self.kind == "R":
+            return self.theta + signed_variable, self.d, self.a, self.alpha
+        return self.theta, self.d + signed_variable, self.a, self.alpha
 
 
 REVERSAL = Pose(rot_x(sp.pi), sp.zeros(3, 1))
@@ -70,7 +69,7 @@ def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
     rows = list(rows)
     for i, row in enumerate(rows):
         if row.is_reversed:
-            rows[i] = replace(row, theta=-row.theta, d=-row.d, alpha=wrap_angle(row.alpha - sp.pi))
+            rows[i] = WrittenRow(row.kind, -row.theta, -row.d, row.a, wrap_angle(row.alpha - sp.pi))
             if i:
                 rows[i - 1] = replace(rows[i - 1], alpha=wrap_angle(rows[i - 1].alpha + sp.pi))
             else:
@@ -78,14 +77,8 @@ def dh_of_standard_rows(rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, 
             point = _move_frame(point, i, REVERSAL)
     table_base, base_rotation = (Base(), sp.S.Zero) if base == IDENTITY_POSE else split_base_pose(base)
     rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
-    joints = []
-    for number, row in enumerate(rows, 1):
-        theta_coefficient, d_coefficient = (1, 0) if row.kind == "R" else (0, 1)
-        theta, d = (
-            row.theta + theta_coefficient * sp.Symbol(f"theta{number}"),
-            row.d + d_coefficient * sp.Symbol(f"d{number}"),
-        )
-        joints.append(Joint(row.kind, theta, d, row.a, row.alpha))
+    names = (f"{'theta' if row.kind == 'R' else 'd'}{number}" for number, row in enumerate(rows, 1))
+    joints = (Joint(row.kind, *row.entries(sp.Symbol(name))) for row, name in zip(rows, names, strict=True))
     return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
@@ -163,13 +156,9 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
     """Return whether a point lies on an axis, up to rounding, for all values of the symbolic lengths."""
-    deviation = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
-    return all(abs(number) < ZERO_TOLERANCE for entry in deviation for number in _coefficients(entry))
-
-
-def _coefficients(entry: sp.Expr) -> list[sp.Expr]:
-    """Return the numeric coefficients of the terms of a sum."""
-    return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(entry)]
+    deviation = axis.direction.cross(point - axis.point)
+    terms = (term for entry in deviation for term in sp.Add.make_args(evaluate_entry(entry)))
+    return all(abs(term.as_coeff_Mul()[0]) < ZERO_TOLERANCE for term in terms)
 
 
 def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
@@ -178,14 +167,9 @@ def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
     A sum with the sine of a number counts as long: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
     expanded = sp.expand(entry)
-    is_short = sp.count_ops(expanded) <= MAX_SHOWN_OPERATIONS and not (
-        expanded.is_Add and any(_constant_trigs(expanded))
-    )
+    has_numeric_trigs = expanded.is_Add and any(trig.is_number for trig in expanded.atoms(sp.sin, sp.cos))
+    is_short = sp.count_ops(expanded) <= MAX_SHOWN_OPERATIONS and not has_numeric_trigs
     return expanded if is_short else recognize_exact(entry)
-
-
-def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
-    return [trig for trig in entry.atoms(sp.sin, sp.cos) if not trig.free_symbols]
 
 
 # --- rounding ---
@@ -223,10 +207,8 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     deviations: list[sp.Expr] = []
     for axis, frame in zip(axes, frames, strict=False):
         z, axis_point = frame.rotation[:, 2], axis.point.xreplace(values)
-        deviations += [
-            *z.cross(axis.direction.xreplace(values)),
-            *(z.cross(frame.origin - axis_point) if axis.kind == "R" else ()),
-        ]
+        deviations += z.cross(axis.direction.xreplace(values))
+        deviations += z.cross(frame.origin - axis_point) if axis.kind == "R" else ()
     if point is not None:
         table_point_pose = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
         deviations += list(table_point_pose.origin - point.xreplace(values))

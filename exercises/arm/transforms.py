@@ -16,10 +16,8 @@ from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook
 @lru_cache(maxsize=4096)
 def frame_poses(structure: Chain) -> tuple[sp.Matrix, ...]:
     """Return the poses T_{w,0} ... T_{w,n} of the frames in the world, 4 x 4."""
-    return tuple(
-        frame.rotation.row_join(frame.origin).applyfunc(textbook_form).col_join(sp.Matrix([[0, 0, 0, 1]]))
-        for frame in link_frames(structure)
-    )
+    poses = (frame.rotation.row_join(frame.origin).applyfunc(textbook_form) for frame in link_frames(structure))
+    return tuple(pose.col_join(sp.Matrix([[0, 0, 0, 1]])) for pose in poses)
 
 
 @lru_cache(maxsize=4096)
@@ -34,9 +32,8 @@ def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix
     joints = convention.first_joints(structure.n).joints
     last_frame = frame_after(joints[i:])  # frame n in the coordinates of the frame at the end of link i
     z, distance_along_z = textbook_matrix(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
-    p_star = textbook_matrix(
-        last_frame.rotation.T * last_frame.origin - distance_along_z * z + sp.Matrix(convention.point.offset)
-    )
+    to_last_origin = last_frame.rotation.T * last_frame.origin
+    p_star = textbook_matrix(to_last_origin - distance_along_z * z + sp.Matrix(convention.point.offset))
     return z, p_star, textbook_matrix(z.cross(p_star))
 
 

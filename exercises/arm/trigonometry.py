@@ -60,13 +60,11 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
             sp.Mul(*(exponentials[angle][(count < 0) != is_behind] ** abs(count) for angle, count in multiples.items()))
             for is_behind in (False, True)
         )
-        in_exponentials[trig] = (
-            (positive + negative) / 2 if isinstance(trig, sp.cos) else (positive - negative) / (2 * sp.I)
-        )
+        is_cosine = isinstance(trig, sp.cos)
+        in_exponentials[trig] = (positive + negative) / 2 if is_cosine else (positive - negative) / (2 * sp.I)
     symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair)]
-    polynomial = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I).from_expr(
-        expression.xreplace(in_exponentials)
-    )
+    ring = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I)
+    polynomial = ring.from_expr(expression.xreplace(in_exponentials))
     terms: dict[tuple[int, ...], list[list[sp.Expr]]] = {}
     for powers, coefficient in polynomial.terms():
         exponents = powers[len(lengths) :]
@@ -150,10 +148,9 @@ class Factored:
         """Return the product with `values` substituted, factor by factor; equal lengths are factored out of sums."""
         has_duplicates = len(set(values.values())) < len(values)
         bases = [(substitute(factor, values), power) for factor, power in self.factors]
-        powers = [
-            (distribute_fraction(sp.factor_terms(base)) if has_duplicates else base) ** power for base, power in bases
-        ]
-        return sp.Mul(self.coefficient, *powers)
+        if has_duplicates:
+            bases = [(distribute_fraction(sp.factor_terms(base)), power) for base, power in bases]
+        return sp.Mul(self.coefficient, *(base**power for base, power in bases))
 
 
 def distribute_fraction(product: sp.Expr) -> sp.Expr:
@@ -345,19 +342,18 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         if not fourier_form.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
-        if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(
-            factor.args
-        ):  # otherwise expanding the angles would only lengthen it
+        # a long Fourier form would only get longer if its angles were expanded
+        if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(factor.args):
             expanded = sp.expand(sp.expand_trig(fourier_form.expression()))
             forms += [fourier_form.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
-    names, trigs_by_symbol = _as_symbols(primitive)
-    return content, sp.factor_terms(primitive.xreplace(names)).xreplace(
-        trigs_by_symbol
-    ) if primitive.is_Add else primitive
+    if primitive.is_Add:
+        names, trigs_by_symbol = _as_symbols(primitive)
+        primitive = sp.factor_terms(primitive.xreplace(names)).xreplace(trigs_by_symbol)
+    return content, primitive
 
 
 def _collect_trigs(expression: sp.Expr) -> sp.Expr:
@@ -389,12 +385,9 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
             term = coefficient
             for k in range(0, len(trigs), 2):
                 kept_index, dropped_index = k + first, k + 1 - first
+                kept, dropped = trigs[kept_index], trigs[dropped_index]
                 half, remainder = divmod(powers[dropped_index], 2)
-                term *= (
-                    trigs[kept_index] ** powers[kept_index]
-                    * trigs[dropped_index] ** remainder
-                    * (1 - trigs[kept_index] ** 2) ** half
-                )
+                term *= kept ** powers[kept_index] * dropped**remainder * (1 - kept**2) ** half
             summands.append(term)
         forms.append(sp.expand(sp.Add(*summands)).xreplace(trigs_by_symbol))
     return forms

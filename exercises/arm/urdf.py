@@ -77,9 +77,8 @@ class _Reader:
         for joint in self.joints:
             child = self.child(joint)
             if child in self.parent_joints:
-                raise self.joint_error(
-                    joint, f"link {child!r} is also the child of joint {self.name(self.parent_joints[child])!r}"
-                )
+                other = self.name(self.parent_joints[child])
+                raise self.joint_error(joint, f"link {child!r} is also the child of joint {other!r}")
             self.parent_joints[child] = joint
 
     def joint_error(self, joint: ElementTree.Element, message: str) -> QdotError:
@@ -102,9 +101,8 @@ class _Reader:
         element = joint.find(role)
         link = "" if element is None else element.get("link", "")
         if link not in self.links:
-            raise self.joint_error(
-                joint, f"its {role} is link {link!r}, which does not exist" if link else f"the {role} is missing"
-            )
+            problem = f"its {role} is link {link!r}, which does not exist" if link else f"the {role} is missing"
+            raise self.joint_error(joint, problem)
         return link
 
     def joints_to(self, tip: str) -> list[ElementTree.Element]:
@@ -114,10 +112,9 @@ class _Reader:
         if tip and tip not in self.links:
             raise QdotError(f"{self.path}: {unknown_name('link', tip, self.links)}")
         if not tip and len(end_links) != 1:
-            raise QdotError(
-                f"{self.path}: the robot has several last links: {', '.join(end_links) or 'none'}; choose one: qdot "
-                f"solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
-            )
+            command = f"qdot solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
+            links = ", ".join(end_links) or "none"
+            raise QdotError(f"{self.path}: the robot has several last links: {links}; choose one: {command}")
         chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
         while link in self.parent_joints:
             joint = self.parent_joints[link]
@@ -137,9 +134,8 @@ class _Reader:
         if kind not in JOINT_KINDS:
             raise self.joint_error(joint, f"unknown type {kind!r}; known: {', '.join([*JOINT_KINDS, 'fixed'])}")
         if joint.find("mimic") is not None:
-            raise self.joint_error(
-                joint, "it copies another joint (mimic); each joint up to the last link must move on its own"
-            )
+            hint = "each joint up to the last link must move on its own"
+            raise self.joint_error(joint, f"it copies another joint (mimic); {hint}")
         return JOINT_KINDS[kind]
 
     def origin(self, joint: ElementTree.Element) -> Pose:
@@ -177,9 +173,8 @@ class _Reader:
         words = text.split()
         number = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,2})?"
         if len(words) != count or not all(re.fullmatch(number, word) for word in words):
-            raise self.joint_error(
-                joint, f"{attribute} = {text!r}: expected {'three numbers' if count == 3 else 'a number'}"
-            )
+            expected = "three numbers" if count == 3 else "a number"
+            raise self.joint_error(joint, f"{attribute} = {text!r}: expected {expected}")
         return [sp.Rational(word) for word in words]
 
     def _recognize_angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:

@@ -34,7 +34,6 @@ from qdot.exercises.singularities.reason import is_reason
 
 ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-5, 1e-3
 """Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
-_AXIS_NAMES = "xyz"
 
 
 @dataclass(frozen=True)
@@ -172,7 +171,7 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
     """Describe the world axis along or about which no joint causes motion, or how all joints move the point."""
     jacobians = jacobians_of(samples) if samples else np.ones((1, 6, chain.n))
     zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < ZERO_TOLERANCE]
-    axis_names = _join_names([_AXIS_NAMES[row % 3] for row in zero_rows])
+    axis_names = _join_names(["xyz"[row % 3] for row in zero_rows])
     if zero_rows and max(zero_rows) < 3:
         return f"no joint moves the point along {axis_names}"
     if zero_rows and min(zero_rows) > 2:
@@ -184,7 +183,7 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
     if np.all(singular_values[:, len(rows) - 1] < ZERO_TOLERANCE * np.maximum(singular_values[:, 0], 1e-3)):
         return f"all joints move the point {directions}"
     (missing_axis,) = {0, 1, 2} - set(rows)
-    return f"seen along {_AXIS_NAMES[missing_axis]}, all joints move the point {directions}"
+    return f"seen along {'xyz'[missing_axis]}, all joints move the point {directions}"
 
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
@@ -217,10 +216,8 @@ def _join_names(names: Sequence[str]) -> str:
 
 
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    revolute = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
-    axes_with_point = [
-        i for i in revolute if next(_yield_if_special(samples, "", partial(axis_distance, joint=i)), None) is not None
-    ]
+    revolute = [i for i in _revolute_joints(chain) if i < chain.point.frame]
+    axes_with_point = [i for i in revolute if [*_yield_if_special(samples, "", partial(axis_distance, joint=i))]]
     if len(axes_with_point) > 1:
         words = f"the point lies on the axes of joints {_joint_names(axes_with_point)}, which then do not move it"
         yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=axes_with_point))
@@ -234,14 +231,18 @@ def _farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[i
     return np.asarray(np.max([axis_distance(arm, q, joint) for joint in joints], axis=0))
 
 
+def _joints_of_kind(chain: Chain, kind: str) -> list[int]:
+    return [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+
+
 def _revolute_joints(chain: Chain) -> list[int]:
-    return [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    return _joints_of_kind(chain, "R")
 
 
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for i, j in combinations(_revolute_joints(chain), 2):
-        words = f"the axes of joints {i + 1} and {j + 1} coincide"
-        yield from _yield_if_special(samples, words, partial(collinearity_error, i=i, j=j))
+    for pair in combinations(_revolute_joints(chain), 2):
+        words = f"the axes of joints {_joint_names(pair)} coincide"
+        yield from _yield_if_special(samples, words, partial(collinearity_error, joints=pair))
 
 
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -254,10 +255,9 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
         if are_parallel(samples, i, j):
             others = [k for k in _revolute_joints(chain) if chain.linear_rows and are_parallel(samples, i, k)]
             chosen = sorted({i, j, *others})
-            if not _are_dependent(jacobians, rows, chosen):
-                continue
-            words = f"the axes of joints {_joint_names(chosen)} are parallel"
-            yield from _yield_if_special(samples, words, partial(axis_spread, joints=(i, j)))
+            if _are_dependent(jacobians, rows, chosen):
+                words = f"the axes of joints {_joint_names(chosen)} are parallel"
+                yield from _yield_if_special(samples, words, partial(axis_spread, joints=(i, j)))
 
 
 def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -278,37 +278,27 @@ def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
-    for prismatic in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
+    for prismatic in _joints_of_kind(chain, "P"):
+        side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
         for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
             if _common_extreme_signs(samples, prismatic, mover) == {1}:
-                yield _extreme_statement(
-                    f"the point is as far to one side of prismatic joint {prismatic + 1}"
-                    f" as joint {mover + 1} can bring it",
-                    prismatic, [mover], {1},
-                )  # fmt: skip
+                yield _extreme_statement(f"{side} as joint {mover + 1} can bring it", prismatic, [mover], {1})
 
 
 def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for i, j in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "P"], 2):
-        yield from _yield_if_special(
-            samples,
-            f"the axes of prismatic joints {i + 1} and {j + 1} are parallel",
-            partial(axis_spread, joints=(i, j)),
-        )
+    for pair in combinations(_joints_of_kind(chain, "P"), 2):
+        words = f"the axes of prismatic joints {_joint_names(pair)} are parallel"
+        yield from _yield_if_special(samples, words, partial(axis_spread, joints=pair))
 
 
 def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
-    for prismatic_joint in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
-        for i, j in combinations(_revolute_joints(chain), 2):
-            if not are_parallel(samples, i, j):
-                continue
-            link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
-            for is_across, preposition in ((False, "along"), (True, "at right angles to")):
-                words = f"prismatic joint {prismatic_joint + 1} moves {preposition} {link}"
-                yield from _yield_if_special(
-                    samples, words, partial(prismatic_slant, slide=prismatic_joint, i=i, j=j, across=is_across)
-                )
+    parallel_pairs = [pair for pair in combinations(_revolute_joints(chain), 2) if are_parallel(samples, *pair)]
+    for slide, (i, j) in product(_joints_of_kind(chain, "P"), parallel_pairs):
+        link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
+        for is_across, preposition in ((False, "along"), (True, "at right angles to")):
+            measure = partial(prismatic_slant, slide=slide, i=i, j=j, across=is_across)
+            yield from _yield_if_special(samples, f"prismatic joint {slide + 1} moves {preposition} {link}", measure)
 
 
 def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -348,27 +338,19 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     """Find an axis whose distance from the point is a maximum or minimum with respect to later joints."""
     for axis in _revolute_joints(chain):
         later_joints = range(axis + 1, min(chain.n, chain.point.frame))
-        signs_by_joint = {
-            moving_joint: _common_extreme_signs(samples, axis, moving_joint) for moving_joint in later_joints
-        }
-        movers = [moving_joint for moving_joint, signs in signs_by_joint.items() if 0 not in signs]
-        revolute = [moving_joint for moving_joint in movers if chain.joints[moving_joint].kind == "R"]
-        others = [
-            moving_joint
-            for moving_joint in later_joints
-            if moving_joint not in movers and 0 in _extreme_signs(samples, axis, moving_joint)
-        ]
+        signs_by_joint = {joint: _common_extreme_signs(samples, axis, joint) for joint in later_joints}
+        movers = [joint for joint, signs in signs_by_joint.items() if 0 not in signs]
+        revolute = [joint for joint in movers if chain.joints[joint].kind == "R"]
+        others = [j for j in later_joints if j not in movers and 0 in _extreme_signs(samples, axis, j)]
         if revolute and not others and revolute == movers and all(are_parallel(samples, axis, j) for j in movers):
             yield _extension_statement(samples, axis, movers)
             continue
-        for moving_joint in movers:
-            signs = signs_by_joint[moving_joint]
-            if moving_joint in revolute and not are_parallel(samples, axis, moving_joint):
-                signs = set(_global_extreme_signs(samples, axis, moving_joint))
+        for joint in movers:
+            signs = signs_by_joint[joint]
+            if joint in revolute and not are_parallel(samples, axis, joint):
+                signs = set(_global_extreme_signs(samples, axis, joint))
             if 0 not in signs:
-                yield _extreme_statement(
-                    _describe_extreme(chain, axis, moving_joint, signs), axis, [moving_joint], signs
-                )
+                yield _extreme_statement(_describe_extreme(chain, axis, joint, signs), axis, [joint], signs)
 
 
 def _describe_extreme(chain: Chain, axis: int, moving_joint: int, signs: set[int]) -> str:
@@ -385,14 +367,10 @@ def _extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[
 
     It is folded back if other angles of the same joints reach farther.
     """
-    signs_by_mover = [_extreme_signs(samples, axis, moving_joint) for moving_joint in movers]
-    conclusive = [any(sign is not None for sign in signs) for signs in zip(*signs_by_mover, strict=True)]
-    extension_signs = frozenset(
-        _extension_sign(sample, axis, movers)
-        for sample, conclusive in zip(samples, conclusive, strict=True)
-        if conclusive
-    )
-    statement = _extreme_statement(_EXTENSION_WORDS[extension_signs], axis, movers, {1, -1})
+    signs_by_sample = zip(*(_extreme_signs(samples, axis, joint) for joint in movers), strict=True)
+    conclusive = [sample for sample, signs in zip(samples, signs_by_sample, strict=True) if set(signs) != {None}]
+    words = _EXTENSION_WORDS[frozenset(_extension_sign(sample, axis, movers) for sample in conclusive)]
+    statement = _extreme_statement(words, axis, movers, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, every joint is at an extreme
         return statement.predicate(sample) and sample.evaluate(partial(axis_distance, joint=axis)) > NONZERO_THRESHOLD
@@ -479,9 +457,7 @@ def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: in
     curve = squares @ np.linalg.inv(_harmonics(angles)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
     tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
     is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
-    return [
-        1 if is_farthest else -1 if is_nearest else 0 for is_farthest, is_nearest in zip(is_far, is_near, strict=True)
-    ]
+    return [int(sign) for sign in np.where(is_far, 1, np.where(is_near, -1, 0))]
 
 
 def _harmonics(angles: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ it is also evaluated at a `nearby_configuration`.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -100,9 +101,9 @@ def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.n
     return np.asarray(np.abs(np.sum(normal * third[0], axis=-1))) if third else norms(normal)
 
 
-def collinearity_error(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
+def collinearity_error(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
     """Return how far two axes are from collinear: the sine of their angle plus the distance of O_j from axis i."""
-    frames = arm.frames(q)
+    frames, (i, j) = arm.frames(q), joints
     axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, between))
 
@@ -125,7 +126,7 @@ def arm_coplanarity_error(arm: NumericChain, q: np.ndarray) -> np.ndarray:
 
 def _spanned_area(axis: np.ndarray, points: Sequence[np.ndarray]) -> np.ndarray:
     """Return the root sum of squares of the areas that pairs of points span, projected along an axis."""
-    areas = [np.sum(axis * cross(a, b), axis=-1) for k, a in enumerate(points) for b in points[k + 1 :]]
+    areas = [np.sum(axis * cross(a, b), axis=-1) for a, b in combinations(points, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
@@ -156,8 +157,7 @@ def prismatic_slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int
     return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
 
 
-def link_products(arm: NumericChain, q: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
+def origin_collinearity_error(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
+    """Return the size of the cross product of O_{k-1} O_k and O_k O_{k+1}."""
     origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
-    first, second = origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]
-    return norms(cross(first, second)), np.asarray(np.sum(first * second, axis=-1))
+    return norms(cross(origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import chain as chain_together
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ class Classification:
     - `kind`: "boundary" or "internal". It is empty, and is not reported, if it can't be established
       (`can_establish_kind`) or if no configuration was found.
     - `uniform`: whether all configurations are of that kind.
-    - `describe_appearance`: what the configurations look like, in words.
+    - `meaning`: what the configurations look like, in words.
     """
 
     kind: str
@@ -87,11 +88,10 @@ def sample_condition(
         arm_numbers = range(first_arm, arm_count, 2 if has_prismatic_joints else 1)
         values = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
         for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if values else ():
-            for number, samples in zip(
-                arm_numbers, _sample_piece(chain, piece, values, role, stream, samples_per_arm), strict=True
-            ):
+            pieces = _sample_piece(chain, piece, values, role, stream, samples_per_arm)
+            for number, samples in zip(arm_numbers, pieces, strict=True):
                 samples_by_arm[number] += samples
-    return tuple(sample for samples in samples_by_arm for sample in samples)
+    return tuple(chain_together.from_iterable(samples_by_arm))
 
 
 def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
@@ -108,31 +108,23 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
 
 
 def _sample_piece(
-    chain: Chain,
-    piece: Piece,
-    values: Sequence[Mapping[str, float]],
-    prismatic_role: str,
-    stream: Stream,
-    samples_per_arm: int,
+    chain: Chain, piece: Piece, lengths: Sequence[Mapping[str, float]], role: str, stream: Stream, samples_per_arm: int
 ) -> list[list[Sample]]:
     """Return up to `samples_per_arm` configurations for each arm, computed for all arms at once.
 
-    `values` are the lengths of each arm.
+    `lengths` are the lengths of each arm, and `role` is the role of prismatic joints.
     """
-    joints, lengths = [q.name for q in chain.q], [symbol.name for symbol in chain.parameters]
-    count = 3 * samples_per_arm
-    roles = {name: np.repeat([value[name] for value in values], count) for name in lengths}
-    space = ConfigurationSpace(
-        joints, domain_of(chain, {**roles, _ARM_KEY: np.repeat(np.arange(len(values)), count)}, prismatic_role)
-    )
-    solution_values = space.sample_piece(
-        piece, {*space.collect_names([[piece]]), _ARM_KEY}, stream, count=count * len(values)
-    )
-    configurations = np.array([solution_values[joint] for joint in joints]).T
+    joints, count = [q.name for q in chain.q], 3 * samples_per_arm
+    given = {symbol.name: np.repeat([each[symbol.name] for each in lengths], count) for symbol in chain.parameters}
+    given[_ARM_KEY] = np.repeat(np.arange(len(lengths)), count)
+    space = ConfigurationSpace(joints, domain_of(chain, given, role))
+    names = {*space.collect_names([[piece]]), _ARM_KEY}
+    values = space.sample_piece(piece, names, stream, count=count * len(lengths))
+    configurations = np.array([values[joint] for joint in joints]).T
     samples = []
-    for number, value in enumerate(values):
-        arm = NumericChain(chain, value)
-        samples.append([Sample(arm, q) for q in configurations[solution_values[_ARM_KEY] == number][:samples_per_arm]])
+    for number, arm_lengths in enumerate(lengths):
+        arm = NumericChain(chain, arm_lengths)
+        samples.append([Sample(arm, q) for q in configurations[values[_ARM_KEY] == number][:samples_per_arm]])
     return samples
 
 
@@ -191,9 +183,8 @@ def split_by_value(component: Component, kind: Classification) -> list[tuple[Val
     They may differ in kind or in what they look like.
     """
     combinations = component.value_combinations()
-    if not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS or not (
-        " or " in kind.meaning or (kind.kind and not kind.uniform)
-    ):
+    may_differ = " or " in kind.meaning or (kind.kind and not kind.uniform)
+    if not may_differ or not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS:
         return []
     return [(values, component.at(values)) for values in combinations]
 
@@ -201,10 +192,8 @@ def split_by_value(component: Component, kind: Classification) -> list[tuple[Val
 @lru_cache(maxsize=4096)
 def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Classification:
     """Classify the union of conditions (text), as `classify` does for a component."""
-    return Classification(
-        **_kind_and_uniformity(chain, conditions),
-        meaning=describe_appearance(chain, representative_samples(chain, conditions)),
-    )
+    meaning = describe_appearance(chain, representative_samples(chain, conditions))
+    return Classification(**_kind_and_uniformity(chain, conditions), meaning=meaning)
 
 
 @lru_cache(maxsize=4096)
@@ -214,12 +203,8 @@ def _kind_and_uniformity(chain: Chain, conditions: tuple[str, ...]) -> Mapping[s
     if can_establish_kind(chain):
         kinds.update(classify_samples(chain, representative_samples(chain, conditions)[::_KIND_STRIDE]))
     if len(kinds) == 1 and chain.parameters:  # for other lengths the kind may differ
-        others = [
-            sample
-            for condition in conditions
-            for sample in sample_condition(chain, condition, "lengths", _EXTRA_LENGTH_SAMPLES, 1)
-        ]
-        kinds.update(classify_samples(chain, others))
+        others = (sample_condition(chain, condition, "lengths", _EXTRA_LENGTH_SAMPLES, 1) for condition in conditions)
+        kinds.update(classify_samples(chain, [*chain_together.from_iterable(others)]))
     return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
 
 
@@ -238,5 +223,6 @@ def representative_samples(chain: Chain, conditions: Sequence[str]) -> list[Samp
     # the look and the kind may depend on which symbolic length is larger
     arms = _ARMS_PER_LENGTH * max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else _ARMS_PER_LENGTH
     each = -(-_SAMPLE_COUNT // (arms * len(conditions)))
-    samples = [sample for condition in conditions for sample in sample_condition(chain, condition, "seen", arms, each)]
+    samples_of_all = (sample_condition(chain, condition, "seen", arms, each) for condition in conditions)
+    samples = list(chain_together.from_iterable(samples_of_all))
     return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

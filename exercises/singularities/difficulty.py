@@ -59,20 +59,14 @@ def _is_plain(term: sp.Expr) -> bool:
 
 def _count_deviations(chain: Chain) -> int:
     base = chain.base
-    deviations = [
-        *(offset != 0 for offset in chain.offsets),
-        any(base.position),
-        base.yaw != 0 or base.tilt != 0,
-        not chain.point.is_origin,
-    ]
-    return sum(deviations)
+    is_rotated = base.yaw != 0 or base.tilt != 0
+    return sum([*(offset != 0 for offset in chain.offsets), any(base.position), is_rotated, not chain.point.is_origin])
 
 
 def difficulty_band(chain: Chain) -> int:
     """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
-    if (
-        _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]
-    ):  # finding the singular set may take a minute
+    # finding the singular set may take a minute
+    if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
         return HARDEST_BAND
     return sum(difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
 

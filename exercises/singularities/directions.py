@@ -17,7 +17,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook_form
+from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, substitute, textbook_form
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.singularity import Component
 
@@ -85,15 +85,12 @@ def lost_direction_formula(structure: Chain, component: Component) -> LostDirect
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    shortest = min(
-        formulas, key=lambda lost: (_count_terms(lost.direction), sp.count_ops(lost.direction)), default=None
-    )
-    return shortest if shortest is not None and _count_terms(shortest.direction) <= MAX_TERMS else None
+    short = [formula for formula in formulas if count_terms(formula.direction, trivial=()) <= MAX_TERMS]
+    return min(short, key=_length, default=None)
 
 
-def _count_terms(vector: sp.Matrix) -> int:
-    """Return the number of terms of all entries, multiplied out."""
-    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
+def _length(formula: LostDirectionFormula) -> tuple[int, int]:
+    return count_terms(formula.direction, trivial=()), sp.count_ops(formula.direction)
 
 
 def _jacobian_at_value(
@@ -122,18 +119,14 @@ def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
 
 def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Split one joint's angle off all angle sums in an expression, and replace its cosine and sine."""
-    angles = {}
+    replacements = {}
     for trig in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(trig.args[0], joint)
-        if factor == 0:
-            continue
-        remaining_angle = trig.args[0] - factor * joint
-        scaled_sine = factor * sine
-        if isinstance(trig, sp.sin):
-            angles[trig] = sp.sin(remaining_angle) * cosine + sp.cos(remaining_angle) * scaled_sine
-        else:
-            angles[trig] = sp.cos(remaining_angle) * cosine - sp.sin(remaining_angle) * scaled_sine
-    return expression.xreplace(angles)
+        if factor != 0:
+            rest = trig.args[0] - factor * joint
+            other = sp.cos(rest) if isinstance(trig, sp.sin) else -sp.sin(rest)
+            replacements[trig] = trig.func(rest) * cosine + other * factor * sine
+    return expression.xreplace(replacements)
 
 
 def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
@@ -154,13 +147,9 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     factor_powers = [dict(entry.factors) for entry in entries if not entry.is_zero]
     common_powers = {f: min(powers.get(f, 0) for powers in factor_powers) for f in factor_powers[0]}
     coefficients = [entry.coefficient for entry in entries if not entry.is_zero]
-    common_coefficient = sp.Rational(
-        sp.igcd(0, *(abs(c.p) for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients))
-    )
-    sign = -1 if sum(1 if c > 0 else -1 for c in coefficients) < 0 else 1
-    common = Factored(
-        sp.Rational(sign * common_coefficient), tuple((f, power) for f, power in common_powers.items() if power)
-    )
+    common_coefficient = sp.Rational(sp.igcd(0, *(c.p for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients)))
+    sign = -1 if sum(map(sp.sign, coefficients)) < 0 else 1
+    common = Factored(sign * common_coefficient, tuple((f, power) for f, power in common_powers.items() if power))
     return [entry if entry.is_zero else entry.over(common) for entry in entries]
 
 
@@ -185,21 +174,17 @@ class ArmLine:
     @property
     def description(self) -> str:
         """The line in words, formulas as LaTeX."""
-        if self.kind == "P":
-            return f"along the line from $O_{self.index}$ to $P$"
-        if self.kind == "z":
-            return f"along $z_{self.index}$, the axis of joint {self.index + 1}"
-        if self.kind == "axis":
-            return f"along $z_{self.index}$, the axis of joint {self.index}"
-        if self.kind == "omega":
-            return rf"along $\omega_{self.index}'$, the axis of joint {self.index}"
-        if self.kind == "v":
-            return f"along $v_{self.index}'$, the axis of joint {self.index}"
-        if self.kind == "space":
-            return f"along ${'xyz'[self.index]}_s$, an axis of the space frame"
-        if self.kind == "world":
-            return f"along ${'xyz'[self.index]}_w$, an axis of the world frame"
-        return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
+        i = self.index
+        descriptions = {
+            "P": f"the line from $O_{i}$ to $P$",
+            "z": f"$z_{i}$, the axis of joint {i + 1}",
+            "axis": f"$z_{i}$, the axis of joint {i}",
+            "omega": rf"$\omega_{i}'$, the axis of joint {i}",
+            "v": f"$v_{i}'$, the axis of joint {i}",
+            "space": f"${'xyz'[i % 3]}_s$, an axis of the space frame",
+            "world": f"${'xyz'[i % 3]}_w$, an axis of the world frame",
+        }
+        return f"along {descriptions.get(self.kind, f'${self.kind}_{i}$, an axis of frame {i}')}"
 
 
 def candidate_lines(chain: Chain) -> list[ArmLine]:

@@ -87,14 +87,12 @@ def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns
     A polynomial that fixes a joint is solved first, and each of its points is substituted into the others.
     """
     polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
-    for polynomial in polynomials:
+    for k, polynomial in enumerate(polynomials):
         points = _solutions_of_joint(polynomial, circles, prime)
         if points is not None:
-            other_polynomials = [remaining for remaining in polynomials if remaining is not polynomial]
-            substituted = (
-                [_substitute_point(point, remaining, prime) for remaining in other_polynomials] for point in points
-            )
-            return any(_may_vanish(others, circles, prime, max_zeros) for others in substituted)
+            others = polynomials[:k] + polynomials[k + 1 :]
+            substituted = ([_substitute_point(point, other, prime) for other in others] for point in points)
+            return any(_may_vanish(remaining, circles, prime, max_zeros) for remaining in substituted)
     return _has_zero(polynomials, circles, prime, max_zeros)
 
 
@@ -123,19 +121,21 @@ def _solutions_of_joint(
     root = sp.sqrt_mod((squared_amplitude - constant * constant) % prime, prime) if squared_amplitude else None
     if root is None:
         return None
-    inverse = pow(squared_amplitude, -1, prime)
-    cosines = ((-a * constant + b * r) * inverse % prime for r in {int(root), -int(root) % prime})
-    sines = ((-b * constant - a * r) * inverse % prime for r in {int(root), -int(root) % prime})
-    return [dict(zip(pair, point, strict=True)) for point in zip(cosines, sines, strict=True)]
+    cosine, sine = pair
+    inverse, roots = pow(squared_amplitude, -1, prime), {int(root), -int(root) % prime}
+    return [
+        {cosine: (-a * constant + b * r) * inverse % prime, sine: (-b * constant - a * r) * inverse % prime}
+        for r in roots
+    ]
 
 
 def _substitute_point(point: JointResidues, polynomial: sp.Expr, prime: int) -> sp.Expr:
     """Return a polynomial with the unknowns of a joint substituted, and with residues as coefficients."""
     unknowns = sorted(polynomial.free_symbols - point.keys(), key=str)
     substituted = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
-    return (
-        sp.Poly(substituted, *unknowns, modulus=prime).as_expr() if unknowns else sp.Integer(int(substituted) % prime)
-    )
+    if not unknowns:
+        return sp.Integer(int(substituted) % prime)
+    return sp.Poly(substituted, *unknowns, modulus=prime).as_expr()
 
 
 def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int) -> bool:
@@ -209,10 +209,9 @@ class _Field:
 
     def polynomial(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition as a polynomial in the unknowns with residues for coefficients. Raises _Undecided."""
-        condition = sp.expand(
-            condition.xreplace({atom: self._angle_value(atom) for atom in condition.atoms(sp.sin, sp.cos)})
-        )
-        return sum((self._reduce_term(term) for term in sp.Add.make_args(condition)), sp.S.Zero)
+        values = {atom: self._angle_value(atom) for atom in condition.atoms(sp.sin, sp.cos)}
+        terms = sp.Add.make_args(sp.expand(condition.xreplace(values)))
+        return sum(map(self._reduce_term, terms), sp.S.Zero)
 
     def _angle_value(self, atom: sp.Expr) -> sp.Expr:
         """Return the sine or cosine of a joint as its unknown, and that of a constant angle as a residue."""
@@ -265,12 +264,10 @@ class _Field:
         """Return a square root as the product of the roots of prime factors, so that sqrt(2) sqrt(3) = sqrt(6)."""
         root = 1
         for prime, times in sp.factorint(number).items():
-            prime_root = self.residues.setdefault(
-                sp.sqrt(prime, evaluate=False), int(sp.sqrt_mod(prime, self.prime) or 0)
-            )
+            prime_root = sp.sqrt_mod(prime, self.prime)
             if not prime_root:
                 raise _Undecided
-            root = root * pow(prime_root, times, self.prime) % self.prime
+            root = root * pow(int(prime_root), times, self.prime) % self.prime
         return root
 
     def _residue(self, constant: sp.Basic) -> int:

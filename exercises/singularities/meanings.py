@@ -25,8 +25,8 @@ from qdot.exercises.singularities.axes import (
     axis_spread,
     collinearity_error,
     common_direction_error,
-    link_products,
     nearby_configuration,
+    origin_collinearity_error,
     prismatic_slant,
 )
 from qdot.exercises.singularities.reason import is_reason
@@ -79,15 +79,11 @@ def find_branch_meanings(
     """
     if len(samples) < 4:
         return None
-    outcomes_by_meaning = [
-        (meaning, {holds(chain, meaning, sample) for sample in samples})
-        for meaning in candidate_meanings(chain, samples)
-    ]
-    true_meanings = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {True}]
-    correct = next(
-        (meaning for meaning in true_meanings if _is_correct(chain, meaning, samples, further_samples)), None
-    )
-    wrong = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {False}]
+    meanings = candidate_meanings(chain, samples)
+    outcomes = [{holds(chain, meaning, sample) for sample in samples} for meaning in meanings]
+    pairs = list(zip(meanings, outcomes, strict=True))
+    true, wrong = ([meaning for meaning, outcome in pairs if outcome == {truth}] for truth in (True, False))
+    correct = next((meaning for meaning in true if _is_correct(chain, meaning, samples, further_samples)), None)
     if correct is None or not wrong:
         return None
     return BranchMeanings(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
@@ -102,6 +98,12 @@ def _is_correct(
     return all(holds(chain, meaning, sample) is not False for sample in further_samples)
 
 
+def _meaning_of(kind: str, joints: Sequence[int], words: str, measure: Measure) -> MeasuredMeaning:
+    """Return a statement about joints (from 0); the braces in `words` stand for their numbers (from 1)."""
+    numbers = tuple(joint + 1 for joint in joints)
+    return MeasuredMeaning(kind, numbers, words.format(*numbers), measure)
+
+
 def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return all statements that might explain a loss of rank; the most informative come first.
 
@@ -110,14 +112,13 @@ def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Measured
     """
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
     collinear = [
-        MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} coincide",
-                partial(collinearity_error, i=i, j=j))
-        for i, j in combinations(revolute, 2)
-    ]  # fmt: skip
+        _meaning_of("in line", pair, "the axes of joints {} and {} coincide", partial(collinearity_error, joints=pair))
+        for pair in combinations(revolute, 2)
+    ]
     if not chain.linear_rows:
         return _special_meanings(samples, collinear) + _directions_of_axes(samples, revolute)
     on_axis = [
-        MeasuredMeaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}", partial(axis_distance, joint=i))
+        _meaning_of("on axis", (i,), "$P$ lies on the axis of joint {}", partial(axis_distance, joint=i))
         for i in revolute
         if i < chain.point.frame
     ]
@@ -132,11 +133,8 @@ def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Measured
     origins = [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
     across, along = ([meaning for meaning in slide_meanings if meaning.kind == kind] for kind in ("across", "along"))
     meanings += _special_meanings(samples, [*across, *origins, *along])
-    return [
-        *meanings,
-        *_in_one_plane(chain, samples, revolute),
-        *_special_meanings(samples, _common_direction(chain, samples)),
-    ]
+    meanings += _in_one_plane(chain, samples, revolute)
+    return meanings + _special_meanings(samples, _common_direction(chain, samples))
 
 
 def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
@@ -151,20 +149,15 @@ def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMean
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statements about the directions of the axes, regardless of their positions."""
     pairs = [
-        MeasuredMeaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel",
-                partial(axis_spread, joints=(i, j)))
-        for i, j in combinations(revolute, 2)
-    ]  # fmt: skip
+        _meaning_of("parallel", pair, "the axes of joints {} and {} are parallel", partial(axis_spread, joints=pair))
+        for pair in combinations(revolute, 2)
+    ]
     meanings = _special_meanings(samples, pairs)
+    axes = "the axes of joints {}, {} and {} are"
     for chosen in combinations(revolute, 3):
-        joints = tuple(i + 1 for i in chosen)
-        axes = f"the axes of joints {joints[0]}, {joints[1]} and {joints[2]} are"
-        plane = MeasuredMeaning(
-            "one plane", joints, f"{axes} all parallel to one plane", partial(axis_spread, joints=chosen)
-        )
-        square = MeasuredMeaning(
-            "square", joints, f"{axes} at right angles to each other", partial(_perpendicularity_error, joints=chosen)
-        )
+        in_plane, at_right_angles = (partial(error, joints=chosen) for error in (axis_spread, _perpendicularity_error))
+        plane = _meaning_of("one plane", chosen, f"{axes} all parallel to one plane", in_plane)
+        square = _meaning_of("square", chosen, f"{axes} at right angles to each other", at_right_angles)
         meanings += [plane, square] if _special_meanings(samples, [plane]) else []
     return meanings
 
@@ -173,11 +166,10 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMe
     """Return the statements about prismatic joints along or across links between parallel axes."""
     kinds = [joint.kind for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
+    line = "the line from the axis of joint {} to that of joint {}"
     return [
-        MeasuredMeaning(kind, (prismatic + 1, i + 1, i + 2),
-                f"prismatic joint {prismatic + 1} moves {how} the line from the axis of joint {i + 1}"
-                f" to that of joint {i + 2}",
-                partial(prismatic_slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
+        _meaning_of(kind, (prismatic, i, i + 1), f"prismatic joint {{}} moves {how} {line}",
+                    partial(prismatic_slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
         for prismatic, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
         if are_parallel(samples, i, i + 1)
         for kind, how in (("along", "along"), ("across", "at right angles to"))
@@ -193,19 +185,10 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
     if None in names or min(sizes) < NONZERO_THRESHOLD:
         return []
-    line, measure = (
-        f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear",
-        partial(_origin_collinearity_error, k=k),
-    )
-    return [
-        MeasuredMeaning("straight", (k,), f"{line}, with ${names[1]}$ between the others", measure),
-        MeasuredMeaning("doubled", (k,), f"{line}, with ${names[1]}$ not between the others", measure),
-    ]
-
-
-def _origin_collinearity_error(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
-    """Return a measure of how far three successive origins are from collinear."""
-    return link_products(arm, q, k)[0]
+    line = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear, with ${names[1]}$"
+    pairs = (("straight", "between the others"), ("doubled", "not between the others"))
+    measure = partial(origin_collinearity_error, k=k)
+    return [MeasuredMeaning(kind, (k,), f"{line} {where}", measure) for kind, where in pairs]
 
 
 def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
@@ -215,7 +198,7 @@ def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[in
     if not all(are_parallel(samples, 0, i) for i in revolute):
         return []
     words = "$P$ and the axes of all joints lie in one plane"
-    return [MeasuredMeaning("level", tuple(i + 1 for i in revolute), words, arm_coplanarity_error)]
+    return [_meaning_of("level", revolute, words, arm_coplanarity_error)]
 
 
 def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
@@ -223,8 +206,8 @@ def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredM
     moving_joints = range(min(chain.n, chain.point.frame))
     sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
-        MeasuredMeaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line",
-                partial(common_direction_error, joints=(i, j)))
+        _meaning_of("one way", (i, j), "joints {} and {} move $P$ along the same line",
+                    partial(common_direction_error, joints=(i, j)))
         for i, j in combinations(moving_joints, 2)
         if min(sizes[i], sizes[j]) > NONZERO_THRESHOLD
     ]  # fmt: skip
@@ -234,25 +217,24 @@ def _extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: int) -
     """Return the statements that joint j brings the point as far from, or as near to, axis i as it can."""
     if not _changes_distance(samples, i, j):
         return []
-    joints, measure = (i + 1, j + 1), partial(axis_distance_derivative, joint=i, movers=[j])
-    ending = f"the axis of joint {i + 1} as joint {j + 1} can bring it"
+    measure = partial(axis_distance_derivative, joint=i, movers=[j])
+    axis = "the axis of joint {} as joint {} can bring it"
+    far, near = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
     if chain.joints[j].kind == "P":
-        return [MeasuredMeaning("near", joints, f"$P$ is as near to {ending}", measure)]
+        return [_meaning_of("near", (i, j), near, measure)]
     others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
     alone = are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
     stretched, folded = ("the arm is stretched out: ", "the arm is folded back: ") if alone else ("", "")
     return [
-        MeasuredMeaning("far", joints, f"{stretched}$P$ is as far from {ending}", measure),
-        MeasuredMeaning("near", joints, f"{folded}$P$ is as near to {ending}", measure),
+        _meaning_of("far", (i, j), f"{stretched}{far}", measure),
+        _meaning_of("near", (i, j), f"{folded}{near}", measure),
     ]
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Return whether a joint changes the distance of the point from an axis, at configurations near the samples."""
-    distances = (
-        axis_distance(s.arm, np.stack([nearby_configuration(s), nearby_configuration(s, j)]), i) for s in samples
-    )
-    return all(abs(distance_before - distance_after) > 1e-9 for distance_before, distance_after in distances)
+    pairs = ((s.arm, np.stack([nearby_configuration(s), nearby_configuration(s, j)])) for s in samples)
+    return all(abs(np.diff(axis_distance(arm, q, i))) > 1e-9 for arm, q in pairs)
 
 
 def _perpendicularity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
@@ -265,11 +247,16 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind in ("far", "near"):
         return _is_extreme(chain, meaning.kind, sample, i, j)
-    error = sample.evaluate(meaning.measure)
-    is_zero = True if error < ZERO_TOLERANCE else False if error > NONZERO_THRESHOLD / 20 else None
+    is_zero = _is_zero(sample.evaluate(meaning.measure))
     if is_zero and meaning.kind in ("straight", "doubled"):
-        return bool(link_products(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
+        first, second = np.diff(sample.frames[i : i + 3, :3, 3], axis=0)
+        return bool(first @ second > 0) == (meaning.kind == "straight")
     return is_zero
+
+
+def _is_zero(error: float) -> bool | None:
+    """Return whether an error is zero up to rounding; None if it is neither clearly zero nor clearly nonzero."""
+    return True if error < ZERO_TOLERANCE else False if error > NONZERO_THRESHOLD / 20 else None
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
@@ -278,8 +265,8 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     changes = np.zeros((len(others) + 2, len(sample.q)))
     changes[:, j] = [DIFFERENCE_STEP, -DIFFERENCE_STEP, *others]
     distances = axis_distance(sample.arm, sample.q + np.vstack([np.zeros(len(sample.q)), changes]), i)
-    middle, change = float(distances[0]), distances[1:] - distances[0]
-    if abs(change[0] - change[1]) / (2 * DIFFERENCE_STEP) > ZERO_TOLERANCE and middle > ZERO_TOLERANCE:
-        return False if abs(change[0] - change[1]) / (2 * DIFFERENCE_STEP) > NONZERO_THRESHOLD / 20 else None
-    beyond = float(change.max() if kind == "far" else -change.min())
-    return True if beyond < ZERO_TOLERANCE else False if beyond > NONZERO_THRESHOLD / 20 else None
+    change = distances[1:] - distances[0]
+    slope = abs(change[0] - change[1]) / (2 * DIFFERENCE_STEP)
+    if slope > ZERO_TOLERANCE and distances[0] > ZERO_TOLERANCE:
+        return _is_zero(slope)
+    return _is_zero(change.max() if kind == "far" else -change.min())

@@ -37,14 +37,9 @@ def normalized_pieces(chain: Chain, component: Component) -> list[str]:
         shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
         conditions = (sp.expand(condition.xreplace(shifts)) for condition in component.conditions)
         return Component(tuple(conditions), None).pieces()
-    solutions = tuple(
-        (
-            joint,
-            tuple(sorted((_shift_value(value, offsets[joint], joint) for value in values), key=sp.default_sort_key)),
-        )
-        for joint, values in component.solutions
-    )
-    return Component(component.conditions, solutions).pieces()
+    shifted = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
+    solutions = ((joint, tuple(sorted(values, key=sp.default_sort_key))) for joint, values in shifted.solutions or ())
+    return replace(shifted, solutions=tuple(solutions)).pieces()
 
 
 def first_joint_moves_all(chain: Chain) -> bool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
@@ -72,7 +72,7 @@ def check_rank_loss(
     rng = Stream(seed)
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         arms.append(arm)
-        rank = _RankTest(arm, chain.task)
+        rank = _RankTest(arm, chain)
         numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
             converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
@@ -88,7 +88,7 @@ def check_rank_loss(
     searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
-            rank = _RankTest(arm, chain.task)
+            rank = _RankTest(arm, chain)
             converged, q = _Branch(branches[k], chain, values).find_zeros(rank.sample_configurations(start_count, rng))
             if converged.any():
                 arms.append(arm)
@@ -108,9 +108,8 @@ def find_covering_branches(
     """
     rng, covering = Stream("lies on"), set()
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
-        converged, q = _Branch(branch, chain, values).find_zeros(
-            _RankTest(arm, chain.task).sample_configurations(START_COUNT, rng)
-        )
+        starts = _RankTest(arm, chain).sample_configurations(START_COUNT, rng)
+        converged, q = _Branch(branch, chain, values).find_zeros(starts)
         q = q[converged]
         for k, conditions in enumerate(other_branches):
             is_covered = _Branch(conditions, chain, values).contains(q)
@@ -129,11 +128,9 @@ def _sample_lengths(
     A choice for which no real arm exists is skipped. The shortest length is `min_numerator` / 10,007 m, the
     longest 1.2 m.
     """
+    size = 12000 - min_numerator
     for _ in range(sample_count if chain.parameters else 1):
-        values = {
-            symbol: sp.Rational(min_numerator + rng.integer_below(12000 - min_numerator), 10007)
-            for symbol in chain.parameters
-        }
+        values = {symbol: sp.Rational(min_numerator + rng.integer_below(size), 10007) for symbol in chain.parameters}
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
         except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
@@ -155,9 +152,8 @@ class _Branch:
         """Return the values of the m conditions (k x m) and their derivatives (k x m x n) at k configurations."""
         k, m = len(q), len(self._coefficient_sizes)
         results = evaluate(self._program, dict(zip(self._joint_names, q.T, strict=True)), k)[0].real
-        return results[:m].T / self._coefficient_sizes, results[m:].reshape(m, -1, k).transpose(
-            2, 0, 1
-        ) / self._coefficient_sizes[:, None]
+        derivatives = results[m:].reshape(m, -1, k).transpose(2, 0, 1)
+        return results[:m].T / self._coefficient_sizes, derivatives / self._coefficient_sizes[:, None]
 
     def find_zeros(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Iterate from k starts; return whether each converged to a common zero, and the end points (k x n)."""
@@ -212,12 +208,11 @@ def _limit_steps(steps: np.ndarray) -> np.ndarray:
 class _RankTest:
     """The numeric task Jacobian, with lengths divided by the arm's reach, for finding where it loses rank."""
 
-    def __init__(self, arm: NumericChain, task: Sequence[str]) -> None:
-        self._arm, self._task_rows = arm, [TASK_ROWS.index(row) for row in task]
+    def __init__(self, arm: NumericChain, chain: Chain) -> None:
+        self._arm, self._task_rows = arm, chain.task_rows
         self._is_revolute = np.array([kind == "R" for kind in arm.kinds])
-        link_lengths = (
-            abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in zip(arm.kinds, arm.fixed, strict=True)
-        )
+        links = zip(arm.kinds, arm.fixed, strict=True)
+        link_lengths = (abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in links)
         self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
         self._joint_units = np.where(self._is_revolute, 1.0, self._reach)
 
@@ -237,10 +232,8 @@ class _RankTest:
 
     def loses_rank(self, q: np.ndarray) -> np.ndarray:
         """Return for each of k configurations whether J has less than full rank."""
-        singular_values = np.linalg.svd(self.jacobian(q), compute_uv=False)
-        return np.asarray(
-            singular_values[:, -1] < RANK_TOLERANCE * np.maximum(singular_values[:, 0], _SINGULAR_VALUE_FLOOR)
-        )
+        sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
+        return np.asarray(sigma[:, -1] < RANK_TOLERANCE * np.maximum(sigma[:, 0], _SINGULAR_VALUE_FLOOR))
 
     def search_singular(self, q: np.ndarray, rng: Stream) -> np.ndarray:
         """Return the singular configurations to which searches from k starts converge, at most k x n."""

@@ -55,10 +55,8 @@ def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
         return False
     distance_in_plane = np.sqrt(max(radius**2 - plane_offset**2, 0.0))
     across_offset, height_offset = carried.shoulder
-    answers = [
-        _is_inside(float(np.hypot(side * distance_in_plane - across_offset, height - height_offset)), carried.distances)
-        for side in (1, -1)
-    ]
+    across = distance_in_plane * np.array([1, -1]) - across_offset
+    answers = [_is_inside(float(x), carried.distances) for x in np.hypot(across, height - height_offset)]
     return True if True in answers else None if None in answers else False
 
 
@@ -145,30 +143,28 @@ def reaches_displaced_pose(
     - `task`: the indices of the task's rows.
     - `shift`: the displacement in the order of these rows (m along a world axis, rad about a world axis).
     """
-    point = arm.point_of(frames)
     displacement = np.zeros(6)
     displacement[list(task)] = shift
+    point = arm.point_of(frames)
+    target = point + displacement[:3]
     if list(task) == [0, 1, 2]:
-        answer = reaches_point(arm, point + displacement[:3])
+        answer = reaches_point(arm, target)
         if answer is not None:
             return answer
     planar_arm = _as_planar_arm(arm, tuple(task))
     if planar_arm is None:
         return None
     if not planar_arm.has_angle:
-        return _reaches_in_plane(arm, planar_arm, planar_arm.joints, point + displacement[:3])
-    rotation = _axis_rotation(displacement[3:])
-    last = planar_arm.joints[-1]
+        return _reaches_in_plane(arm, planar_arm, planar_arm.joints, target)
+    rotation, last = _axis_rotation(displacement[3:]), planar_arm.joints[-1]
     if arm.kinds[last] == "R":
-        origin = frames[last, :3, 3]
-        return _reaches_in_plane(
-            arm, planar_arm, planar_arm.joints[:-1], point + displacement[:3] - rotation @ (point - origin)
-        )
+        last_axis_target = target - rotation @ (point - frames[last, :3, 3])
+        return _reaches_in_plane(arm, planar_arm, planar_arm.joints[:-1], last_axis_target)
     if [arm.kinds[joint] for joint in planar_arm.joints] != ["R", "R", "P"]:
         return None
     first, second = (frames[joint, :3, 3] for joint in planar_arm.joints[:2])
     line_normal = cross(planar_arm.normal, frames[last, :3, 2])
-    distance = float((rotation @ line_normal) @ (point + displacement[:3] - first) - line_normal @ (point - second))
+    distance = float((rotation @ line_normal) @ (target - first) - line_normal @ (point - second))
     return _is_clearly_below(abs(distance), float(np.linalg.norm(planar_arm.plane_projector @ (second - first))))
 
 
@@ -231,11 +227,8 @@ def _reaches_in_plane(
     kinds, axes, origins = [arm.kinds[joint] for joint in joints], home[joints, :3, 2], home[joints, :3, 3]
     if kinds[0] == "R":
         distances = _distance_range(kinds, axes, origins, tip)
-        return (
-            None
-            if distances is None
-            else _is_inside(float(np.linalg.norm(planar_arm.plane_projector @ (target - origins[0]))), distances)
-        )
+        distance = float(np.linalg.norm(planar_arm.plane_projector @ (target - origins[0])))
+        return None if distances is None else _is_inside(distance, distances)
     if len(kinds) == 1 or "P" in kinds[1:]:
         return None
     distance = float(cross(planar_arm.normal, axes[0]) @ (target - origins[1]))
@@ -288,9 +281,8 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
             answers[k] = YES if is_reached else NO
     unsure = np.flatnonzero(answers == UNSURE).tolist()
     if unsure:
-        answers[unsure] = _search_beyond(
-            [samples[k].arm for k in unsure], frames[unsure], task, shifts[unsure], reach[unsure]
-        )
+        unsure_arms = [samples[k].arm for k in unsure]
+        answers[unsure] = _search_beyond(unsure_arms, frames[unsure], task, shifts[unsure], reach[unsure])
     return np.asarray(answers == YES)
 
 
@@ -352,10 +344,8 @@ def reach_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     The tool may be the only length, for example if two axes meet in one point.
     """
     distinct_arms = list({id(arm): arm for arm in arms}.values())
-    starts = _starts(len(distinct_arms[0].kinds))
-    origins = NumericChain.stack(distinct_arms).frames(np.broadcast_to(starts, (len(distinct_arms), *starts.shape)))[
-        ..., :3, 3
-    ]
+    starts = np.stack([_starts(len(arm.kinds)) for arm in distinct_arms])
+    origins = NumericChain.stack(distinct_arms).frames(starts)[..., :3, 3]
     links = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
     lengths = links + [float(np.linalg.norm(arm.offset[:3])) for arm in distinct_arms] + 1e-9
     length_of = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}

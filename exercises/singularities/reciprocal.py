@@ -122,9 +122,8 @@ def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     """
     middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     if set(chain.task) == set(_POSITION):
-        return [(frame, None) for frame in reversed(middle) if frame <= chain.point.frame] or [
-            (chain.point.frame, None)
-        ]
+        frames_before_point = [frame for frame in reversed(middle) if frame <= chain.point.frame]
+        return [(frame, None) for frame in frames_before_point or [chain.point.frame]]
     rng = Stream("sparsest")
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
     frames = NumericChain(chain, values).frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
@@ -133,11 +132,8 @@ def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     candidates = []
     for frame, about in product(middle, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
-        linear, angular = (
-            np.where(is_revolute, np.cross(z, point - origins), z) @ rotation,
-            (z * is_revolute) @ rotation,
-        )
-        zeros = np.abs(np.hstack([linear, angular])) < _SPARSITY_TOLERANCE
+        linear, angular = np.where(is_revolute, np.cross(z, point - origins), z), z * is_revolute
+        zeros = np.abs(np.hstack([linear @ rotation, angular @ rotation])) < _SPARSITY_TOLERANCE
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
         candidates.append((key, zeros.tobytes()))
     patterns: dict[bytes, tuple[int, int | None]] = {}
@@ -242,11 +238,8 @@ class _Elimination:
         if not values:
             return sp.S.Zero if factor in dict(factor_trig(entry).factors) else entry
         expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
-        return (
-            sp.cancel(sp.expand(expanded.xreplace(values)))
-            if any(map(_has_symbols, values.values()))
-            else _tidy(expanded.xreplace(values))
-        )
+        substituted, has_symbols = expanded.xreplace(values), any(map(_has_symbols, values.values()))
+        return sp.cancel(sp.expand(substituted)) if has_symbols else _tidy(substituted)
 
     def _drop_zero_columns(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
         nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
@@ -254,27 +247,21 @@ class _Elimination:
 
     def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
         """Return the factors with joint variables that all nonzero entries have in common."""
-        products = [factor_trig(entry) for entry in entries if entry != 0]
-        first, *others = products
-        return [
-            f for f, _ in first.factors if self.search.contains_joints(f) and all(f in dict(o.factors) for o in others)
-        ]
+        first, *others = [dict(factor_trig(entry).factors) for entry in entries if entry != 0]
+        return [f for f in first if self.search.contains_joints(f) and all(f in factors for factors in others)]
 
     def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
         """Return row and column of a nonzero constant entry; None if there is none.
 
         Among these entries, choose the one whose row and column have the most zeros.
         """
-        best_pivot = None
+        keys = []
         for r, c in product(range(matrix.rows), range(matrix.cols)):
-            entry = matrix[r, c]
-            if entry == 0 or self.search.contains_joints(entry) or self._may_be_zero(entry):
-                continue
-            fill = _count_others(matrix.row(r)) * _count_others(matrix.col(c))
-            key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
-            if best_pivot is None or key < best_pivot[0]:
-                best_pivot = key, (r, c)
-        return best_pivot[1] if best_pivot else None
+            entry, row, column = matrix[r, c], matrix.row(r), matrix.col(c)
+            if not (entry == 0 or self.search.contains_joints(entry) or self._may_be_zero(entry)):
+                fill = _count_others(row) * _count_others(column)
+                keys.append((fill, sp.count_ops(row) + sp.count_ops(column), r, c))
+        return min(keys)[2:] if keys else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
         """Return whether a constant that contains a sum is zero for the arm's twists."""
@@ -302,11 +289,7 @@ class _Elimination:
                 combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
                 other_rows = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
-                smaller = (
-                    reduced_matrix.extract(other_rows, list(range(m.cols)))
-                    .col_join(combined_row)
-                    .extract(list(range(m.rows - 1)), columns)
-                )
+                smaller = reduced_matrix.extract(other_rows, columns).col_join(combined_row.extract([0], columns))
                 column_numbers = [*other_rows, -1] if transposed else columns
                 key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
                 if best_reduction is None or key < best_reduction[0]:
@@ -333,11 +316,10 @@ class _Elimination:
                 return None
             row = (reduced.row(r) * denominator - reduced.row(first) * numerator).applyfunc(_tidy)
             reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
-        return (
-            (reduced, (min(rows_by_factors.values()), max(rows_by_factors.values())))
-            if len(rows_by_factors) == 2
-            else None
-        )
+        if len(rows_by_factors) != 2:
+            return None
+        first_row, second_row = rows_by_factors.values()
+        return reduced, (first_row, second_row)
 
     def _branches_by_minors(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction
@@ -346,10 +328,9 @@ class _Elimination:
         column_sets = combinations(range(matrix.cols), matrix.rows)
         minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
         zeros = common_zeros(minors, self.search)
-        self.reduced_cases.append(
-            ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if zeros is None else tuple(zeros))
-        )
-        for branch in [()] if zeros is None else zeros:
+        branches = ((),) if zeros is None else tuple(zeros)
+        self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, branches))
+        for branch in branches:
             yield (*case, *branch)
 
 
@@ -397,9 +378,8 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
     for r in range(matrix.rows):
         denominators = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
         common = sp.lcm_list(denominators) if any(map(_has_symbols, denominators)) else sp.S.One
-        rows.append(
-            matrix.row(r).applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else matrix.row(r)
-        )
+        row = matrix.row(r)
+        rows.append(row.applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else row)
     return sp.Matrix.vstack(*rows) if rows else matrix
 
 
@@ -418,16 +398,16 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
     if polynomial.total_degree() != 1 or polynomial.free_symbols & {angle}:
         return []
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    if sp.expand(a - b) == 0 or sp.expand(a + b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
-        is_infinite = sp.expand(a - b) == 0
-        tangent = -a / c if is_infinite else -c / a
-        roots = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)] if is_infinite else [(sp.S.Zero, sp.S.One, sp.S.Zero)]
-        if c != 0:
-            tangent = sp.cancel(tangent)
-            scale = 1 + tangent**2
-            roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / scale), sp.cancel(2 * tangent / scale)))
+    if sp.expand(a - b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
+        roots, tangent = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)], -a / c
+    elif sp.expand(a + b) == 0:
+        roots, tangent = [(sp.S.Zero, sp.S.One, sp.S.Zero)], -c / a
     else:
         return []
+    if c != 0:
+        tangent = sp.cancel(tangent)
+        scale = 1 + tangent**2
+        roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / scale), sp.cancel(2 * tangent / scale)))
     return [(1 - sp.cos(angle - root), {sp.cos(angle): x, sp.sin(angle): y}) for root, x, y in roots]
 
 
@@ -453,22 +433,21 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
     def is_zero(constant: sp.Expr) -> bool:
         return bool(abs(sp.N(constant.xreplace(values), 30)) < _ZERO_TOLERANCE)
 
-    candidates, last_error = [], None
+    def is_possible(branch: Conjunction) -> bool:
+        return may_hold_simultaneously([condition.xreplace(dict(twists)) for condition in branch], chain.q)
+
+    candidates, errors = [], []
     for frame, about in _sparsest_frames(chain)[:MAX_FRAMES]:
         try:
             singular_set = _search_from(chain, frame, about, is_zero)
         except TooLong as error:
-            last_error = error
+            errors.append(error)
             continue
-        possible = (
-            w for w in singular_set.branches if may_hold_simultaneously([c.xreplace(dict(twists)) for c in w], chain.q)
-        )
-        candidates.append(replace(singular_set, branches=tuple(possible)))
+        candidates.append(replace(singular_set, branches=tuple(filter(is_possible, singular_set.branches))))
         if _count_operations(candidates[-1]) < SHORT_OPERATION_COUNT:
             break
     if not candidates:
-        assert last_error is not None
-        raise last_error
+        raise errors[-1]
     return min(candidates, key=_count_operations)
 
 
@@ -485,18 +464,11 @@ def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[
     if () in branches:
         return ReciprocalSet(reduction, tuple(elimination.reduced_cases), ((),))
     search = Search((*chain.q, *elimination.marks.values()), is_zero)
-    tidied = [
-        drop_implied(branch, chain.q) for branch in tidy_branches(branches, search, "what the rank of J comes down to")
-    ]
+    tidied = tidy_branches(branches, search, "the remaining minors of J")
     conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
-    cases = tuple(
-        replace(reduced, case=_state_case(reduced.case, conditions_by_mark)) for reduced in elimination.reduced_cases
-    )
-    return ReciprocalSet(
-        reduction, cases, tuple(tuple(c.xreplace(conditions_by_mark) for c in branch) for branch in tidied)
-    )
 
+    def state(conditions: Conjunction) -> Conjunction:
+        return tuple(condition.xreplace(conditions_by_mark) for condition in conditions)
 
-def _state_case(case: Conjunction, conditions_by_mark: dict[sp.Symbol, sp.Expr]) -> Conjunction:
-    """Return the conditions of a case with each mark replaced by the condition for which it stands."""
-    return tuple(conditions_by_mark.get(condition, condition) for condition in replace_marks(case))
+    cases = (replace(reduced, case=state(replace_marks(reduced.case))) for reduced in elimination.reduced_cases)
+    return ReciprocalSet(reduction, tuple(cases), tuple(state(drop_implied(branch, chain.q)) for branch in tidied))

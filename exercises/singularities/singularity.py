@@ -47,7 +47,7 @@ class Component:
     """
 
     conditions: tuple[sp.Expr, ...]
-    solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
+    solutions: tuple[JointSolution, ...] | None
 
     def pieces(self) -> list[str]:
         """Return the conditions as text, one string for each value or combination of values.
@@ -153,13 +153,10 @@ def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[t
         is_possible = _may_hold_generically(conjunction, derivation.generic_joints)
         is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
         if is_possible and len(conjunction) > codimension:
-            required = tuple(
-                map(derivation.substitute_values, _drop_implied_generically(conjunction, derivation.generic_joints))
-            )
-            redundant = (condition for condition in conditions if condition not in required)
-            if conditions == conjunction or all(
-                is_implied(c, required, chain.q, MAX_IMPLICATION_WORK) for c in redundant
-            ):
+            generic_required = _drop_implied_generically(conjunction, derivation.generic_joints)
+            required = tuple(map(derivation.substitute_values, generic_required))
+            redundant = [] if conditions == conjunction else [c for c in conditions if c not in required]
+            if all(is_implied(condition, required, chain.q, MAX_IMPLICATION_WORK) for condition in redundant):
                 conditions = required
         yield conditions, is_possible
 
@@ -178,10 +175,8 @@ def _is_contained(component: Component, container: Component) -> bool:
     """Return whether `component` is contained in `container`, by comparing the values of each joint."""
     if component.solutions is None or container.solutions is None:
         return False
-    values_by_joint = dict(component.solutions)
-    return all(
-        joint in values_by_joint and set(values_by_joint[joint]) <= set(values) for joint, values in container.solutions
-    )
+    solutions = dict(component.solutions)
+    return all(joint in solutions and set(solutions[joint]) <= set(values) for joint, values in container.solutions)
 
 
 def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
@@ -217,14 +212,12 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
                 return None
             redundant = j if len(common) == len(first) else i if len(common) == len(second) else None
             if redundant is not None:
-                remaining_indices = [k for k in range(len(conditions)) if k != redundant]
-                return _merge_solutions(
-                    tuple(conditions[k] for k in remaining_indices), tuple(solutions[k] for k in remaining_indices)
-                )
+                remaining = conditions[:redundant] + conditions[redundant + 1 :]
+                return _merge_solutions(remaining, solutions[:redundant] + solutions[redundant + 1 :])
     return Component(conditions, solutions)
 
 
-def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+def solve_condition(condition: sp.Expr, chain: Chain) -> JointSolution | None:
     """Solve one condition for its joint; return (joint, values), with no values if there is no real solution.
 
     Return None if the condition involves several joints, or has a form that no formula here solves.
@@ -238,7 +231,7 @@ def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[
     return _solve_angle(condition, joint)
 
 
-def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
     polynomial = sp.Poly(condition, joint)
     if polynomial.degree() == 1:
         a, b = polynomial.all_coeffs()
@@ -249,7 +242,7 @@ def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, 
 
 
 @lru_cache(maxsize=4096)
-def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
     """Solve A + B cos(phi) + C sin(phi) = 0, in which phi is the joint's angle with its offset."""
     arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
     phi = arguments.pop() if len(arguments) == 1 else joint
@@ -392,18 +385,16 @@ def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
     factor_sets = [factors for minor in minors if (factors := search.joint_factors(minor)) is not None]
     if not factor_sets:
         return None
+    subject = f"the {len(factor_sets)} minors of J"
     shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
     remaining_sets = [[f for f in factors if f not in shared] for factors in factor_sets]
     conjunctions: list[Conjunction] = [(f,) for f in shared]
     for leaf in _branches(remaining_sets, search):
-        conjunction = tuple(dict.fromkeys(leaf))
         if len(conjunctions) > MAX_EXAMINED_BRANCHES:
-            raise TooLong(
-                f"the {len(factor_sets)} minors of J may vanish together in more than {MAX_EXAMINED_BRANCHES} ways"
-            )
-        if not any(f in conjunction for f in shared):
-            conjunctions.append(conjunction)
-    return tidy_branches(conjunctions, search, f"the {len(factor_sets)} minors of J")
+            raise TooLong(f"{subject} may vanish together in more than {MAX_EXAMINED_BRANCHES} ways")
+        if not any(f in leaf for f in shared):
+            conjunctions.append(tuple(dict.fromkeys(leaf)))
+    return tidy_branches(conjunctions, search, subject)
 
 
 def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: str) -> list[Conjunction]:
@@ -430,9 +421,7 @@ def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known_condition
     if condition in known_conditions:
         return True
     substituted = factor_trig(sp.expand(substitute(condition, values)))
-    return substituted.is_zero or any(
-        factor in known_conditions or -factor in known_conditions for factor, _ in substituted.factors
-    )
+    return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
 
 
 def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
@@ -483,14 +472,8 @@ def _remaining_factors(
     """Return the factors that can still vanish, or None if the product vanishes already."""
     remaining: list[sp.Expr] = []
     for factor in factors:
-        if factor == zero:
-            return None
-        substituted = factor_trig(sp.expand(substitute(factor, values))) if values else None
-        if substituted is None:
-            remaining.append(factor)
-            continue
-        moving = search.joint_factors(substituted)
-        if moving is None:
+        moving = [factor] if not values else _joint_factors_of(substitute(factor, values), search)
+        if factor == zero or moving is None:
             return None
         remaining += moving
     return remaining

@@ -68,10 +68,8 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
         samples, rows = _arms_before_wrist(samples), [0, 1, 2]
     if not samples:
         return False
-    singular_values = np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False)
-    return set(_ranks(singular_values, samples)) == {len(rows) - 1} and set(_kinds_by_motion(samples, rows)) == {
-        "boundary"
-    }
+    ranks = _ranks(np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False), samples)
+    return bool(np.all(ranks == len(rows) - 1) and np.all(_kinds_by_motion(samples, rows) == "boundary"))
 
 
 def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
@@ -83,7 +81,8 @@ def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
     if not _has_free_orientation(chain):
         return list(_kinds_by_position(samples, chain.task_rows))
     kinds = np.full(len(samples), "regular", dtype=object)
-    singular = [k for k, sample in enumerate(samples) if _is_singular(sample)]
+    sigma = np.linalg.svd(jacobians_of(samples), compute_uv=False) if samples else np.ones((0, 6))
+    singular = np.flatnonzero(_ranks(sigma, samples) < 6).tolist()
     wrist_centre_kinds = _kinds_by_position(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
     kinds[singular] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
     return list(kinds)
@@ -95,18 +94,12 @@ def _has_free_orientation(chain: Chain) -> bool:
     The wrist's successive axes must be perpendicular.
     """
     has_wrist = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
-    return has_wrist and all(sp.cos(chain.joints[i].alpha) == 0 for i in (3, 4))
+    return has_wrist and all(sp.cos(joint.alpha) == 0 for joint in chain.joints[3:5])
 
 
 def _arms_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
     """Return the first three joints of six-joint arms with a spherical wrist, with the wrist centre as their point."""
     return [Sample(s.arm.first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
-
-
-def _is_singular(sample: Sample) -> bool:
-    """Return whether the 6 x 6 Jacobian of a sample loses rank."""
-    singular_values = np.linalg.svd(sample.arm.jacobian(sample.q), compute_uv=False)
-    return bool(_ranks(singular_values[None], [sample])[0] < len(singular_values))
 
 
 def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
@@ -117,9 +110,8 @@ def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     scale = sigma[:, 0].copy()
     small_scales = np.flatnonzero(scale < 1.0).tolist()
     if small_scales:
-        scale[small_scales] = np.maximum(
-            scale[small_scales], np.minimum(reach_lengths([samples[k].arm for k in small_scales]), 1.0)
-        )
+        reach = reach_lengths([samples[k].arm for k in small_scales])
+        scale[small_scales] = np.maximum(scale[small_scales], np.minimum(reach, 1.0))
     return np.asarray(np.sum(sigma > RANK_TOLERANCE * scale[:, None], axis=1))
 
 
@@ -174,10 +166,8 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
         for lost in _lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
             undecided = np.flatnonzero(~is_edge)
             if len(undecided):
-                remaining_bending = _Bending(bending.joint_motions[undecided], bending.jacobian_changes[undecided])
-                is_edge[undecided] = _are_at_boundary(
-                    [group[k] for k in undecided.tolist()], task, lost[undecided], remaining_bending
-                )
+                undecided_samples = [group[k] for k in undecided.tolist()]
+                is_edge[undecided] = _are_at_boundary(undecided_samples, task, lost[undecided], bending[undecided])
         kinds[indices] = np.where(is_edge, "boundary", "internal")
     return kinds
 
@@ -246,6 +236,9 @@ class _Bending:
     joint_motions: np.ndarray
     jacobian_changes: np.ndarray
 
+    def __getitem__(self, indices: np.ndarray) -> "_Bending":
+        return _Bending(self.joint_motions[indices], self.jacobian_changes[indices])
+
 
 _DIFFERENCE_STEP = 1e-4
 """Step of the joint motions for finite differences."""
@@ -277,9 +270,8 @@ def _are_at_boundary(
     for sign, is_tested in ((1, ~forward & (backward | tests_both)), (-1, ~backward & (forward | tests_both))):
         indices = np.flatnonzero(is_tested & ~is_edge)
         if len(indices):
-            is_edge[indices] = ~reaches_beyond(
-                [samples[k] for k in indices.tolist()], task, sign * lost_directions[indices]
-            )
+            tested = [samples[k] for k in indices.tolist()]
+            is_edge[indices] = ~reaches_beyond(tested, task, sign * lost_directions[indices])
     return is_edge
 
 
@@ -291,9 +283,6 @@ def _second_order_signs(directions: np.ndarray, bending: _Bending) -> tuple[np.n
 
 def _quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:
     """Return the quadratic forms (k x s x s) of the second-order motion along a direction."""
-    halves = (
-        np.einsum("km,ksmn->ksn", directions, bending.jacobian_changes)
-        / (2 * _DIFFERENCE_STEP)
-        @ bending.joint_motions.swapaxes(1, 2)
-    )
+    changes = np.einsum("km,ksmn->ksn", directions, bending.jacobian_changes) / (2 * _DIFFERENCE_STEP)
+    halves = changes @ bending.joint_motions.swapaxes(1, 2)
     return np.asarray((halves + halves.swapaxes(1, 2)) / 2)

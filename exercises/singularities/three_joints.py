@@ -64,9 +64,8 @@ class _NormalizedArms:
 
     def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the point (k x m x 3) with the third joint at x and y (m, or k x m)."""
-        return np.asarray(
-            self.middle[:, None] + x[..., None] * self.along[:, None] + y[..., None] * self.across[:, None]
-        )
+        middle, along, across = (vectors[:, None] for vectors in (self.middle, self.along, self.across))
+        return np.asarray(middle + x[..., None] * along + y[..., None] * across)
 
 
 def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
@@ -78,9 +77,7 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     # the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
     arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[
-        :, None
-    ]  # a prismatic joint may be the arm's only length
+    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[:, None]  # a slide may be the only length
     origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
     if arms.kinds[2] == "P":
         middle, along, across = point, axes[:, 2], np.zeros_like(point)
@@ -159,12 +156,8 @@ def _second_joint_condition(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual
         axis_cosine = _dot(first, second)
         sole = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & (arm.kinds[0] == "R")
         return sole, _Residual(arm, sole, axis_cosine[:, None, None])
-    basis = np.stack(_perpendiculars(second), axis=1)
-    if arm.kinds[0] == "R":
-        directions = np.stack([first, 2 * arm.origins[:, 1]], axis=1)
-    else:
-        directions = np.stack(_perpendiculars(first), axis=1)
-    matrix = directions @ basis.swapaxes(1, 2)
+    directions = (first, 2 * arm.origins[:, 1]) if arm.kinds[0] == "R" else _perpendiculars(first)
+    matrix = np.stack(directions, axis=1) @ np.stack(_perpendiculars(second), axis=1).swapaxes(1, 2)
     sigma = np.linalg.svd(matrix, compute_uv=False)
     sole = sigma[:, 1] > _ZERO_TOLERANCE
     return sole, _Residual(arm, sole, matrix)
@@ -179,19 +172,11 @@ def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.n
     if arm.kinds[0] == "R":
         height_change = _dot(arm.target, first) - _dot(origin, first)
         distance = _dot(arm.target, arm.target) - _dot(origin, origin)
-        return np.stack(
-            [
-                height_change[:, None] - _dot(first, second)[:, None] * height,
-                distance[:, None] - squared - 2 * _dot(origin, second)[:, None] * height,
-            ],
-            axis=2,
-        )
-    directions = _perpendiculars(first)
-    required = (
-        _dot(direction, arm.target - origin)[:, None] - _dot(direction, second)[:, None] * height
-        for direction in directions
-    )
-    return np.stack(list(required), axis=2)
+        required_height = height_change[:, None] - _dot(first, second)[:, None] * height
+        required_square = distance[:, None] - squared - 2 * _dot(origin, second)[:, None] * height
+        return np.stack([required_height, required_square], axis=2)
+    pairs = [(_dot(u, arm.target - origin)[:, None], _dot(u, second)[:, None]) for u in _perpendiculars(first)]
+    return np.stack([total - share * height for total, share in pairs], axis=2)
 
 
 # --- a polynomial as the only condition ---
@@ -199,11 +184,9 @@ def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.n
 
 def _decide_by_sign(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
     """Decide by the signs of its values whether the polynomial has a root."""
-    return (
-        _sign_on_circle(residual)
-        if arm.kinds[2] == "R"
-        else _sign_on_line(residual, 4 if arm.kinds[:2] == ("R", "R") else 2)
-    )
+    if arm.kinds[2] == "R":
+        return _sign_on_circle(residual)
+    return _sign_on_line(residual, 4 if arm.kinds[:2] == ("R", "R") else 2)
 
 
 def _sign_on_circle(residual: _Residual) -> np.ndarray:
@@ -223,7 +206,7 @@ def _sign_on_circle(residual: _Residual) -> np.ndarray:
         if len(rows):
             starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_MINIMUM_STARTS]]
             minimum = _trig_minimum(sign * a[rows], sign * b[rows], starts)
-            answer[rows] = np.where(minimum < -tolerance[rows], YES, np.where(minimum > tolerance[rows], NO, UNSURE))
+            answer[rows] = _decide(-minimum, tolerance[rows])
     return answer
 
 
@@ -232,9 +215,8 @@ def _trig_polynomial(a: np.ndarray, b: np.ndarray, angle: np.ndarray, order: int
     multiples = np.arange(3)
     phases = angle[..., None] * multiples + order * np.pi / 2
     scale = multiples**order if order else np.ones(3)
-    return np.asarray(
-        np.einsum("kmi,ki->km", np.cos(phases), a * scale) + np.einsum("kmi,ki->km", np.sin(phases), b * scale)
-    )
+    cosines, sines = (np.einsum("kmi,ki->km", trig(phases), c * scale) for trig, c in ((np.cos, a), (np.sin, b)))
+    return np.asarray(cosines + sines)
 
 
 def _trig_minimum(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -264,13 +246,22 @@ def _sign_on_line(residual: _Residual, degree: int) -> np.ndarray:
         lowest = np.argmin(values, axis=1)
         rows = np.arange(len(coefficients))
         value, tolerance = values[rows, lowest], _SIGN_TOLERANCE * scale[rows, lowest]
-        return np.where(is_quartic, np.where(value < -tolerance, YES, np.where(value > tolerance, NO, UNSURE)), UNSURE)
+        return np.where(is_quartic, _decide(-value, tolerance), UNSURE)
     constant, linear, quadratic = coefficients.T
     is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE * terms
-    discriminant = linear**2 - 4 * quadratic * constant
-    tolerance = _SIGN_TOLERANCE * (linear**2 + np.abs(4 * quadratic * constant))
-    by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
+    by_discriminant = _decide_by_discriminant(constant, linear, quadratic)
     return np.where(is_quadratic, by_discriminant, np.where(np.abs(linear) > _SIGN_TOLERANCE * terms, YES, UNSURE))
+
+
+def _decide(value: np.ndarray, tolerance: np.ndarray | float) -> np.ndarray:
+    """Return YES where a value is certainly positive, NO where it is certainly negative, and UNSURE elsewhere."""
+    return np.where(value > tolerance, YES, np.where(value < -tolerance, NO, UNSURE))
+
+
+def _decide_by_discriminant(constant: np.ndarray, linear: np.ndarray, quadratic: np.ndarray) -> np.ndarray:
+    """Decide whether quadratic polynomials have a root."""
+    product = 4 * quadratic * constant
+    return _decide(linear**2 - product, _SIGN_TOLERANCE * (linear**2 + np.abs(product)))
 
 
 def _polynomial_coefficients(residual: _Residual, index: int, degree: int) -> np.ndarray:
@@ -290,10 +281,8 @@ def _decide_by_roots(arm: _NormalizedArms, residual: _Residual) -> np.ndarray:
     x, y, existence = _roots_on_circle(residual) if arm.kinds[2] == "R" else _roots_on_line(residual)
     margin = residual(x, y)[1]
     has_root, has_none = existence[:, None] == YES, existence == NO
-    fits, fails = (
-        np.any(has_root & (margin > _SIGN_TOLERANCE), axis=1),
-        np.all(has_root & (margin < -_SIGN_TOLERANCE), axis=1),
-    )
+    fits = np.any(has_root & (margin > _SIGN_TOLERANCE), axis=1)
+    fails = np.all(has_root & (margin < -_SIGN_TOLERANCE), axis=1)
     return np.where(has_none | fails, NO, np.where(fits, YES, UNSURE))
 
 
@@ -306,9 +295,7 @@ def _roots_on_circle(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.nd
     amplitude = np.hypot(x_slope, y_slope)
     ratio = constant / np.where(amplitude > _ZERO_TOLERANCE, amplitude, 1.0)
     roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
-    existence = np.where(
-        np.abs(ratio) < 1 - _SIGN_TOLERANCE, YES, np.where(np.abs(ratio) > 1 + _SIGN_TOLERANCE, NO, UNSURE)
-    )
+    existence = _decide(1 - np.abs(ratio), _SIGN_TOLERANCE)
     if_constant = np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
     return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, if_constant)
 
@@ -320,13 +307,9 @@ def _roots_on_line(residual: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndar
     discriminant = linear**2 - 4 * quadratic * constant
     root = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
     linear_root = -constant / np.where(np.abs(linear) > _ZERO_TOLERANCE, linear, 1.0)
-    x = np.where(
-        is_quadratic[:, None],
-        (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None],
-        linear_root[:, None],
-    )
-    tolerance = _SIGN_TOLERANCE * (linear**2 + np.abs(4 * quadratic * constant))
-    by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
+    quadratic_roots = (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None]
+    x = np.where(is_quadratic[:, None], quadratic_roots, linear_root[:, None])
+    by_discriminant = _decide_by_discriminant(constant, linear, quadratic)
     by_slope = np.where(np.abs(linear) > _ZERO_TOLERANCE, YES, np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE))
     return x, np.zeros_like(x), np.where(is_quadratic, by_discriminant, by_slope)
 

@@ -1,6 +1,6 @@
 """Find the singular configurations of a redundant arm for `qdot solve`, by elimination with a numerical check."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -45,6 +45,9 @@ class RemainingMatrix:
         return 0 in self.joints
 
 
+RemainingMatrices = tuple[RemainingMatrix, ...]
+
+
 @dataclass(frozen=True)
 class RedundantSingularities:
     """The singular set of a redundant arm: the elimination, its results, and the numerical check.
@@ -57,7 +60,7 @@ class RedundantSingularities:
 
     reciprocal: ReciprocalSet
     matrix: sp.ImmutableMatrix
-    remaining_matrices: tuple[RemainingMatrix, ...]
+    remaining_matrices: RemainingMatrices
     components: tuple[SingularComponent, ...]
     is_always_singular: bool
     check: RankCheck | None
@@ -77,10 +80,9 @@ class RedundantSingularities:
     @property
     def omits_conditions(self) -> bool:
         """Whether any condition is not written out."""
-        written_out = (
-            component for component, rank in zip(self.components, self.matrix_indices, strict=True) if rank is None
-        )
-        return any(self.is_long(condition) for component in written_out for condition in component.conditions)
+        pairs = zip(self.components, self.matrix_indices, strict=True)
+        written_out = (condition for component, rank in pairs if rank is None for condition in component.conditions)
+        return any(map(self.is_long, written_out))
 
     @property
     def is_never_singular(self) -> bool:
@@ -90,14 +92,10 @@ class RedundantSingularities:
     @property
     def search_counts(self) -> dict[str, int]:
         """The number of searches for rank loss, of those that converged, and of results that no condition explains."""
-        if self.check is None:
+        if (check := self.check) is None:
             return {}
-        check = self.check
-        return {
-            "searches": check.search_count,
-            "ended": check.converged_count,
-            "unexplained": len(check.unexplained_configurations),
-        }
+        unexplained = len(check.unexplained_configurations)
+        return {"searches": check.search_count, "ended": check.converged_count, "unexplained": unexplained}
 
 
 def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
@@ -114,10 +112,7 @@ def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
     if () in reciprocal.branches:
         yield RedundantSingularities(reciprocal, matrix, rests, (), True, None, ())
         return
-    branches = [
-        tuple(_scale_coefficients(substitute(condition, values)) for condition in branch)
-        for branch in reciprocal.branches
-    ]
+    branches = [tuple(_scale_coefficients(substitute(c, values)) for c in branch) for branch in reciprocal.branches]
     solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
     yield "the numeric test of these conditions"
     check = check_rank_loss(chain, [component.conditions for _, component in solved])
@@ -131,10 +126,8 @@ def redundant_stages(chain: Chain) -> Iterator[str | RedundantSingularities]:
             undecided.append(component.conditions)
     ranks = tuple(_index_of_minors(rests, component.conditions) for component, _ in confirmed)
     undescribed = tuple(_component_with_meaning(component, "") for component, _ in confirmed)
-    check_results = tuple(doubtful), tuple(undecided), ranks
-    partial_result = RedundantSingularities(
-        reciprocal, matrix, rests, undescribed, False, check, *check_results, is_described=False
-    )
+    results = reciprocal, matrix, rests, undescribed, False, check, tuple(doubtful), tuple(undecided), ranks, False
+    partial_result = RedundantSingularities(*results)
     yield partial_result
     yield "the geometry of the configurations in which J loses rank"
     components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
@@ -161,17 +154,11 @@ def _describe_appearance(chain: Chain, samples: list[Sample]) -> str:
 
 
 def _is_shown(reduced_case: ReducedCase) -> bool:
-    return (
-        bool(reduced_case.branches)
-        and min(reduced_case.matrix.shape) > 1
-        and sp.count_ops(reduced_case.matrix) < MAX_SHOWN_OPERATIONS
-        and reduced_case.branches != ((),)
-    )
+    is_short = min(reduced_case.matrix.shape) > 1 and sp.count_ops(reduced_case.matrix) < MAX_SHOWN_OPERATIONS
+    return reduced_case.branches not in ((), ((),)) and is_short
 
 
-def _remaining_matrices(
-    reduced_cases: list[ReducedCase], values: dict[sp.Symbol, sp.Expr]
-) -> tuple[RemainingMatrix, ...]:
+def _remaining_matrices(reduced_cases: list[ReducedCase], values: Mapping[sp.Symbol, sp.Expr]) -> RemainingMatrices:
     """Return the remaining matrices with the arm's numbers; cases with the same matrix are grouped."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for reduced in reduced_cases:
@@ -182,7 +169,7 @@ def _remaining_matrices(
     return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 
-def _index_of_minors(remaining_matrices: tuple[RemainingMatrix, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
+def _index_of_minors(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
     """Return the index of the matrix without case conditions whose minors include all `conditions`, or None."""
     for index, remaining in enumerate(remaining_matrices):
         if len(conditions) > 2 and remaining.cases == ((),) and set(conditions) <= remaining.minors:
@@ -190,7 +177,7 @@ def _index_of_minors(remaining_matrices: tuple[RemainingMatrix, ...], conditions
     return None
 
 
-def _substitute_values(matrix: sp.ImmutableMatrix, values: dict[sp.Symbol, sp.Expr]) -> sp.ImmutableMatrix:
+def _substitute_values(matrix: sp.ImmutableMatrix, values: Mapping[sp.Symbol, sp.Expr]) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(matrix.applyfunc(lambda entry: substitute(entry, values)))
 
 

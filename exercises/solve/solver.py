@@ -45,6 +45,7 @@ SECTIONS = (
     "space-jacobian", "body-jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles",
 )  # fmt: skip
 """The sections of a derivation, in the chapter's order."""
+INVERSE_SECTIONS = ("inverse-jacobian", "inverse-velocity")
 ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so there are no particular singular "
     "configurations. Choose other rows (`task`) or another point (`point`)."
@@ -265,9 +266,8 @@ def _solve_by_elimination(chain: Chain) -> SingularStages:
             parts = partial(_render_redundant_so_far, chain, stage), partial(_redundant_json, chain, stage)
             yield PartialResult(*parts, (DESCRIPTION, *later))
         else:
-            singularities = Singularities(
-                None, stage.components, _describe_numeric_check(chain, stage), stage, missing=later
-            )
+            remarks = _describe_numeric_check(chain, stage)
+            singularities = Singularities(None, stage.components, remarks, stage, missing=later)
             yield singularities
     return singularities
 
@@ -277,7 +277,7 @@ def _render_redundant_so_far(chain: Chain, stage: RedundantSingularities) -> str
 
 
 def _redundant_json(chain: Chain, stage: RedundantSingularities) -> dict[str, Any]:
-    singular = [_component_json(component) for component in stage.components]
+    singular = [*map(_component_json, stage.components)]
     return {"singular": singular, "tested": stage.search_counts, "note": _describe_numeric_check(chain, stage)}
 
 
@@ -297,15 +297,14 @@ def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
         f"Of {check.search_count} searches for singular configurations from random starts{sampled}, "
         f"{check.converged_count} converged"
     )
-    if check.unexplained_configurations:
-        sentences[-1] += (
-            f"; {len(check.unexplained_configurations)} of them ended in a configuration that satisfies none of "
-            "these conditions: the list is not complete."
-        )
+    unexplained_count = len(check.unexplained_configurations)
+    if unexplained_count:
+        sentences[-1] += f"; {unexplained_count} of them ended in a configuration that satisfies none of "
+        sentences[-1] += "these conditions: the list is not complete."
+    elif check.converged_count:
+        sentences[-1] += ", each to a configuration that satisfies one of these conditions."
     else:
-        sentences[-1] += (
-            ", each to a configuration that satisfies one of these conditions." if check.converged_count else "."
-        )
+        sentences[-1] += "."
     sentences.append("This is a test of the derivation, not a proof.")
     if stage.doubtful:
         sentences.append(
@@ -337,22 +336,20 @@ def data_json(content: dict[str, Any]) -> str:
 
 def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]:
     sure = can_establish_kind(chain)
+
+    def classified(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
+        return [_classified_json(chain, component, sure) for component in components]
+
+    determinant, singular, special = singularities.determinant, singularities.singular, singularities.special_cases
     content: dict[str, Any] = {
-        "determinant": None if singularities.determinant is None else str(singularities.determinant),
-        "singular": None
-        if singularities.singular is None
-        else [_classified_json(chain, component, sure) for component in singularities.singular],
+        "determinant": None if determinant is None else str(determinant),
+        "singular": None if singular is None else classified(singular),
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
-    if singularities.special_cases:
-        content["special_lengths"] = [
-            {
-                "lengths": special.relation,
-                "singular": [_classified_json(chain, component, sure) for component in special.components],
-            }
-            for special in singularities.special_cases
-        ]
+    if special:
+        cases = ({"lengths": case.relation, "singular": classified(case.components)} for case in special)
+        content["special_lengths"] = list(cases)
     return content | ({"note": singularities.note} if singularities.note else {})
 
 
@@ -372,22 +369,20 @@ def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
     """
     if not twist_jacobian_names(chain):
         return ()
+    convention = convention_of(chain)
+
+    def rows(derive_twists: Callable[[Chain], sp.Matrix]) -> list[list[str]]:
+        return _text_rows(convention.reorder_twists(derive_twists(chain)))
+
     has_body = QUESTIONS["body-jacobian"].objection(chain) is None
     return (
-        lambda: {
-            "twist_rows": list(convention_of(chain).velocity_names),
-            TWISTS[0]: _text_rows(convention_of(chain).reorder_twists(derive_space_jacobian(chain))),
-        },
-        lambda: {
-            TWISTS[1]: _text_rows(convention_of(chain).reorder_twists(derive_body_jacobian(chain)))
-            if has_body
-            else None
-        },
+        lambda: {"twist_rows": list(convention.velocity_names), TWISTS[0]: rows(derive_space_jacobian)},
+        lambda: {TWISTS[1]: rows(derive_body_jacobian) if has_body else None},
     )
 
 
 def _text_rows(matrix: sp.Matrix) -> list[list[str]]:
-    return [[str(entry) for entry in row] for row in matrix.tolist()]
+    return [[*map(str, row)] for row in matrix.tolist()]
 
 
 def _classified_json(chain: Chain, component: SingularComponent, sure: bool) -> dict[str, Any]:
@@ -399,16 +394,14 @@ def _classified_json(chain: Chain, component: SingularComponent, sure: bool) -> 
 def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
     """Return the conditions of a component, without its kind and meaning."""
     conditions = [str(condition) for condition in component.conditions]
-    solved = component.solutions and {
-        joint.name: [str(value) for value in values] for joint, values in component.solutions
-    }
-    content = {"condition": " and ".join(conditions), "conditions": conditions, "solutions": solved or None}
+    solutions = {joint.name: [*map(str, values)] for joint, values in component.solutions or ()} or None
+    content = {"condition": " and ".join(conditions), "conditions": conditions, "solutions": solutions}
     return content | dict.fromkeys(("type", "uniform", "meaning"))
 
 
 def _conditions_json(chain: Chain) -> dict[str, Any]:
     """Return the singular set as plain data before its configurations have been described."""
-    return {"singular": [_component_json(component) for component in solution_steps(chain).components]}
+    return {"singular": [*map(_component_json, solution_steps(chain).components)]}
 
 
 # --- step by step ---
@@ -451,9 +444,8 @@ def text_stages(robot: Robot) -> Stages:
     if shows_same or not w.convention.shows_table:
         description = None  # the standard text below shows the same
     rounded = ROUNDED_NOTE if robot.is_table_rounded else ""
-    yield ReadyResult(
-        "arm", render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
-    )
+    arm = render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
+    yield ReadyResult("arm", arm)
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
@@ -516,7 +508,7 @@ def _render_special_lengths(chain: Chain, singularities: Singularities, number: 
 def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
     """Return the section of a question, and append the part; empty if the question does not apply to the arm."""
     question = QUESTIONS[name]
-    unreadable = chain.n > MAX_JOINTS_FOR_INVERSE and name in ("inverse-jacobian", "inverse-velocity")
+    unreadable = chain.n > MAX_JOINTS_FOR_INVERSE and name in INVERSE_SECTIONS
     if unreadable or question.find_objection(chain) is not None:
         return ""
     answer, details = question.ask(chain, Stream("solve"))
@@ -537,9 +529,8 @@ def data_stages(chain: Chain) -> Stages:
     yield "the position"
     yield ReadyResult("position", {"position": matrix_json(d.position)})
     yield "the Jacobian"
-    yield ReadyResult(
-        "jacobian", {"jacobian": _text_rows(d.geometric[:3, :]), "geometric_jacobian": _text_rows(d.geometric)}
-    )
+    rows = _text_rows(d.geometric)
+    yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
     for name, part in zip(TWISTS, _screw_parts(chain), strict=False):
         yield f"the {name.replace('_j', ' J')}"
         yield ReadyResult(name, part())
@@ -571,12 +562,10 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
     if written_arm.base is not None:
         position, rpy = written_arm.base
         angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
-        base = f"at ${coordinates_with_unit(position)}$" + (
-            f", rotated by roll, pitch and yaw of {angles}" if any(rpy) else ""
-        )
-    return _ArmDescription(
-        written_arm.convention, [_cells(written_arm.convention, row) for row in written_arm.rows], base
-    )
+        base = f"at ${coordinates_with_unit(position)}$"
+        base += f", rotated by roll, pitch and yaw of {angles}" if any(rpy) else ""
+    convention = written_arm.convention
+    return _ArmDescription(convention, [_cells(convention, row) for row in written_arm.rows], base)
 
 
 def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
@@ -595,12 +584,9 @@ def _describe_values_beyond_limits(chain: Chain, robot: Robot, singular: Iterabl
             joint_limits = limits.get(joint)
             if joint_limits is None:
                 continue
-            low, high = (tex_value(limit, joint) for limit in joint_limits)
+            low, high = joint_limits
             turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
-            outside = [
-                v
-                for v in values
-                if v.is_number and not any(joint_limits[0] <= v + turn <= joint_limits[1] for turn in turns)
-            ]
-            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in outside]
+            outside = [v for v in values if v.is_number and not any(low <= v + turn <= high for turn in turns)]
+            span = f"from ${tex_value(low, joint)}$ to ${tex_value(high, joint)}$"
+            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ ({span})" for value in outside]
     return list(dict.fromkeys(excluded))

@@ -7,7 +7,7 @@ which a condition begins to have solutions, a length equal to another one, and a
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import sympy as sp
 
@@ -44,10 +44,8 @@ class SpecialLength:
 
 def length_requirements(chain: Chain, generic_components: tuple[SingularComponent, ...]) -> list[ExistenceCondition]:
     """Return what the symbolic lengths must satisfy so that the conditions of a singular set have solutions."""
-    candidates = (
-        existence_condition(condition, chain) for component in generic_components for condition in component.conditions
-    )
-    return [need for need in candidates if need is not None]
+    conditions = (condition for component in generic_components for condition in component.conditions)
+    return [need for condition in conditions if (need := existence_condition(condition, chain)) is not None]
 
 
 def _threshold_relation(need: ExistenceCondition) -> tuple[sp.Symbol, sp.Expr] | None:
@@ -74,18 +72,11 @@ def length_relations(
     jacobian_symbols = derive(chain).jacobian.free_symbols
     fixed = [size for size in lengths if size.is_number]
     symbolic = [size for size in lengths if size.is_Symbol and size in jacobian_symbols]
-    equal = [*combinations(symbolic, 2), *((length, value) for length in symbolic for value in fixed)]
-    sums = [
-        (length, first + second)
-        for length in symbolic
-        for first, second in combinations([size for size in (*symbolic, *fixed) if size != length], 2)
-        if first.is_Symbol or second.is_Symbol
-    ]
-    thresholds = [
-        relation
-        for need in length_requirements(chain, generic_components)
-        if (relation := _threshold_relation(need)) is not None
-    ]
+    equal = [*combinations(symbolic, 2), *product(symbolic, fixed)]
+    pairs = (pair for pair in combinations((*symbolic, *fixed), 2) if not all(size.is_number for size in pair))
+    sums = [(length, sp.Add(*pair)) for length, pair in product(symbolic, pairs) if length not in pair]
+    needs = length_requirements(chain, generic_components)
+    thresholds = [relation for need in needs if (relation := _threshold_relation(need)) is not None]
     return list(dict.fromkeys([*thresholds, *equal, *sums]))[:MAX_RELATIONS]
 
 
@@ -101,11 +92,9 @@ def find_special_lengths(
             components = _find_components(special_chain)
         except TooLong:
             continue
-        new_components = tuple(
-            component for component in components if not _is_known(component, known_components, special_chain)
-        )
+        new_components = [one for one in components if not _is_known(one, known_components, special_chain)]
         if new_components:
-            yield SpecialLength(length, value, special_chain, new_components)
+            yield SpecialLength(length, value, special_chain, tuple(new_components))
 
 
 def _find_components(chain: Chain) -> tuple[SingularComponent, ...]:
@@ -123,20 +112,14 @@ def _is_known(component: SingularComponent, known_components: list[SingularCompo
     Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
     conditions = _normalize_conditions(component, special_chain)
-    if any(
-        conditions == _normalize_conditions(earlier, special_chain)
-        and _has_generic_kind(component, earlier, special_chain)
-        for earlier in known_components
-    ):
+    same = [known for known in known_components if _normalize_conditions(known, special_chain) == conditions]
+    if any(_has_generic_kind(component, known, special_chain) for known in same):
         return True
     if not elimination_applies(special_chain):
         return False
-    numbers = find_covering_branches(
-        special_chain, component.conditions, [earlier.conditions for earlier in known_components]
-    )
-    return numbers is not None and all(
-        _has_generic_kind(component, known_components[number], special_chain) for number in numbers
-    )
+    branches = [known.conditions for known in known_components]
+    covering = find_covering_branches(special_chain, component.conditions, branches) or ()
+    return bool(covering) and all(_has_generic_kind(component, known_components[k], special_chain) for k in covering)
 
 
 def _has_generic_kind(component: SingularComponent, generic_component: SingularComponent, chain: Chain) -> bool:
@@ -144,17 +127,10 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
     if not can_establish_kind(chain):
         return True
     for values, kind in _kinds(component, chain).items():
-        general_kinds = [
-            general_kind
-            for general_values, general_kind in _kinds(generic_component, chain).items()
-            if values in (general_values, ()) or general_values == ()
-        ]
-        agreeing_kinds = [
-            general_kind
-            for general_kind in general_kinds
-            if not general_kind.uniform or replace(general_kind, meaning=kind.meaning) == kind
-        ]
-        if not general_kinds or agreeing_kinds != general_kinds:
+        pairs = _kinds(generic_component, chain).items()
+        generic_kinds = [generic for at, generic in pairs if values in (at, ()) or at == ()]
+        agrees = [not generic.uniform or replace(generic, meaning=kind.meaning) == kind for generic in generic_kinds]
+        if not agrees or not all(agrees):
             return False
     return True
 
@@ -171,13 +147,12 @@ def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], 
 
 
 def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
-    cases = tuple(
+    cases = (
         (tuple((joint, value.xreplace(values)) for joint, value in joint_values), kind)
         for joint_values, kind in component.cases
     )
-    return replace(
-        component, conditions=tuple(condition.xreplace(values) for condition in component.conditions), cases=cases
-    )
+    conditions = (condition.xreplace(values) for condition in component.conditions)
+    return replace(component, conditions=tuple(conditions), cases=tuple(cases))
 
 
 def _normalize_conditions(component: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:

@@ -1,7 +1,6 @@
 """Run `qdot solve` within a time limit: print each result when it is ready, and finally list what is missing."""
 
-import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +14,7 @@ from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.solver import (
     DESCRIPTION,
+    INVERSE_SECTIONS,
     NUMERIC_TEST,
     SECTIONS,
     SINGULAR_SET,
@@ -60,16 +60,15 @@ def write_solution(
     chain, progress = robot.chain, _Progress()
     stages = data_stages(chain) if output_format == "json" else text_stages(robot)
     stop: KeyboardInterrupt | None = None
+
+    def write_block(block: str) -> None:
+        write(f"\n{to_text(block)}")
+
     try:
         if output_format == "text":
             write(text_heading(chain))
         with time_limit(seconds):
-            _run_stages(
-                stages,
-                progress,
-                (lambda block: write(f"\n{to_text(block)}")) if output_format == "text" else None,
-                show_progress,
-            )
+            _run_stages(stages, progress, write_block if output_format == "text" else None, show_progress)
     except OutOfTime:
         progress.end_reason = f"the {seconds:g} seconds of processor time were used up (`--time` allows more)"
     except KeyboardInterrupt as error:
@@ -77,12 +76,11 @@ def write_solution(
     if output_format == "json":
         write(data_json(_make_data(robot, progress)))
     elif output_format == "latex":
-        write(
-            render_article(chain, [*filter(None, progress.ready_results.values()), *_describe_missing(chain, progress)])
-        )
+        ready = filter(None, progress.ready_results.values())
+        write(render_article(chain, [*ready, *_describe_missing(chain, progress)]))
     else:
         for block in _describe_missing(chain, progress):
-            write(f"\n{to_text(block)}")
+            write_block(block)
     if stop is not None:
         raise stop
 
@@ -99,9 +97,8 @@ def _run_stages(
         if isinstance(stage, ReadyResult):
             if write is not None and stage.content:
                 write(stage.content)
-            progress.ready_results[stage.name] = (
-                stage.content
-            )  # after printing: a partly printed section counts as missing
+            # stored after printing: a partly printed section counts as missing
+            progress.ready_results[stage.name] = stage.content
             if stage.missing is not None:
                 progress.partial_result, progress.missing = None, stage.missing
         elif isinstance(stage, PartialResult):
@@ -122,25 +119,25 @@ def _make_data(robot: Robot, progress: _Progress) -> dict[str, Any]:
         content |= part
     if progress.partial_result is not None:
         content |= progress.partial_result.make_data()
-    missing = _missing_keys(chain, progress)
+    missing = list(_missing_keys(chain, progress))
     if missing:
         content["missing"] = missing
         content["note"] = " ".join(filter(None, (content.get("note"), _explain_end(progress))))
     return content
 
 
-def _missing_keys(chain: Chain, progress: _Progress) -> list[str]:
+def _missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
+    """Yield the keys of the missing results."""
     if not progress.end_reason or progress.missing == ():
-        return []
-    keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
-    keys += [(name, name) for name in twist_jacobian_names(chain)]
-    keys += [("determinant", "determinant")] if _is_square(chain) else []
-    remaining = progress.missing or (SINGULAR_SET,)
-    names = [
-        ("type", "uniform", DESCRIPTION) if key == DESCRIPTION and can_establish_kind(chain) else (key,)
-        for key in remaining
-    ]
-    return [*(key for name, key in keys if name not in progress.ready_results), *itertools.chain(*names)]
+        return
+    names = ["position", "jacobian", *twist_jacobian_names(chain), *(["determinant"] if _is_square(chain) else [])]
+    missing = [name for name in names if name not in progress.ready_results]
+    for key in [*missing, *(progress.missing or (SINGULAR_SET,))]:
+        if key == DESCRIPTION and can_establish_kind(chain):
+            yield from ("type", "uniform")
+        yield key
+        if key == "jacobian":
+            yield "geometric_jacobian"
 
 
 def _is_square(chain: Chain) -> bool:
@@ -159,36 +156,26 @@ def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
     """Return the closing remark if results are missing, else nothing."""
     if not progress.end_reason or progress.missing == ():
         return []
-    missing = [
-        QUESTIONS[name].title
-        for name in _expected_sections(chain)
-        if name not in progress.ready_results and name != SECTIONS[-1]
-    ]
-    missing += (
-        [QUESTIONS[SECTIONS[-1]].title]
-        if progress.missing is None
-        else [_RESULT_DESCRIPTIONS[name] for name in progress.missing]
-    )
+    sections = [name for name in _expected_sections(chain) if name not in (*progress.ready_results, SECTIONS[-1])]
+    missing = [QUESTIONS[name].title for name in sections]
+    results = [_RESULT_DESCRIPTIONS[name] for name in progress.missing or ()]
+    missing += [QUESTIONS[SECTIONS[-1]].title] if progress.missing is None else results
     known_results = [progress.partial_result.render_markdown()] if progress.partial_result is not None else []
     return [*known_results, f"## What is missing\n\nNot derived: {'; '.join(missing)}. {_explain_end(progress)}\n"]
 
 
 def _explain_end(progress: _Progress) -> str:
     """Return a sentence on why results are missing, and what that means."""
-    return (
-        f"qdot stopped because {progress.end_reason}, at this step: {progress.current_step}. All results given here "
-        "are complete."
-    )
+    step = f"qdot stopped because {progress.end_reason}, at this step: {progress.current_step}."
+    return f"{step} All results given here are complete."
 
 
 def _expected_sections(chain: Chain) -> list[str]:
     """Return the names of all sections that an arm with this number of joints and rows has."""
-    inverse = ("inverse-jacobian", "inverse-velocity")
-    omitted = () if _is_square(chain) else ("determinant", *inverse)
+    omitted = set() if _is_square(chain) else {"determinant", *INVERSE_SECTIONS}
     if chain.n > MAX_JOINTS_FOR_INVERSE:
-        omitted = (*omitted, *inverse)
-    convention_sections = [  # `find_objection` is asked only for these: for other sections, it may take minutes
-        name for name in SECTIONS if QUESTIONS[name].required_feature
-    ]
-    omitted = (*omitted, *(name for name in convention_sections if QUESTIONS[name].find_objection(chain) is not None))
+        omitted |= {*INVERSE_SECTIONS}
+    # `find_objection` is called only for sections of a convention: for other sections, it may take minutes
+    with_feature = [name for name in SECTIONS if QUESTIONS[name].required_feature]
+    omitted |= {name for name in with_feature if QUESTIONS[name].find_objection(chain) is not None}
     return [name for name in SECTIONS if name not in omitted]

@@ -237,7 +237,3 @@ class Convention:
     def reorder_twists(self, twists: sp.Matrix) -> sp.Matrix:
         """Reorder twists (omega, v), 6 x n, into the order of the arm's twists."""
         return twists.extract(self.twist_row_order, list(range(twists.cols)))
-
-    def reorder_adjoint(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Reorder a 6 x 6 matrix for twists (omega, v) so that it applies to twists in the arm's order."""
-        return matrix.extract(self.twist_row_order, self.twist_row_order)

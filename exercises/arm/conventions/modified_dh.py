@@ -43,9 +43,8 @@ class ModifiedDh(Convention):
         else:
             remaining_base, first_link = type(base)(), (base.position[0], base.tilt)
         links = [first_link, *((joint.a, joint.alpha) for joint in joints[:-1])]
-        return remaining_base, [
-            replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)
-        ]
+        pairs = zip(joints, links, strict=True)
+        return remaining_base, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in pairs]
 
     @property
     def base(self) -> "Base":

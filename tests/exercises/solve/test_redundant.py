@@ -167,7 +167,7 @@ def _mixed(task: tuple[str, ...]) -> Chain:
 
 @pytest.mark.parametrize("task", [TASK_ROWS, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
 def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
-    rank = _RankTest(NumericChain(_mixed(task), {}), task)
+    rank = _RankTest(NumericChain(_mixed(task), {}), _mixed(task))
     q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
     for j in range(5):
         ahead, behind = q.copy(), q.copy()
