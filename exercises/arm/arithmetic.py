@@ -6,7 +6,7 @@ derivation uses only the axes before these. A stepped value carries its derivati
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -19,37 +19,6 @@ from qdot.exercises.formula.trees import Node, ParseError
 
 DERIVATIVE_STEP = 1e-30
 """The step of complex-step derivatives, which are exact up to rounding because no digits cancel."""
-
-
-class Arithmetic(Protocol):
-    """The arithmetic in which a derivation computes: it converts entries of the table and applies functions to values.
-
-    `table_entry` returns stepped values, which can be differentiated.
-    """
-
-    def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return an entry of the table as a stepped value."""
-
-    def symbol_value(self, name: str) -> np.ndarray:
-        """Return the value of a symbol that is not a joint variable."""
-
-    def sin(self, angle: np.ndarray) -> np.ndarray:
-        """Return the sines."""
-
-    def cos(self, angle: np.ndarray) -> np.ndarray:
-        """Return the cosines."""
-
-    def sqrt(self, square: np.ndarray) -> np.ndarray:
-        """Return the square roots."""
-
-    def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return stepped values without their derivatives."""
-
-    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives with respect to the joint variables, along a new first axis."""
-
-    def constant(self, value: sp.Expr) -> np.ndarray:
-        """Return a constant, not stepped."""
 
 
 class NumericArithmetic:
@@ -65,7 +34,7 @@ class NumericArithmetic:
         self._stepped_entries: dict[sp.Expr, np.ndarray] = {}
 
     def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return the value of a table entry, followed by its value with each joint moved by one step, (N, n + 1)."""
+        """Return the stepped value of a table entry: its value, then with each joint moved by one step, (N, n + 1)."""
         stepped = self._stepped_entries.get(expression)
         if stepped is None:
             stepped = self._stepped_entries[expression] = self._evaluate(expression)
@@ -240,6 +209,10 @@ def _differentiate_term(name: str, term: Term) -> Term:
     if derivative is None:
         raise ParseError("it has no derivative")
     return Term(derivative)
+
+
+Arithmetic = NumericArithmetic | SympyArithmetic | TreeArithmetic
+"""The arithmetic in which a derivation computes: it converts entries of the table and applies functions to values."""
 
 
 # --- vectors and matrices, along the first axes ---

@@ -244,10 +244,6 @@ def _effects(w: Working) -> np.ndarray:
     return effects
 
 
-def _axes(w: Working) -> np.ndarray:
-    return _values_of_vectors(w, [rotation[:, 2] for rotation in w["rotations"]])
-
-
 def _origins_on_axes(w: Working) -> np.ndarray:
     """Return the origin of the frame on each joint axis, followed by the origin of the last frame, (n + 1, 3, …)."""
     if not convention_of(w.chain).is_proximal:
@@ -257,29 +253,12 @@ def _origins_on_axes(w: Working) -> np.ndarray:
     return np.concatenate([origins, origins[-1:]])
 
 
-def _vectors_to_point(w: Working) -> np.ndarray:
-    return np.asarray(w["point"][None] - w["frames on axes"])
-
-
 def convention_rotation(w: Working, frame: int) -> np.ndarray:
     """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if convention_of(w.chain).is_proximal and frame:
         rotation = matrix_product(rotation, rotation_x(w, -w["table"].rows[frame - 1].alpha))
     return np.asarray(w.arithmetic.drop_derivatives(rotation))
-
-
-def _linear(w: Working) -> np.ndarray:
-    return np.moveaxis(w["effects"].sum(axis=1), 0, 1)
-
-
-def _kinds(w: Working) -> list[str]:
-    """Return the kind of each joint, which decides how its column of J is computed."""
-    return [row.kind for row in w["table"].rows]
-
-
-def _axis_products(w: Working) -> list[np.ndarray]:
-    return [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)]
 
 
 def propagate_linear_rows(w: Working, _: Any = None) -> np.ndarray:
@@ -296,25 +275,9 @@ def _angular(w: Working) -> np.ndarray:
     return np.stack([axes[i] if kind == "R" else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
 
 
-def _geometric(w: Working) -> np.ndarray:
-    return np.concatenate([w["linear"], w["angular"]])
-
-
-def _jacobian(w: Working) -> np.ndarray:
-    return np.asarray(w["geometric"][w.chain.task_rows])
-
-
-def _cofactors(w: Working) -> np.ndarray:
-    return np.asarray(cofactor_signs(w.n)[..., None] * w["minors"])
-
-
 def _inverse(w: Working) -> np.ndarray:
     with np.errstate(all="ignore"):
         return np.asarray(w["adjugate"] / w["determinant"])
-
-
-def _rates(w: Working) -> np.ndarray:
-    return apply_matrix(w["inverse"], w["wanted velocity"])
 
 
 def _pseudo_inverse(w: Working) -> np.ndarray:
@@ -350,11 +313,6 @@ def _wrist_block(w: Working) -> np.ndarray:
     """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
     rotation = convention_rotation(w, convention_of(w.chain).frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([apply_matrix(rotation, w["axes"][i]) for i in (3, 4, 5)], axis=1)
-
-
-def _tool_jacobian(w: Working) -> np.ndarray:
-    """Return the geometric Jacobian in the coordinates of the last frame."""
-    return rotate_rows(w["last rotation"].swapaxes(0, 1), w["geometric"])
 
 
 def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
@@ -400,11 +358,6 @@ def _body_jacobian(w: Working) -> np.ndarray:
     return rotate_rows(w["body rotation"].swapaxes(0, 1), at_point)
 
 
-def _body_adjoint(w: Working) -> np.ndarray:
-    """Return the adjoint that transforms a twist (omega, v) from the body frame to the world frame, (6, 6, …)."""
-    return adjoint_matrix(w["body rotation"], w["point"])
-
-
 def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
     blocks = [[rotation, 0 * rotation], [cross(origin[:, None], rotation), rotation]]
@@ -420,25 +373,28 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "origins": (_origins, ("links",)),
     "point": (_point, ("links",)),
     "effects": (_effects, ("links",)),
-    "axes": (_axes, ("rotations",)),
+    "axes": (lambda w: _values_of_vectors(w, [rotation[:, 2] for rotation in w["rotations"]]), ("rotations",)),
     "frames on axes": (_origins_on_axes, ("table", "origins", "rotations")),
-    "arms": (_vectors_to_point, ("point", "frames on axes")),
+    "arms": (lambda w: w["point"][None] - w["frames on axes"], ("point", "frames on axes")),
     "last rotation": (lambda w: convention_rotation(w, w.n), ("rotations", "table")),
     "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
-    "kinds": (_kinds, ("table",)),
-    "products": (_axis_products, ("axes", "arms")),
-    "linear": (_linear, ("effects", "products", "axes", "kinds")),
+    "kinds": (lambda w: [row.kind for row in w["table"].rows], ("table",)),
+    "products": (lambda w: [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)], ("axes", "arms")),
+    "linear": (lambda w: np.moveaxis(w["effects"].sum(axis=1), 0, 1), ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
-    "geometric": (_geometric, ("linear", "angular")),
-    "tool jacobian": (_tool_jacobian, ("last rotation", "geometric")),
+    "geometric": (lambda w: np.concatenate([w["linear"], w["angular"]]), ("linear", "angular")),
+    "tool jacobian": (
+        lambda w: rotate_rows(w["last rotation"].swapaxes(0, 1), w["geometric"]),
+        ("last rotation", "geometric"),
+    ),
     "home screws": (_home_screws, ()),
     "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
     "body rotation": (_body_rotation, ("rotations",)),
-    "body adjoint": (_body_adjoint, ("body rotation", "point")),
+    "body adjoint": (lambda w: adjoint_matrix(w["body rotation"], w["point"]), ("body rotation", "point")),
     "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
-    "jacobian": (_jacobian, ("geometric",)),
+    "jacobian": (lambda w: w["geometric"][w.chain.task_rows], ("geometric",)),
     "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
     "gram matrix": (lambda w: matrix_product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
     "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
@@ -448,13 +404,13 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "manipulability": (lambda w: w.arithmetic.sqrt(w["gram determinant"]), ("gram determinant",)),
     "condition number": (_condition_number, ("jacobian",)),
     "minors": (lambda w: minors(w["jacobian"]), ("jacobian",)),
-    "cofactors": (_cofactors, ("minors",)),
+    "cofactors": (lambda w: cofactor_signs(w.n)[..., None] * w["minors"], ("minors",)),
     "adjugate": (lambda w: w["cofactors"].swapaxes(0, 1), ("cofactors",)),
     "determinant": (lambda w: determinant(w["jacobian"]), ("jacobian",)),
     "inverse": (_inverse, ("adjugate", "determinant")),
     "wanted velocity": (lambda w: w.symbol_vector(w.chain.task), ()),
     "joint rates": (lambda w: w.symbol_vector(w.chain.rates), ()),
-    "rates": (_rates, ("inverse", "wanted velocity")),
+    "rates": (lambda w: apply_matrix(w["inverse"], w["wanted velocity"]), ("inverse", "wanted velocity")),
 }
 """For each stage, the function that computes it and the stages that this function uses.
 

@@ -185,5 +185,7 @@ class _Reader:
         if not twelfths or difference > ANGLE_TOLERANCE:
             return angle
         if difference > ZERO_TOLERANCE * 1000:
-            self.notes.append(f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is read as {exact}")
+            self.notes.append(
+                f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is taken as exactly {exact}"
+            )
         return exact

@@ -20,7 +20,7 @@ class ExistenceCondition:
     larger: sp.Expr
 
     def __str__(self) -> str:
-        return f"`{self.condition} = 0` can hold only where `{self.smaller} <= {self.larger}`"
+        return f"`{self.condition} = 0` can hold only if `{self.smaller} <= {self.larger}`"
 
 
 def existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
@@ -34,7 +34,7 @@ def existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition 
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
     >>> a1, a2, t2 = sp.symbols("a1 a2 theta2")
     >>> str(existence_condition(a1 + a2 * sp.cos(t2), Chain("two", tuple(rows), ("vx", "vy"))))
-    '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
+    '`a1 + a2*cos(theta2) = 0` can hold only if `a1 <= a2`'
     """
     try:
         form = compute_fourier_form(sp.expand(condition))

@@ -4,7 +4,7 @@ J loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0, w 
 equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts reach configurations all over the set.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -157,14 +157,7 @@ class _Branch:
 
     def find_zeros(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Iterate from k starts; return whether each converged to a common zero, and the end points (k x n)."""
-        q = q.copy()
-        for _ in range(MAX_STEPS):
-            values, derivatives = self.evaluate_at(q)
-            active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
-            if not active.any():
-                break
-            q[active] += _limit_steps(_gauss_newton_steps(derivatives[active], values[active]))
-        return np.abs(self.evaluate_at(q)[0]).max(axis=1) < EQUATION_TOLERANCE, q
+        return _solve(self.evaluate_at, q)
 
     def contains(self, q: np.ndarray) -> np.ndarray:
         """Return for each configuration whether it satisfies the conditions up to rounding."""
@@ -194,15 +187,25 @@ def _make_zeros_simple(condition: sp.Expr) -> sp.Expr:
     return sp.sin(angle / 2) if factor == -constant else sp.cos(angle / 2)
 
 
-def _gauss_newton_steps(derivatives: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the minimum-norm Gauss-Newton steps, which bring the values to zero to first order."""
-    return np.asarray(-(np.linalg.pinv(derivatives, rcond=_PINV_RCOND) @ values[:, :, None])[:, :, 0])
+Equations = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""A function that returns residuals (k x e) and their derivatives (k x e x n) for k vectors of n unknowns."""
 
 
-def _limit_steps(steps: np.ndarray) -> np.ndarray:
-    """Return steps (k x n), each shortened so that no entry exceeds the maximum step."""
-    longest = np.abs(steps).max(axis=1, keepdims=True)
-    return np.asarray(steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)))
+def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Iterate from k starts (k x n); return whether each converged to a solution, and the end points.
+
+    The minimum-norm Gauss-Newton steps are in these units of the unknowns, and so are the derivatives.
+    """
+    x = x.copy()
+    for _ in range(MAX_STEPS):
+        values, derivatives = equations(x)
+        active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
+        if not active.any():
+            break
+        steps = -(np.linalg.pinv(derivatives[active], rcond=_PINV_RCOND) @ values[active, :, None])[:, :, 0]
+        longest = np.abs(steps).max(axis=1, keepdims=True)
+        x[active] += steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)) * units
+    return np.abs(equations(x)[0]).max(axis=1) < EQUATION_TOLERANCE, x
 
 
 class _RankTest:
@@ -241,25 +244,18 @@ class _RankTest:
         u, _, vt = np.linalg.svd(self.jacobian(q))
         vector = u[:, :, -1] if m <= n else vt[:, -1]
         vector = vector + 0.1 * np.array([[rng.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
-        q = q.copy()
-        for _ in range(MAX_STEPS):
-            values, derivatives = self._evaluate_equations(q, vector)
-            active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
-            if not active.any():
-                break
-            steps = _limit_steps(_gauss_newton_steps(derivatives[active], values[active]))
-            q[active] += steps[:, :n] * self._joint_units
-            vector[active] += steps[:, n:]
-        is_singular = np.abs(self._evaluate_equations(q, vector)[0]).max(axis=1) < EQUATION_TOLERANCE
-        is_singular[is_singular] = self.loses_rank(q[is_singular])
-        return np.asarray(q[is_singular])
+        units = np.concatenate([self._joint_units, np.ones(min(m, n))])
+        converged, x = _solve(self._evaluate_equations, np.concatenate([q, vector], axis=1), units)
+        q = x[converged, :n]
+        return np.asarray(q[self.loses_rank(q)])
 
-    def _evaluate_equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals and their derivatives with respect to the joint variables and the vector.
+    def _evaluate_equations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residuals and their derivatives with respect to joint variables and a vector, which form x.
 
         The residuals are w^T J for a unit wrench w if there are at least as many joints as rows, else J v for unit
         joint rates v. The last residual is (|vector|^2 - 1) / 2. Prismatic joint variables are fractions of the reach.
         """
+        q, vector = np.split(x, [len(self._joint_units)], axis=1)
         jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_derivatives(q)
         if jacobian.shape[1] <= jacobian.shape[2]:
             jacobian, jacobian_derivatives = jacobian.swapaxes(1, 2), jacobian_derivatives.swapaxes(1, 2)

@@ -163,7 +163,9 @@ class _Elimination:
 
     def find_branches(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case."""
-        matrix, joints = self._drop_zero_columns(matrix, joints)
+        nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
+        matrix = matrix.extract(list(range(matrix.rows)), nonzero_columns)
+        joints = tuple(joints[c] for c in nonzero_columns)
         rows, columns = matrix.shape
         if rows == 0:
             return
@@ -191,17 +193,14 @@ class _Elimination:
                 yield from self._eliminate_column(matrix, joints, case, c, shared)
                 yield from self.find_branches(_divide_factors(matrix, shared, column=c), joints, case)
                 return
-        pivot = self._find_pivot(matrix)
-        if pivot is not None:
+        if (pivot := self._find_pivot(matrix)) is not None:
             r, c = pivot
             yield from self.find_branches(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
-            return
-        combination = self._combine_pair(matrix)
-        if combination is not None:
-            matrix, columns = combination
-            yield from self.find_branches(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
-            return
-        yield from self._branches_by_minors(matrix, joints, case)
+        elif (combination := self._combine_pair(matrix)) is not None:
+            smaller, columns = combination
+            yield from self.find_branches(smaller, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
+        else:
+            yield from self._branches_by_minors(matrix, joints, case)
 
     def _eliminate_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
@@ -240,10 +239,6 @@ class _Elimination:
         expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
         substituted, has_symbols = expanded.xreplace(values), any(map(_has_symbols, values.values()))
         return sp.cancel(sp.expand(substituted)) if has_symbols else _tidy(substituted)
-
-    def _drop_zero_columns(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
-        nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
-        return matrix.extract(list(range(matrix.rows)), nonzero_columns), tuple(joints[c] for c in nonzero_columns)
 
     def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
         """Return the factors with joint variables that all nonzero entries have in common."""
@@ -357,9 +352,7 @@ def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, col
 def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
     """Return the Schur complement of a nonzero entry: eliminate its column, then drop its row and column."""
     rows = []
-    for i in range(matrix.rows):
-        if i == r:
-            continue
+    for i in [i for i in range(matrix.rows) if i != r]:
         row = matrix.row(i)
         if row[c] != 0:
             numerator, denominator = sp.fraction(sp.cancel(row[c] / matrix[r, c]))

@@ -35,6 +35,8 @@ JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 """A joint, and its values at which a condition holds."""
 Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
 """Joints with their values."""
+JointValues = dict[sp.Symbol, sp.Expr]
+"""The value of each joint that a condition fixes."""
 Zeros = list[Conjunction] | None
 """Conditions under which all minors vanish simultaneously; None if they always do."""
 
@@ -94,10 +96,9 @@ def special_length_components(chain: Chain) -> tuple[Component, ...]:
     components = []
     for conditions, holds in _substitute_values(derivation, _generic_zeros(derivation)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
-        if holds or not lengths:
-            continue
         nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
-        if may_hold_simultaneously([*conditions, nonzero_lengths], (*chain.q, *lengths, inverse)):
+        unknowns = (*chain.q, *lengths, inverse)
+        if not holds and lengths and may_hold_simultaneously([*conditions, nonzero_lengths], unknowns):
             components.append(solve_conjunction(conditions, chain))
     return tuple(dict.fromkeys(component for component in components if component is not None))
 
@@ -146,14 +147,14 @@ def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[t
     conditions than are needed to lower the rank of a matrix of this shape. Then the conditions that follow from the
     others are dropped, provided that they also follow with the arm's own numbers.
     """
-    chain = derivation.chain
+    chain, joints = derivation.chain, derivation.generic_joints
     codimension = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
         conditions = tuple(derivation.substitute_values(condition) for condition in conjunction)
-        is_possible = _may_hold_generically(conjunction, derivation.generic_joints)
+        is_possible = len(conjunction) == 1 or _may_hold_generically(conjunction, joints)
         is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
         if is_possible and len(conjunction) > codimension:
-            generic_required = _drop_implied_generically(conjunction, derivation.generic_joints)
+            generic_required = _drop_implied_generically(conjunction, joints, MAX_IMPLICATION_WORK)
             required = tuple(map(derivation.substitute_values, generic_required))
             redundant = [] if conditions == conjunction else [c for c in conditions if c not in required]
             if all(is_implied(condition, required, chain.q, MAX_IMPLICATION_WORK) for condition in redundant):
@@ -161,14 +162,8 @@ def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[t
         yield conditions, is_possible
 
 
-@lru_cache(maxsize=4096)
-def _drop_implied_generically(conjunction: Conjunction, joints: Joints) -> Conjunction:
-    return drop_implied(conjunction, joints, MAX_IMPLICATION_WORK)
-
-
-@lru_cache(maxsize=4096)
-def _may_hold_generically(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, ...]) -> bool:
-    return len(conjunction) == 1 or may_hold_simultaneously(conjunction, joints)
+_drop_implied_generically = lru_cache(maxsize=4096)(drop_implied)
+_may_hold_generically = lru_cache(maxsize=4096)(may_hold_simultaneously)
 
 
 def _is_contained(component: Component, container: Component) -> bool:
@@ -182,11 +177,9 @@ def _is_contained(component: Component, container: Component) -> bool:
 def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
     """Return the component that conditions describe, or None if they have no real solution for the arm's numbers."""
     solutions = []
-    has_unsolved = False
     for condition in conditions:
         solution = solve_condition(condition, chain)
         if solution is None:
-            has_unsolved = True
             excess = _excess(condition, chain)
             if excess is not None and excess > 0:
                 return None
@@ -196,6 +189,7 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
             return None
         else:
             solutions.append(solution)
+    has_unsolved = len(solutions) < len(conditions)
     return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
 
 
@@ -416,7 +410,7 @@ def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | Non
     return search.joint_factors(factor_trig(sp.expand(condition)))
 
 
-def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known_conditions: list[sp.Expr]) -> bool:
+def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunction) -> bool:
     """Return whether a condition follows from joint values and known conditions, by comparing factors."""
     if condition in known_conditions:
         return True
@@ -424,7 +418,7 @@ def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known_condition
     return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
 
 
-def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+def _joint_value_at(factor: sp.Expr, root: sp.Expr) -> JointValues:
     """Return the value of the last joint in a factor at one of its roots."""
     angle = factor.args[0]
     joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
@@ -459,7 +453,7 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
-def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
     """Return the cases in which a factor vanishes, each with its condition and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
         return [(_ROOT_MARK(factor, root), _joint_value_at(factor, root)) for root in _TRIG_ROOTS[factor.func, 0]]
@@ -467,7 +461,7 @@ def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.
 
 
 def _remaining_factors(
-    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: Search
+    factors: list[sp.Expr], zero: sp.Expr, values: JointValues, search: Search
 ) -> list[sp.Expr] | None:
     """Return the factors that can still vanish, or None if the product vanishes already."""
     remaining: list[sp.Expr] = []
@@ -505,21 +499,17 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
     """
     if condition in premises:
         return True
-    root_lists = [_roots(premise, search) for premise in premises]
-    fixed = [roots for roots in root_lists if roots]
-    others = [premise for premise, roots in zip(premises, root_lists, strict=True) if not roots]
+    roots = {premise: _roots(premise, search) for premise in premises}
+    fixed = list(filter(None, roots.values()))
+    others = [premise for premise in premises if not roots[premise]]
     return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
 
 
-def _follows_at(
-    condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], other_premises: list[sp.Expr], search: Search
-) -> bool:
+def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:
     """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
-    factor_sets = [_joint_factors_of(substitute(premise, values), search) for premise in other_premises]
-    return all(
-        _holds(condition, values, list(vanishing_factors))
-        for vanishing_factors in product(*(factors for factors in factor_sets if factors is not None))
-    )
+    factor_sets = (_joint_factors_of(substitute(premise, values), search) for premise in other_premises)
+    combinations_of_factors = product(*(factors for factors in factor_sets if factors is not None))
+    return all(_holds(condition, values, factors) for factors in combinations_of_factors)
 
 
 _TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {

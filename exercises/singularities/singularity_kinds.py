@@ -263,7 +263,8 @@ def _are_at_boundary(
     A motion whose second-order effect is zero (a joint that moves nothing) is ignored. If all are, both sides are
     tested.
     """
-    forward, backward = _second_order_signs(lost_directions, bending)
+    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost_directions, bending))
+    forward, backward = np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
     # The search is reliable only for a point that can move in as many directions as the task has rows.
     tests_both = max(task) < 3 and len(task) <= len(samples[0].q)
     is_edge = np.zeros(len(samples), dtype=bool)
@@ -273,12 +274,6 @@ def _are_at_boundary(
             tested = [samples[k] for k in indices.tolist()]
             is_edge[indices] = ~reaches_beyond(tested, task, sign * lost_directions[indices])
     return is_edge
-
-
-def _second_order_signs(directions: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether second-order motions lead forward along the lost direction, and whether backward (k each)."""
-    eigenvalues = np.linalg.eigvalsh(_quadratic_forms(directions, bending))
-    return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
 
 
 def _quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:

@@ -14,7 +14,6 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.sympy_text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -52,15 +51,11 @@ ALWAYS_SINGULAR = (
 )
 NEVER_SINGULAR_FOR_GENERIC_LENGTHS = "For general lengths, no configuration is singular."
 NOT_DERIVED = "The singular configurations were not derived: {}. Position and Jacobian are complete."
-GENERIC_LENGTHS_NOTE = (
-    "All of this holds for general lengths. For special lengths, more configurations may be singular."
-)
 SPECIAL_LENGTHS_INTRODUCTION = (
     "These conditions can hold together only for special lengths; then more configurations are singular:"
 )
 ROUNDED_NOTE = (
-    "Some numbers have no short form and are rounded to ten decimals; results that use them are no more exact than "
-    "that."
+    "Some numbers have no short form. They are rounded to ten decimals, and so are the results that use them."
 )
 CONDITIONS_ROUNDED_NOTE = "The numbers in these conditions are rounded, like those of the arm."
 NEVER_SINGULAR = (
@@ -220,36 +215,17 @@ def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterat
 
 def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
     """Return remarks on conditions that a numerical check finds to be false, never satisfied, or missing."""
-    check, remarks = check_rank_loss(chain, [component.conditions for component in singular]), []
-    if not check.arms:
-        return ""
-    for k, component in enumerate(singular):
-        if k in check.full_rank_branches:
-            remarks.append(
-                f"The numeric test found a configuration in which {_conditions_in_words(component.conditions)} but J "
-                "has full rank: do not rely on this condition."
-            )
-        elif not check.samples[k]:
-            remarks.append(_describe_undecided_conditions(component.conditions, check.search_count))
-    if check.unexplained_configurations:
-        remarks.append(
-            f"qdot searched for singular configurations {check.search_count} times from random starts. "
-            f"{len(check.unexplained_configurations)} of the searches ended in a configuration that satisfies none "
-            "of these conditions: the list is not complete."
-        )
-    return " ".join(remarks)
+    check = check_rank_loss(chain, [component.conditions for component in singular])
+    return _render_sentences("solve/doubts.md.j2", check=check, singular=singular) if check.arms else ""
+
+
+def _render_sentences(template: str, **content: Any) -> str:
+    """Return the sentences of a template on one line."""
+    return " ".join(render(template, **content).split())
 
 
 def _conditions_in_words(conditions: Iterable[sp.Expr]) -> str:
     return " and ".join(f"`{condition} = 0`" for condition in conditions)
-
-
-def _describe_undecided_conditions(conditions: Iterable[sp.Expr], searches: int) -> str:
-    """Return the remark about conditions for which no configuration was found."""
-    return (
-        f"No configuration was found in which {_conditions_in_words(conditions)}, in {searches} searches from random "
-        "starts. There may still be one."
-    )
 
 
 def _solve_by_elimination(chain: Chain) -> SingularStages:
@@ -283,38 +259,11 @@ def _redundant_json(chain: Chain, stage: RedundantSingularities) -> dict[str, An
 
 def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
     """Return a description of the numerical check's result, and of the lengths for which the set holds."""
-    check, sentences = stage.check, []
+    check = stage.check
     assert check is not None
     count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
-    if stage.components:
-        sentences.append(
-            f"The numeric test checked {count} configurations that satisfy a condition; J loses rank in each of them."
-        )
-    elif stage.is_never_singular:
-        sentences.append(NEVER_SINGULAR)
-    sampled = f", with {check.searched_arm_count} choices of the symbolic lengths" if chain.parameters else ""
-    sentences.append(
-        f"Of {check.search_count} searches for singular configurations from random starts{sampled}, "
-        f"{check.converged_count} converged"
-    )
-    unexplained_count = len(check.unexplained_configurations)
-    if unexplained_count:
-        sentences[-1] += f"; {unexplained_count} of them ended in a configuration that satisfies none of "
-        sentences[-1] += "these conditions: the list is not complete."
-    elif check.converged_count:
-        sentences[-1] += ", each to a configuration that satisfies one of these conditions."
-    else:
-        sentences[-1] += "."
-    sentences.append("This is a test of the derivation, not a proof.")
-    if stage.doubtful:
-        sentences.append(
-            f"{count_noun(len(stage.doubtful), 'more condition')} failed this test and "
-            f"{'was' if len(stage.doubtful) == 1 else 'were'} left out."
-        )
-    sentences += [_describe_undecided_conditions(conditions, check.search_count) for conditions in stage.undecided]
-    if chain.parameters:
-        sentences.append(GENERIC_LENGTHS_NOTE)
-    return " ".join(sentences)
+    parts = {"chain": chain, "found": stage, "check": check, "count": count, "never_singular": NEVER_SINGULAR}
+    return _render_sentences("solve/check.md.j2", **parts)
 
 
 def _render_so_far(chain: Chain, minors_only: bool) -> str:

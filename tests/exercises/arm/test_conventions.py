@@ -233,7 +233,7 @@ def test_a_urdf_leads_where_its_origins_and_axes_do(urdf: Callable[..., Path]) -
     robot = read_robot_file(path, tip="tool")
     assert robot.chain.title == "three" and [joint.kind for joint in robot.chain.joints] == ["R", "R", "P"]
     assert robot.limits[0] is None and robot.limits[1] == (-1, sp.Rational(5, 2))
-    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is read as pi/2",)
+    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is taken as exactly pi/2",)
     stream = Stream("urdf")
     for _ in range(4):
         q = [stream.uniform(-2, 2) for _ in range(3)]
@@ -279,7 +279,7 @@ def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(
 
 def test_limits_of_a_urdf_are_rounded_as_its_angles_are(urdf: Callable[..., Path]) -> None:
     robot = read_robot_file(urdf('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'), tip="tool")
-    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is read as pi" in note for note in robot.notes)
+    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken as exactly pi" in note for note in robot.notes)
 
 
 @pytest.mark.parametrize(
