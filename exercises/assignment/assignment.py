@@ -15,22 +15,16 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.assignment.attempt_policy import ATTEMPTS_FORM as SEVERAL
 from qdot.exercises.assignment.attempt_policy import LAST_ATTEMPT, AttemptPolicy, read_attempt_policy
-from qdot.exercises.assignment.decimals import DECIMALS_FORM, read_decimals
+from qdot.exercises.assignment.decimals import read_decimals
+from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
-from qdot.exercises.assignment.lateness import LATE_FORM, LateRule, read_late, with_zone
+from qdot.exercises.assignment.lateness import LateRule, read_late, with_zone
 from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import (
-    DEFAULT_VARIATION,
-    VARIATION_AXES,
-    VARIATION_STEPS,
-    canonical_name,
-    name_variation,
-)
+from qdot.exercises.common.variation import DEFAULT_VARIATION, canonical_name, name_variation
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.equality import Rounding
@@ -42,7 +36,7 @@ from qdot.exercises.generation import (
     select_quiz_questions,
     student_problem_id,
 )
-from qdot.exercises.problem.credit import CREDIT_FORM, Credit, read_credit
+from qdot.exercises.problem.credit import Credit, read_credit
 from qdot.exercises.problem.problem import (
     ENGINE,
     TWIST_ORDER_HINT,
@@ -126,40 +120,6 @@ class AssignmentFile(pydantic.BaseModel):
 WINDOWS_NAME_RULE = (
     "on Windows, these must not end in '.' or be the name of a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
 )
-
-EXPECTED_FORMS = {
-    "title": 'expected a text in quotes, as in title = "Velocity kinematics"',
-    "key": (
-        "expected a file name for the notebooks, of at most 100 letters, digits, '.', '_' and '-', as in key = "
-        '"velocity"'
-    ),
-    "due": "expected a date with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
-    "late": LATE_FORM,
-    "attempts": SEVERAL,
-    "feedback": 'expected "outcome", "mistake", "counterexample", "values" or "solutions"',
-    "follow_through": (
-        "expected a number from 0 to 1: the share of the points for an answer that follows from a wrong earlier answer"
-    ),
-    "hints": "expected true or false, without quotes; hints = true puts three hints under each question",
-    "sandbox": (
-        'expected "strict", which grades only if the system can fully sandbox student code, or "best", which uses '
-        "the protection that is available"
-    ),
-    "problem": "expected a [[problem]] table for each problem",
-    "family": 'expected the name of a family, as in family = "planar-2r"; `qdot families` lists them',
-    "robot": 'expected a file, as in robot = "my-arm.toml", or a real robot listed by `qdot robots`',
-    "questions": 'expected a list of names from `qdot questions`, as in questions = ["position", "jacobian"], or '
-    '"quiz" for one short question of each form',
-    "points": "expected a list of positive numbers, one for each question, as in points = [1, 2]",
-    "decimals": DECIMALS_FORM,
-    "credit": CREDIT_FORM,
-    "variation": f'expected a step ({", ".join(VARIATION_STEPS)}), as in variation = "{DEFAULT_VARIATION}", or a '
-    f'list of axes, as in ["lengths", "base"]; axes are {", ".join(VARIATION_AXES)}',
-    "convention": f"expected the convention that describes the arms: {', '.join(CONVENTIONS)}",
-    "twist_order": f"expected {' or '.join(TWIST_ORDERS)}, the order of twists for arms described by screw axes",
-    "difficulty": f"expected a step from 0 to {HARDEST_BAND}, or a range, as in difficulty = [1, 2]",
-}
-"""The expected form of each key's value, for error messages."""
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, check_keys
 from qdot.exercises.assignment.lateness import describe_duration, parse_duration
-from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun
 
 DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 """Default number of attempts that count, and default minimum number of seconds between two of them."""
-LIMIT_FORM = 'a limit, as in attempts = {best_of = 3, apart = "1 h"}'
-ATTEMPTS_FORM = f'expected "last", "best" or {LIMIT_FORM}'
-KEY_FORMS = {
-    "best_of": "expected the number of attempts that count, a whole number from 1, as in best_of = 3",
-    "apart": (
-        'expected a time with its unit, as in apart = "1 h"; a submission that comes sooner replaces the attempt '
-        "before it"
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -37,12 +29,10 @@ class AttemptPolicy:
     @property
     def rule(self) -> str:
         """An explanation for students if not all of their notebooks count as attempts."""
-        apart = (
-            f"if several come within {describe_duration(self.min_interval)}, only the last counts; "
-            if self.min_interval
-            else ""
-        )
-        return f"{apart}at most {count_noun(self.best_of or 1, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
+        limit = f"at most {count_noun(self.best_of or 1, 'attempt')} {'counts' if self.best_of == 1 else 'count'}"
+        if not self.min_interval:
+            return limit
+        return f"if several come within {describe_duration(self.min_interval)}, only the last counts; {limit}"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
         """Return the indices of the notebooks that count, from their times of receipt; if times are equal, the first.
@@ -74,17 +64,12 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
     """
     if isinstance(setting, str):
         if setting not in ("last", "best"):
-            raise QdotError(ATTEMPTS_FORM)
+            raise QdotError(EXPECTED_FORMS["attempts"])
         return AttemptPolicy(DEFAULT_BEST_OF if setting == "best" else None)
-    unknown_key = next((name for name in setting if name not in KEY_FORMS), None)
-    if unknown_key is not None:
-        raise unknown_name("key", unknown_key, tuple(KEY_FORMS))
+    check_keys(setting, ATTEMPT_FORMS)
     count = setting.get("best_of", DEFAULT_BEST_OF)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise QdotError(f"best_of: {KEY_FORMS['best_of']}")
-    return AttemptPolicy(
-        count,
-        parse_duration(setting["apart"], f"apart: {KEY_FORMS['apart']}")
-        if "apart" in setting
-        else DEFAULT_MIN_INTERVAL,
-    )
+        raise QdotError(f"best_of: {ATTEMPT_FORMS['best_of']}")
+    if "apart" not in setting:
+        return AttemptPolicy(count)
+    return AttemptPolicy(count, parse_duration(setting["apart"], f"apart: {ATTEMPT_FORMS['apart']}"))

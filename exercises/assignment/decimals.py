@@ -4,15 +4,11 @@ import re
 from collections.abc import Mapping, Sequence
 from math import isfinite, radians
 
+from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.credit import settings_by_question
 
-DECIMALS_FORM = (
-    'expected "exact", a number of significant digits from 2 to 12 (decimals = 3), a tolerance with its unit '
-    '(decimals = "0.01 rad/s"), or a table of these by question, as in decimals = {jacobian = 4, joint-rates = "1 '
-    'deg/s"}'
-)
 UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
     **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
@@ -40,14 +36,14 @@ def _parse_rounding(setting: int | str) -> Rounding | None:
         return None
     if isinstance(setting, int):
         if isinstance(setting, bool) or not 2 <= setting <= 12:
-            raise QdotError(DECIMALS_FORM)
+            raise QdotError(EXPECTED_FORMS["decimals"])
         return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_NUMBER_WORDS[setting - 2]} significant digits")
     match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", setting)
     if match is None:
-        raise QdotError(DECIMALS_FORM)
+        raise QdotError(EXPECTED_FORMS["decimals"])
     if match.group(2) not in UNITS:
         raise QdotError(f"{match.group(2)!r} is not a unit for a tolerance; known: {', '.join(UNITS)}")
     amount = float(match.group(1))
     if not (isfinite(amount) and amount > 0):
-        raise QdotError(f"a tolerance must be more than 0; {DECIMALS_FORM}")
+        raise QdotError(f"a tolerance must be more than 0; {EXPECTED_FORMS['decimals']}")
     return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

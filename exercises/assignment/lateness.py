@@ -8,22 +8,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS, LATE_FORMS, check_keys
+from qdot.exercises.common.errors import QdotError, count_noun
 
-LATE_EXAMPLE = 'late = {grace = "15 min", per_day = 0.1, at_most = 0.5, until = 2027-01-20T23:59:00+01:00}'
-LATE_FORM = f"expected a table of deductions for late work, as in {LATE_EXAMPLE}"
 SECONDS_PER_DAY = 86400
 UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_PER_DAY}
 """Units of durations, in seconds."""
-KEY_FORMS = {
-    "grace": 'expected a time with its unit, as in grace = "15 min"; work up to this late counts as on time',
-    "per_day": (
-        "expected a number from 0 to 1, the share of the earned points deducted for each day or part of a day, as in "
-        "per_day = 0.1"
-    ),
-    "at_most": "expected a number from 0 to 1, the largest share that is deducted, as in at_most = 0.5",
-    "until": "expected a date with a time after `due`, without quotes; later work earns nothing",
-}
 
 
 @dataclass(frozen=True)
@@ -71,7 +61,7 @@ def describe_duration(seconds: int) -> str:
     """
     days, seconds_left = divmod(seconds, SECONDS_PER_DAY)
     hours, minutes = seconds_left // 3600, seconds_left % 3600 // 60
-    day_words = [f"{days} day{'' if days == 1 else 's'}"] if days else []
+    day_words = [count_noun(days, "day")] if days else []
     hour_words = [f"{hours} h"] if hours else []
     minute_words = [f"{minutes} min"] if minutes and not days else []
     return " ".join(day_words + hour_words + minute_words) or f"{seconds} s"
@@ -87,27 +77,24 @@ def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | Non
         return None
     if due_date is None:
         raise QdotError("`late` needs a due date; add due = 2027-01-15T23:59:00+01:00")
-    unknown_key = next((name for name in table if name not in KEY_FORMS), None)
-    if unknown_key is not None:
-        raise unknown_name("key", unknown_key, tuple(KEY_FORMS))
+    check_keys(table, LATE_FORMS)
     if not {"per_day", "until"} & set(table):
-        raise QdotError(f"this deducts nothing; give per_day, until or both, as in {LATE_EXAMPLE}")
+        raise QdotError(f"this deducts nothing; add per_day, until or both; {EXPECTED_FORMS['late']}")
     if "at_most" in table and "per_day" not in table:
-        raise QdotError(f"at_most limits the deduction of per_day, but per_day is missing; {LATE_FORM}")
+        raise QdotError(f"at_most limits the deduction of per_day, but per_day is missing; {EXPECTED_FORMS['late']}")
     shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
     until = table.get("until")
     if until is not None:
         if not isinstance(until, datetime.datetime) or with_zone(until, due_date.tzinfo) < with_zone(due_date):
-            raise QdotError(f"until: {KEY_FORMS['until']}")
+            raise QdotError(f"until: {LATE_FORMS['until']}")
         until = with_zone(until, due_date.tzinfo)
-    return LateRule(
-        parse_duration(table["grace"], f"grace: {KEY_FORMS['grace']}") if "grace" in table else 0, until=until, **shares
-    )
+    grace = parse_duration(table["grace"], f"grace: {LATE_FORMS['grace']}") if "grace" in table else 0
+    return LateRule(grace, until=until, **shares)
 
 
 def _parse_share(name: str, value: object) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
-        raise QdotError(f"{name}: {KEY_FORMS[name]}")
+        raise QdotError(f"{name}: {LATE_FORMS[name]}")
     return Fraction(str(value))
 
 

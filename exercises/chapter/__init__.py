@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
@@ -15,7 +16,15 @@ from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.wording import Wording
 
-ERRATA = Path(__file__).with_name("errata.toml")
+FILES = {"example": "examples.toml", "erratum": "errata.toml"}
+"""The file beside this module for each kind of entry."""
+
+
+def read_entries(kind: str) -> list[dict[str, Any]]:
+    """Return the entries of a kind ("example" or "erratum") from their file."""
+    text = Path(__file__).with_name(FILES[kind]).read_text(encoding="utf-8")
+    entries: list[dict[str, Any]] = tomllib.loads(text)[kind]
+    return entries
 
 
 def planar_2r() -> Chain:
@@ -55,47 +64,17 @@ class Example:
         return Wording(self.arm).task
 
 
-def gettext(message: str) -> str:
-    """Return a message unchanged; the call marks it for translation."""
-    return message
-
-
-EXAMPLES = (
-    ("6.1", gettext("the planar 2R arm by direct differentiation"), "planar-2r", ("position", "velocity", "jacobian")),
-    (
-        "6.2",
-        gettext("inverse velocity and singularities of the same arm"),
-        "planar-2r",
-        ("determinant", "inverse-jacobian", "inverse-velocity", "singular-angles"),
-    ),
-    (
-        "6.3",
-        gettext("the arm of a Scorbot, down to its wrist point"),
-        "scorbot",
-        ("position", "jacobian", "determinant", "singular-angles"),
-    ),
-    (
-        "6.4",
-        gettext("the planar 2R arm by velocity propagation"),
-        "planar-2r",
-        ("joint-axes", "position-vectors", "geometric-jacobian", "twist"),
-    ),
-)
-"""Number, title, arm and questions of each example."""
-
-
 @cache
 def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples with their solutions."""
     words = catalogue(language)
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
     solved: list[Example] = []
-    for number, title, key, questions in EXAMPLES:
+    for number, title, key, questions in (entry.values() for entry in read_entries("example")):
         steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
         is_first_use = all(earlier.key != key for earlier in solved)
-        solved.append(
-            Example(number, words.gettext(title), key, arms[key], steps, is_first_use, "singular-angles" in questions)
-        )
+        has_singularities = "singular-angles" in questions
+        solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
     return tuple(solved)
 
 
@@ -124,16 +103,12 @@ def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
     def translate(text: str) -> str:
         return words.localize_formulas(words.pgettext("erratum", text))
 
-    return tuple(
-        Erratum(
-            **{name: translate(text) for name, text in entry.items() if name != "values"},
-            values=tuple(
-                (translate(description), words.localize_number(translate(value)))
-                for description, value in entry["values"]
-            ),
-        )
-        for entry in tomllib.loads(ERRATA.read_text(encoding="utf-8"))["erratum"]
-    )
+    errata = []
+    for entry in read_entries("erratum"):
+        values = tuple((translate(name), words.localize_number(translate(value))) for name, value in entry["values"])
+        texts = {name: translate(text) for name, text in entry.items() if name != "values"}
+        errata.append(Erratum(**texts, values=values))
+    return tuple(errata)
 
 
 @cache

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
-from qdot.exercises.short_questions.options import Options
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import formula_width
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import option_text

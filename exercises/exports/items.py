@@ -11,7 +11,6 @@ from typing import ClassVar
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.options import list_blames
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import Slot
@@ -25,6 +24,7 @@ from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render

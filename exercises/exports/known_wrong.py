@@ -11,13 +11,6 @@ from itertools import islice
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.wrong import (
-    MAX_JOINTS_FOR_MINORS,
-    NOT_A_NUMBER,
-    derive_simplified_formulas,
-    have_different_values,
-    tidy_entry,
-)
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.answer_types import ConditionSet, Number
@@ -35,6 +28,13 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.short_questions.wrong import (
+    MAX_JOINTS_FOR_MINORS,
+    NOT_A_NUMBER,
+    derive_simplified_formulas,
+    have_different_values,
+    tidy_entry,
+)
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.singularity import Component
 

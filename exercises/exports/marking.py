@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from qdot.exercises.short_questions.options import list_blames
-
 from qdot.exercises.answer_types import (
     LETTERS,
     Answer,
@@ -32,6 +30,7 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
+from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.fit import fit_formula, formula_width
 from qdot.exercises.writing.short_answer import short_answer
 

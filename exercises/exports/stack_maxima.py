@@ -9,61 +9,32 @@ of an answer. STACK's AlgEquiv would prove equality entry by entry, which takes 
     u, w            submitted and correct answer: a list of entries at each point, false if an entry is not a number
 """
 
+from pathlib import Path
+
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.problem.problem import Problem
 
 MAX_JOINTS_IN_NAME = 6
 """Maximum number of joints in a short name for a sum of neighbouring angles, such as c123."""
 
-COUNT_FUNCTION = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
-READ_FUNCTION = "qdot_read(x) := subst(append(short, given), x);"
+FUNCTIONS_FILE = Path(__file__).with_name("stack_functions.mac")
+_DEFINITIONS = [" ".join(text.split()) for text in FUNCTIONS_FILE.read_text(encoding="utf-8").split("\n\n")]
 
-FORMULA_FUNCTIONS = (
-    COUNT_FUNCTION, READ_FUNCTION,
-    ("qdot_number(x, p) := block([y: errcatch(float(subst(p, x)))], "
-    "if y # [] and numberp(y[1]) then y[1] else false);"),
-    ("qdot_values(x) := block([entries: if matrixp(x) then apply(append, args(x)) else [x]], "
-    "makelist(makelist(qdot_number(f, p), f, entries), p, points));"),
-    "qdot_close(x, y) := is(not (x = false) and abs(x - y) <= 1.0e-10*(1 + abs(y)));",
-    ("qdot_agree(u, w) := makelist(is(qdot_count(makelist(qdot_close(u[m][i], w[m][i]), m, 1, length(w))) "
-    "= length(w)), i, 1, length(w[1]));"),
-    "qdot_same(u, x) := if qdot_count(qdot_agree(u, qdot_values(x))) = length(u[1]) then 1 else 0;",
-    ("qdot_parallel(u, w, p) := if member(false, u) or abs(u[p]) < 1.0e-10 then false "
-    "else is(qdot_count(makelist(qdot_close(u[i]*w[p]/u[p], w[i]), i, 1, length(w))) = length(w));"),
-    ("qdot_along(u, w, p) := is(qdot_count(makelist(qdot_parallel(u[m], w[m], p), m, 1, length(w))) = length(w));"),
-    ("qdot_signed(u, w) := if member(false, flatten(u)) then w else makelist(makelist("
-    "if u[1][i]*w[1][i] < 0 then -w[m][i] else w[m][i], i, 1, length(w[m])), m, 1, length(w));"),
-    ("qdot_amiss(u, w, agree, moving) := block([wrong: sublist(makelist(i, i, 1, length(agree)), "
-    "lambda([i], not agree[i])), v, signs, k], if wrong = [] then return(0), "
-    "u: makelist(makelist(p[i], i, wrong), p, u), w: makelist(makelist(p[i], i, wrong), p, w), "
-    "v: qdot_signed(u, w), signs: if v = w then 0 else 1, "
-    "if abs(v[1][1]) < 1.0e-10 or not qdot_along(u, v, 1) then 0 else (k: makelist(u[m][1]/v[m][1], m, 1, length(v)), "
-    "if qdot_count(makelist(qdot_close(c, 1), c, k)) = length(k) then signs "
-    "elseif qdot_close(k[1], k[2]) and length(sublist(wrong, lambda([i], member(i, moving)))) > 0 then signs + 1 "
-    "else 0));"),
-)  # fmt: skip
-"""`qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor, or 0 if the answer has other errors.
 
-`agree` says which entries are correct; `moving` are the indices of entries that depend on the configuration.
+def _select_functions(names: str) -> tuple[str, ...]:
+    """Return the definitions of these functions in the order of the file, without their line breaks."""
+    starts = tuple(f"qdot_{name}(" for name in names.split())
+    return tuple(definition for definition in _DEFINITIONS if definition.startswith(starts))
+
+
+FORMULA_FUNCTIONS = _select_functions("count read number values close agree same parallel along signed amiss")
+NUMBER_FUNCTIONS = _select_functions("count read near")
+SET_FUNCTIONS = _select_functions("count read fits covered beyond set_share")
+"""The functions for marking formulas, numbers and sets of joint values.
+
+`qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor, or 0 if the answer has other errors. Its
+argument `agree` says which entries are correct; `moving` are the indices of entries that depend on the configuration.
 """
-
-NUMBER_FUNCTIONS = (COUNT_FUNCTION, READ_FUNCTION, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
-
-_VALUE_COMPARISON = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs(c) - rhs(t))) < 1.0e-9)"
-_MATCHED_VALUES = "makelist(is(qdot_count(makelist(qdot_fits(c, t), {0}, {1})) > 0), {2}, {3})"
-
-SET_FUNCTIONS = (
-    COUNT_FUNCTION, READ_FUNCTION,
-    f"qdot_fits(c, t) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_VALUE_COMPARISON});",
-    f"qdot_covered(claims, truth) := qdot_count({_MATCHED_VALUES.format('c', 'claims', 't', 'truth')});",
-    ("qdot_beyond(claims, truth) := block([met: lambda([c], is(qdot_covered(truth, [c]) > 0)), found, others], "
-    "found: map(lhs, sublist(claims, met)), others: map(lhs, sublist(claims, lambda([c], not met(c)))), "
-    "length(sublist(others, lambda([q], member(q, found)))) "
-    "+ length(unique(sublist(others, lambda([q], not member(q, found))))));"),
-    ("qdot_set_share(found, beyond) := block([conditions: qdot_count(makelist(is(f[1] > 0), f, found)), share], "
-    "share: apply(\"*\", makelist(if f[1] = f[2] then 1 elseif f[1] = 0 then 1/2 else 2/3, f, found))/2^beyond, "
-    "if conditions = 0 or beyond > conditions then 0 elseif share = 1 then 1/2 else share);"),
-)  # fmt: skip
 
 
 def write_substitutions(problem: Problem) -> tuple[str, str]:

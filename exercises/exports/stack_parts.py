@@ -11,7 +11,6 @@ from fractions import Fraction
 
 import numpy as np
 import sympy as sp
-from qdot.exercises.short_questions.options import list_blames
 
 from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.common.stream import Stream
@@ -49,6 +48,7 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
+from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singularity import Component
 
 MAX_MISTAKES = 6

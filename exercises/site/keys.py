@@ -30,8 +30,6 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from qdot.exercises.short_questions.option_mistakes import explain_options
-from qdot.exercises.short_questions.values import RateDetails
 
 from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
@@ -57,6 +55,8 @@ from qdot.exercises.mistakes.finished import edit_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.short_questions.option_mistakes import explain_options
+from qdot.exercises.short_questions.values import RateDetails
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24

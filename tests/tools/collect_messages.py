@@ -8,19 +8,21 @@ sources give the same bytes: no dates, no line numbers, one line a text.
 import io
 import json
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 from babel.messages.catalog import Catalog, Message
 from babel.messages.extract import extract
 from babel.messages.pofile import read_po, write_po
 
+from qdot.exercises.chapter import read_entries
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.short_questions import ASKED
+from qdot.exercises.site.guide import GROUPS
 from qdot.exercises.writing.languages import (
     ARM_HEADING,
     ARM_IN_SENTENCE,
@@ -88,15 +90,24 @@ def _find_messages() -> Iterator[FoundMessage]:
         }
     ):
         yield "exercises/mistakes", where, SOURCE
-    for text in _errata_texts():
-        yield "exercises/chapter/errata.toml", text, "erratum"
+    yield from _messages_in_toml_files()
     for key, text in site_english().items():
         yield "site/src/text/en.json", text, site_context(key)
 
 
+def _messages_in_toml_files() -> Iterator[FoundMessage]:
+    for text in _errata_texts():
+        yield "exercises/chapter/errata.toml", text, "erratum"
+    for example in read_entries("example"):
+        yield "exercises/chapter/examples.toml", example["title"], None
+    for group, pages in GROUPS.items():
+        for text in (group, *chain.from_iterable(pages.values())):
+            yield "exercises/site/guide.toml", text, None
+
+
 def _errata_texts() -> Iterator[str]:
     """Yield the texts of the chapter's errata that have words outside of formulas."""
-    for entry in tomllib.loads((_EXERCISES / "chapter" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
+    for entry in read_entries("erratum"):
         *texts, values = entry.values()
         for text in (*texts, *(text for pair in values for text in pair)):
             if re.search("[a-z]{2}", re.sub(r"\$[^$]*\$", "", text)):

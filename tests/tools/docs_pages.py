@@ -16,8 +16,8 @@ import pydantic
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
-from qdot.exercises.assignment import attempt_policy, lateness
-from qdot.exercises.assignment.assignment import EXPECTED_FORMS, AssignmentFile, ProblemEntry
+from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
+from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS
 from qdot.exercises.chapter import corrections
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
@@ -170,7 +170,7 @@ def listing_text() -> str:
 def assignment_page() -> str:
     """Return docs/assignment.md."""
     whole = "For the whole assignment"
-    inner_forms = {"late": lateness.KEY_FORMS, "attempts": attempt_policy.KEY_FORMS}
+    inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS}
     inner_tables = {
         table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
     }

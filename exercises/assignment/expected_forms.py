@@ -1,0 +1,30 @@
+"""Read the expected form of each value in assignment.toml from expected_forms.toml, for error messages and the docs."""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from string import Template
+
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.common.errors import unknown_name
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
+from qdot.exercises.problem.credit import CREDIT_FORM
+from qdot.exercises.singularities.difficulty import HARDEST_BAND
+
+FORMS_FILE = Path(__file__).with_name("expected_forms.toml")
+_FORMS: dict[str, dict[str, str]] = tomllib.loads(
+    Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
+        steps=", ".join(VARIATION_STEPS), axes=", ".join(VARIATION_AXES), default_variation=DEFAULT_VARIATION,
+        conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_band=HARDEST_BAND,
+    )
+)  # fmt: skip
+EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM}
+LATE_FORMS, ATTEMPT_FORMS = _FORMS["late"], _FORMS["attempts"]
+"""The forms of the keys of assignment.toml, and of the keys in its tables `late` and `attempts`."""
+
+
+def check_keys(table: Iterable[str], forms: Mapping[str, str]) -> None:
+    """Raise QdotError if a table of assignment.toml has a key without a form."""
+    for name in table:
+        if name not in forms:
+            raise unknown_name("key", name, tuple(forms))
