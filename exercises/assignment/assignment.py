@@ -4,13 +4,15 @@ import datetime
 import hashlib
 import os
 import unicodedata
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import pydantic
 
+from qdot.exercises import generation
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robot_path
@@ -28,14 +30,6 @@ from qdot.exercises.common.variation import DEFAULT_VARIATION, canonical_name, n
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.equality import Rounding
-from qdot.exercises.generation import (
-    check_questions,
-    generate,
-    look_up_family,
-    questions_of_family,
-    select_quiz_questions,
-    student_problem_id,
-)
 from qdot.exercises.problem.credit import Credit, read_credit
 from qdot.exercises.problem.problem import (
     ENGINE,
@@ -47,6 +41,8 @@ from qdot.exercises.problem.problem import (
 )
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
+
+Parsed = TypeVar("Parsed")
 
 ASSIGNMENT_FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
@@ -117,6 +113,9 @@ class AssignmentFile(pydantic.BaseModel):
     """One table for each problem."""
 
 
+IDENTIFIER_RULE = (
+    "it must have at most 100 characters, must not start with '.' or '-', and must not contain / \\ : * ? \" < > |"
+)
 WINDOWS_NAME_RULE = (
     "on Windows, these must not end in '.' or be the name of a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
 )
@@ -163,7 +162,7 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this slot; each draw has a seed of its own."""
         seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(secret, student, seed_name, self.identity_of_seed(0))
+        return generation.student_problem_id(secret, student, seed_name, self.identity_of_seed(0))
 
     def identity_of_seed(self, seed: int) -> ProblemId:
         """Return the identity of the problem of this slot with a given seed."""
@@ -178,14 +177,10 @@ class Slot:
 
     def problem_of_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        problem = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
+        problem = generation.generate(self.identity_of_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
-        return replace(
-            problem,
-            parts=tuple(
-                replace(part, rounding=roundings.get(part.name), credit=credit.get(part.name)) for part in problem.parts
-            ),
-        )
+        parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name)) for p in problem.parts)
+        return replace(problem, parts=tuple(parts))
 
 
 @dataclass(frozen=True)
@@ -218,9 +213,7 @@ class Assignment:
     def due_date_of(self, student: Student) -> datetime.datetime | None:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date
-        return (
-            None if due_date is None else with_zone(due_date, None if self.due_date is None else self.due_date.tzinfo)
-        )
+        return due_date and with_zone(due_date, self.due_date and self.due_date.tzinfo)
 
     def with_variation(self, variation: str) -> "Assignment":
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
@@ -228,7 +221,7 @@ class Assignment:
         for slot in self.slots:
             slots.append(replace(slot, variation=canonical_name(variation)))
             try:
-                check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
+                generation.check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
             except QdotError as error:
                 raise QdotError(f"{slot.name}, with variation {slots[-1].variation}: {error}") from None
         return replace(self, slots=tuple(slots))
@@ -255,10 +248,9 @@ class Assignment:
     def digest(self) -> str:
         """A short text that changes whenever the problems change, for example the secret, the families or questions."""
         slots = [
-            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation)
-            + ((slot.convention,) if slot.convention else ())
-            + ((slot.twist_order,) if slot.twist_order else ())
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *axes)
             for slot in self.slots
+            for axes in [filter(None, (slot.convention, slot.twist_order))]
         ]
         return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
@@ -266,9 +258,8 @@ class Assignment:
     def edition(self) -> str:
         """A short text that changes whenever the notebooks change: the problems, the title, the points or the hints."""
         hints_marker = ("hints",) if self.hints else ()  # otherwise nothing, as in older versions of qdot
-        return _short_hash(
-            repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hints_marker))
-        )
+        slots = [(slot.points, slot.decimals) for slot in self.slots]
+        return _short_hash(repr((self.digest, self.title, slots, *hints_marker)))
 
     @property
     def secret_digest(self) -> str:
@@ -305,25 +296,13 @@ def load_assignment(folder: Path) -> Assignment:
     _check_folder(folder)
     file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     content = _validate(file)
-    if content.key.lower().endswith(".ipynb"):
-        with file.locate_errors("key"):
-            raise QdotError(f'leave out .ipynb: key = "{content.key[:-6]}"')
-    if is_changed_by_windows(content.key):
-        with file.locate_errors("key"):
-            raise QdotError(
-                f'it names the notebooks\' files; {WINDOWS_NAME_RULE}; write, for example, key = "velocity"'
-            )
-    with file.locate_errors("late"):
-        late = read_late(content.late, content.due)
-    with file.locate_errors("attempts"):
-        attempts = read_attempt_policy(content.attempts)
+    _parse(file, ("key",), _check_key, content.key)
+    late = _parse(file, ("late",), read_late, content.late, content.due)
+    attempts = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
+    variation = _parse(file, ("variation",), _read_variation, content.variation)
+    _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
+    _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
     notes: list[str] = []
-    with file.locate_errors("variation"):
-        variation = _read_variation(content.variation)
-    with file.locate_errors("convention"):
-        find_convention(content.convention or CONVENTIONS[0])
-    with file.locate_errors("twist_order"):
-        find_twist_order(content.twist_order or TWIST_ORDERS[0])
     slots = tuple(_read_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
     with file.locate_errors("twist_order"):
         is_ordered = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
@@ -339,6 +318,19 @@ def load_assignment(folder: Path) -> Assignment:
     )  # fmt: skip
 
 
+def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
+    """Return what `parse` makes of the values of a key. Its QdotErrors get the file, the line and the key."""
+    with file.locate_errors(*key_path):
+        return parse(*values)
+
+
+def _check_key(key: str) -> None:
+    if key.lower().endswith(".ipynb"):
+        raise QdotError(f'leave out .ipynb: key = "{key[:-6]}"')
+    if is_changed_by_windows(key):
+        raise QdotError(f'it names the notebooks\' files; {WINDOWS_NAME_RULE}; write, for example, key = "velocity"')
+
+
 def _check_folder(folder: Path) -> None:
     """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
     parent_folder = folder.parent if folder.name else folder / ".."
@@ -351,21 +343,17 @@ def _check_folder(folder: Path) -> None:
 def _validate(file: TomlFile) -> AssignmentFile:
     """Return the validated file. Raises QdotError; misspelt keys are reported before missing keys and wrong values."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
-    problems = file.content["problem"]
+    problems, problem_keys = file.content["problem"], tuple(ProblemEntry.model_fields)
     for index, table in enumerate(problems if isinstance(problems, list) else []):
         if isinstance(table, dict):
-            file.check_keys(
-                ("problem", index), tuple(ProblemEntry.model_fields), (), tuple(AssignmentFile.model_fields)
-            )
+            file.check_keys(("problem", index), problem_keys, (), tuple(AssignmentFile.model_fields))
     try:
         return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:
         location = error.errors()[0]["loc"]
     key_path = location[:3] if location[0] == "problem" else location[:1]
     with file.locate_errors(*key_path):
-        raise QdotError(
-            EXPECTED_FORMS[str(key_path[-1])] if isinstance(key_path[-1], str) else EXPECTED_FORMS["problem"]
-        )
+        raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"]))
 
 
 def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
@@ -374,60 +362,43 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     If neither sets a convention, an instructor's robot has the convention of its file. Warnings about the robot are
     appended to `notes`. Raises QdotError.
     """
-    entry, key_path = content.problem[index], ("problem", index)
-    with file.locate_errors(*key_path):
+    entry = content.problem[index]
+
+    def parse(key: str, function: Callable[..., Parsed], *values: object) -> Parsed:
+        return _parse(file, ("problem", index, key), function, *values)
+
+    with file.locate_errors("problem", index):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError(
                 'each [[problem]] needs either a family, as in family = "planar-2r", or a robot, as in robot = '
                 '"my-arm.toml"'
             )
     if entry.family is not None:
-        with file.locate_errors(*key_path, "family"):
-            family, robot = look_up_family(entry.family), ""
+        family, robot_digest = parse("family", generation.look_up_family, entry.family), ""
     else:
-        with file.locate_errors(*key_path, "robot"):
-            family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
+        family, robot_digest = parse("robot", _read_own_robot, str(entry.robot), file.path.parent, notes)
     if entry.variation is not None:
-        with file.locate_errors(*key_path, "variation"):
-            variation = _read_variation(entry.variation)
-    with file.locate_errors(*key_path, "convention"):
-        setting = entry.convention or content.convention or ""
-        canonical_convention = find_convention(setting) if setting else ""
-        convention = (
-            setting if robot else canonical_convention
-        )  # a robot file may use another convention than the default
-    with file.locate_errors(*key_path, "twist_order"):
-        twist_order = _choose_twist_order(entry.twist_order, content.twist_order, family, convention)
-    with file.locate_errors(*key_path, "difficulty"):
-        band = _read_band(entry.difficulty)
-        if band is not None:
-            check_questions(family, (), band, variation, convention)
-    with file.locate_errors(*key_path, "family" if entry.questions is None else "questions"):
-        if isinstance(entry.questions, str) and entry.questions != "quiz":
-            raise QdotError(EXPECTED_FORMS["questions"])
-        if family.has_varied_structure and (not entry.questions or entry.questions == "quiz"):
-            raise QdotError(
-                'its arms are of many kinds; list questions that apply to all of them, as in questions = ["jacobian"]'
-            )
-        if entry.questions == []:
-            raise QdotError("the list is empty; leave the key out to use all questions that apply")
-        if isinstance(entry.questions, list) and "quiz" in entry.questions:
-            raise QdotError(
-                'write a quiz alone and without brackets, as in questions = "quiz"; put other questions into another '
-                "[[problem]], or list the short questions by name"
-            )
-        questions = _choose_questions(family, entry.questions, convention)
-        check_questions(family, questions, band, variation, convention)
+        variation = parse("variation", _read_variation, entry.variation)
+    convention = entry.convention or content.convention or ""
+    if convention:
+        canonical_convention = parse("convention", find_convention, convention)
+        if not robot_digest:  # a robot's file may have another default
+            convention = canonical_convention
+    twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
+    band = parse("difficulty", _read_band, entry.difficulty)
+    if band is not None:
+        parse("difficulty", generation.check_questions, family, (), band, variation, convention)
+    questions_key = "family" if entry.questions is None else "questions"
+    questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
+    parse(questions_key, generation.check_questions, family, questions, band, variation, convention)
     points = None if entry.points is None else tuple(entry.points)
-    with file.locate_errors(*key_path, "points"):
-        _check_points(points, len(questions))
-    with file.locate_errors(*key_path, "decimals"):
-        decimals = read_decimals(entry.decimals, questions)
-    with file.locate_errors(*key_path, "credit"):
-        credit = read_credit(entry.credit, questions)
+    parse("points", _check_points, points, len(questions))
+    decimals = parse("decimals", read_decimals, entry.decimals, questions)
+    credit = parse("credit", read_credit, entry.credit, questions)
     return Slot(
-        f"p{index + 1}", family, questions, points, band, robot, variation, convention, twist_order, decimals, credit
-    )
+        f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order, decimals,
+        credit,
+    )  # fmt: skip
 
 
 def _read_variation(setting: str | list[str]) -> str:
@@ -457,26 +428,38 @@ def _has_twist_order(convention: str, family: Family) -> bool:
     return bool(REGISTRY[convention or default].twist_orders)
 
 
-def _choose_questions(family: Family, questions: list[str] | str | None, convention: str) -> tuple[str, ...]:
-    if questions is None:
-        return questions_of_family(family, convention)
-    return select_quiz_questions(family, convention) if isinstance(questions, str) else tuple(questions)
+def _choose_questions(family: Family, setting: list[str] | str | None, convention: str) -> tuple[str, ...]:
+    """Return the questions that a problem asks. Raises QdotError for a setting that has no meaning."""
+    if isinstance(setting, str) and setting != "quiz":
+        raise QdotError(EXPECTED_FORMS["questions"])
+    if family.has_varied_structure and (not setting or setting == "quiz"):
+        raise QdotError(
+            'its arms are of many kinds; list questions that apply to all of them, as in questions = ["jacobian"]'
+        )
+    if setting == []:
+        raise QdotError("the list is empty; leave the key out to use all questions that apply")
+    if isinstance(setting, list) and "quiz" in setting:
+        raise QdotError(
+            'write a quiz alone and without brackets, as in questions = "quiz"; put other questions into another '
+            "[[problem]], or list the short questions by name"
+        )
+    if setting is None:
+        return generation.questions_of_family(family, convention)
+    return generation.select_quiz_questions(family, convention) if setting == "quiz" else tuple(setting)
 
 
 def _check_points(points: tuple[float, ...] | None, question_count: int) -> None:
     if points is not None and len(points) != question_count:
-        counts = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {question_count} "
-        mismatch = f"{counts}{'question' if question_count == 1 else 'questions'}"
-        raise QdotError(
-            f"{mismatch}; expected a list of positive numbers, one for each question, as in points = "
-            f"{[1] * question_count}"
-        )
+        counts = f"{count_noun(len(points), 'number')} for {count_noun(question_count, 'question')}"
+        form = EXPECTED_FORMS["points"].removesuffix("[1, 2]")
+        raise QdotError(f"{counts}; {form}{[1] * question_count}")
     if points is not None and any(not 0 < number < 1e6 for number in points):
         raise QdotError(EXPECTED_FORMS["points"])
 
 
-def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
+def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, str]:
     """Return the family of a robot file, and the digest of the file."""
+    path = robot_path(name, folder)
     robot = read_robot_file(path)
     notes += robot.notes
     return read_robot_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
@@ -509,9 +492,8 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
         lines[folded_identifier] = number
         other_cells = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
         due_date = _parse_due_date(where, cells.get("due", "").strip())
-        students.append(
-            Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), other_cells, due_date)
-        )
+        name, email = (cells.get(column, "").strip() for column in ("name", "email"))
+        students.append(Student(identifier, name, email, other_cells, due_date))
     if not students:
         raise QdotError(f"{path}: the roster is empty; add one student per line below the header")
     return tuple(students)
@@ -532,24 +514,18 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
-    raise QdotError(
-        f"{where}: due = {text!r}: expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
-    )
+    form = "expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
+    raise QdotError(f"{where}: due = {text!r}: {form}")
 
 
 def _check_identifier(where: str, identifier: str) -> None:
     if not identifier:
         raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
     forbidden = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    if forbidden or identifier.startswith((".", "-")) or len(identifier) > 100:
-        raise QdotError(
-            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it must have at most 100 "
-            "characters, must not start with '.' or '-', and must not contain / \\ : * ? \" < > |"
-        )
-    if is_changed_by_windows(identifier):
-        raise QdotError(
-            f"{where}: {identifier!r} can't be a student's identifier; it names folders; {WINDOWS_NAME_RULE}"
-        )
+    is_unusable = forbidden or identifier.startswith((".", "-")) or len(identifier) > 100
+    if is_unusable or is_changed_by_windows(identifier):
+        rule = IDENTIFIER_RULE if is_unusable else WINDOWS_NAME_RULE
+        raise QdotError(f"{where}: {identifier!r} can't be a student's identifier; it names folders; {rule}")
 
 
 def read_secret(folder: Path) -> str:

@@ -170,9 +170,8 @@ def generate_student_problems(
     """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
     results = {slot.name: generate_certified(assignment, slot, student, certify) for slot in assignment.slots}
     certified = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
-    return StudentProblems(
-        student, certified, tuple(result for result in results.values() if isinstance(result, FailedSlot))
-    )
+    failed_slots = tuple(result for result in results.values() if isinstance(result, FailedSlot))
+    return StudentProblems(student, certified, failed_slots)
 
 
 def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, Redraw]) -> Assignment:
@@ -183,49 +182,40 @@ def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, R
 
 
 def certify_class(
-    assignment: Assignment,
-    students: Sequence[str],
-    find_failures: FindFailures,
-    jobs: int,
+    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int,
     on_student: Callable[[], None],
-) -> tuple[Assignment, list[FailedSlot]]:
+) -> tuple[Assignment, list[FailedSlot]]:  # fmt: skip
     """Find certified problems for some students; return the assignment with the new draws, and the slots that failed.
 
     `on_student` is called after every student. Raises QdotError.
     """
     given_up: list[FailedSlot] = []
-    with closing(ordered_map(_certify_student, students, jobs, keep_state, ((assignment, find_failures),))) as results:
-        for student, redrawn, failures_of_student in results:
-            if redrawn:
-                assignment = record_redraws(assignment, student, redrawn)
-            given_up += failures_of_student
+    state = assignment, partial(certify_with, find_failures)
+    with closing(ordered_map(_certify_student, students, jobs, keep_state, (state,))) as results:
+        for student, (redraws, failed_slots) in zip(students, results, strict=True):
+            if redraws:
+                assignment = record_redraws(assignment, student, redraws)
+            given_up += failed_slots
             on_student()
     return assignment, given_up
 
 
 def _certify_student(
-    state: tuple[Assignment, FindFailures], student: str
-) -> tuple[str, dict[str, Redraw], tuple[FailedSlot, ...]]:
-    assignment, failures = state
-    draws = generate_student_problems(assignment, student, partial(certify_with, failures))
-    return student, draws.new_redraws(assignment), draws.failed_slots
+    state: tuple[Assignment, Certify[None]], student: str
+) -> tuple[dict[str, Redraw], tuple[FailedSlot, ...]]:
+    draws = generate_student_problems(state[0], student, state[1])
+    return draws.new_redraws(state[0]), draws.failed_slots
 
 
 def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
     """Return a message to the staff about new draws, as a list of at most one line."""
-    new_redraws = [
-        student_slot for student_slot, redraw in after.redraws.items() if before.redraws.get(student_slot) != redraw
-    ]
-    if not new_redraws:
+    new_count = sum(before.redraws.get(slot) != redraw for slot, redraw in after.redraws.items())
+    if not new_count:
         return []
-    count = "1 problem did" if len(new_redraws) == 1 else f"{len(new_redraws)} problems did"
+    count = f"{count_noun(new_count, 'problem')} did"
     path = after.folder / REDRAWN_FILE
-    return [
-        (
-            f"{count} not pass the certificate at first and had to be regenerated; store {path} together with "
-            "assignment.toml"
-        )
-    ]
+    advice = f"store {path} together with assignment.toml"
+    return [f"{count} not pass the certificate at first and had to be regenerated; {advice}"]
 
 
 def raise_failed_slots(assignment: Assignment, failed_slots: Sequence[FailedSlot]) -> None:

@@ -1,4 +1,4 @@
-"""Make a new assignment folder, and write two notebooks for each student: one to hand out and one for the staff."""
+"""Make a new assignment folder, and write two notebooks for each student: one to release and one for the staff."""
 
 import os
 import re
@@ -64,7 +64,7 @@ def init_assignment(
 
 NotebookMaker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], "NotebookNode"]
 NOTEBOOK_FOLDERS = ("released", "solutions")
-"""The folders of a student's notebooks: the one to hand out, and the staff's."""
+"""The folders of a student's notebooks: the one to release, and the staff's."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class ReleaseResult:
 
     - "written": they are new
     - "kept": they were up to date
-    - "completed": a file was missing after an interrupted run; the notebook to hand out is unchanged
-    - "rewritten": the notebook to hand out has changed
+    - "completed": a file was missing after an interrupted run; the released notebook is unchanged
+    - "rewritten": the released notebook has changed
     - "left out": there is no notebook, because no draw passed for the slots in `failed_slots`
     - "redrawn": nothing is written yet, because the new draws in `redraws` must be recorded first
     """
@@ -103,7 +103,7 @@ def certificate_path(assignment: Assignment, student: str) -> Path:
 
 
 def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
-    """Return the path of a student's notebook: the one to hand out ("released"), or the staff's ("solutions")."""
+    """Return the path of a student's notebook: the student's own ("released"), or the staff's ("solutions")."""
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
@@ -127,13 +127,11 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return ReleaseResult(
-            student, "left out", failed_slots=(_describe_unwritable(assignment, student, problems, error),)
-        )
+        failed_slot = _describe_unwritable(assignment, student, problems, error)
+        return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
     records = {slot: certified.record for slot, certified in draws.certified.items()}
-    outcome = _write(
-        assignment, student, notebooks, certifier.make_certificate(assignment, student, records, notebooks[0])
-    )
+    certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
+    outcome = _write(assignment, student, notebooks, certificate)
     store_problems(assignment, student, problems)
     return ReleaseResult(student, outcome)
 
@@ -141,19 +139,17 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
 def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome."""
     released, solved = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
-    to_hand_out, solution = map(notebook_text, notebooks)
+    new_text, solution = map(notebook_text, notebooks)
     existing_text = _read_if_present(released)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    if existing_text not in (None, "", to_hand_out) or _read_edition(solved) not in (
-        "",
-        assignment.edition_of(student),
-    ):
+    is_new_edition = _read_edition(solved) not in ("", assignment.edition_of(student))
+    if existing_text not in (None, "", new_text) or is_new_edition:
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solved.exists() else "completed"
     write_atomically(certificate_path(assignment, student), certificate, mode=0o600, durable=False)
-    if existing_text != to_hand_out:
-        write_atomically(released, to_hand_out, durable=False)
+    if existing_text != new_text:
+        write_atomically(released, new_text, durable=False)
     write_atomically(solved, solution, mode=0o600, durable=False)
     return outcome
 
@@ -173,11 +169,10 @@ def _describe_unwritable(
 def _make_notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "tuple[NotebookNode, NotebookNode]":
-    """Return the notebook to hand out and the staff's notebook, with the same texts."""
-    handed_out = _make_notebook(student_notebook, assignment, student, problems)
-    return handed_out, _make_notebook(
-        partial(solution_notebook, released_notebook=handed_out), assignment, student, problems
-    )
+    """Return the notebook to release and the staff's notebook, with the same texts."""
+    released = make_handout(assignment, student, problems)
+    make_solution = partial(solution_notebook, released_notebook=released)
+    return released, _make_notebook(make_solution, assignment, student, problems)
 
 
 def _make_notebook(
@@ -192,10 +187,8 @@ def _make_notebook(
 
 def is_up_to_date(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebooks and certificate all exist and are from the current assignment."""
-    paths = [
-        *(notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS),
-        certificate_path(assignment, student),
-    ]
+    notebooks = [notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS]
+    paths = [*notebooks, certificate_path(assignment, student)]
     return all(_read_edition(path) == assignment.edition_of(student) for path in paths)
 
 
@@ -210,12 +203,12 @@ def released_text(assignment: Assignment, student: str) -> str:
 
 
 def make_handout_text(assignment: Assignment, student: str) -> str:
-    """Return a new notebook to hand out, from a student's certified problems (`draws.settle_problems`)."""
+    """Return a new notebook to release, from a student's certified problems (`draws.settle_problems`)."""
     return notebook_text(make_handout(assignment, student, assignment.problems(student)))
 
 
 def make_handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
-    """Return the notebook to hand out with these problems of a student."""
+    """Return the released notebook with these problems of a student."""
     return _make_notebook(student_notebook, assignment, student, problems)
 
 
@@ -250,9 +243,8 @@ def release_notebooks(
     with clean_up_after([*notebooks, *other_paths, assignment.folder / REDRAWN_FILE]), flush_disks_after():
         while students:
             redrawn_students: list[str] = []
-            with closing(
-                ordered_map(release_student, students, jobs, keep_state, ((assignment, certifier),))
-            ) as results:
+            state = assignment, certifier
+            with closing(ordered_map(release_student, students, jobs, keep_state, (state,))) as results:
                 for result in results:
                     if result.outcome == "redrawn":
                         assignment = record_redraws(assignment, result.student, result.redraws)
@@ -263,11 +255,5 @@ def release_notebooks(
     return assignment
 
 
-def _count_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-CORE_COUNT = _count_cores()
+CORE_COUNT = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 """The number of cores that this process may use."""

@@ -33,7 +33,7 @@ def iterate_bank(order: ExportRequest) -> Generator[Variant, None, None]:
     They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
     problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
     """
-    for variant, _ in process_bank(order, _add_nothing):
+    for variant, _ in process_bank(order, _ignore_problem):
         yield variant
 
 
@@ -66,8 +66,8 @@ def process_bank(order: ExportRequest, work: Work[WorkResult]) -> Generator[tupl
             order.on_step()
 
 
-def _add_nothing(order: ExportRequest, slot: Slot, problem: Problem) -> None:
-    """Return nothing: the `work` of a plain bank."""
+def _ignore_problem(order: ExportRequest, slot: Slot, problem: Problem) -> None:
+    """Return None: the `work` of a bank without further results."""
 
 
 def _iterate_distinct_problems(

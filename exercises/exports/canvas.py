@@ -2,24 +2,8 @@
 
 from collections.abc import Generator, Sequence
 
+from qdot.exercises.exports import items, markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
-from qdot.exercises.exports.items import (
-    ChoiceForm,
-    MatchingForm,
-    NumberForm,
-    group_by_category,
-    make_items_without_hidden_solutions,
-)
-from qdot.exercises.exports.markup import (
-    Picture,
-    find_pictures,
-    format_decimal,
-    format_limits,
-    make_svg_file,
-    name_picture_file,
-    write_html_with_figures,
-    write_line_html,
-)
 from qdot.exercises.writing.render import render
 
 FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
@@ -29,21 +13,21 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield one package, which Canvas imports as a quiz and a question bank."""
     assignment = order.assignment
-    items = list(make_items_without_hidden_solutions(order))
-    if any(item.single_number_item for item in items):
+    quiz_items = list(items.make_items_without_hidden_solutions(order))
+    if any(item.single_number_item for item in quiz_items):
         order.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
-    groups = group_by_category(item.single_number_item or item for item in items)
+    groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
     images = {
-        f"images/{name_picture_file(picture)}": make_svg_file(picture)
-        for group in groups.values() for item in group for picture in find_pictures((*item.body, *item.solution))
+        f"images/{markup.name_picture_file(picture)}": markup.make_svg_file(picture)
+        for group in groups.values() for item in group for picture in markup.find_pictures((*item.body, *item.solution))
     }  # fmt: skip
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
-        "points": format_decimal(sum(group[0].points for group in groups.values())),
+        "points": markup.format_decimal(sum(group[0].points for group in groups.values())),
         "tells_values": order.has_solutions or order.includes_feedback("values"),
-        "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": write_line_html,
-        "decimal": format_decimal, "limits": format_limits,
+        "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": markup.write_line_html,
+        "decimal": markup.format_decimal, "limits": markup.format_limits,
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **context),
@@ -53,15 +37,17 @@ def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package | dict(sorted(images.items()))), is_private=True)
 
 
-def _write_html(body: Sequence[str | Picture]) -> str:
-    return write_html_with_figures(body, lambda picture: f"{FILE_FOLDER}/images/{name_picture_file(picture)}")
+def _write_html(body: Sequence[str | markup.Picture]) -> str:
+    return markup.write_html_with_figures(
+        body, lambda picture: f"{FILE_FOLDER}/images/{markup.name_picture_file(picture)}"
+    )
 
 
-def _name_question_type(form: ChoiceForm | MatchingForm | NumberForm) -> str:
-    if isinstance(form, ChoiceForm):
+def _name_question_type(form: items.ItemForm) -> str:
+    if isinstance(form, items.ChoiceForm):
         choice_type = "multiple_answers_question" if form.allows_several else "multiple_choice_question"
         return "true_false_question" if form.is_true_or_false else choice_type
-    return "matching_question" if isinstance(form, MatchingForm) else "numerical_question"
+    return "matching_question" if isinstance(form, items.MatchingForm) else "numerical_question"
 
 
 def _list_shares(count: int) -> list[str]:

@@ -142,6 +142,9 @@ class NumberForm:
         return len(self.fields)
 
 
+ItemForm = ChoiceForm | MatchingForm | NumberForm
+
+
 @dataclass(frozen=True)
 class QuizItem:
     """A question for learning platforms. `key` is unique and permanent; `category` is assignment, slot, question.
@@ -154,7 +157,7 @@ class QuizItem:
     title: str
     category: tuple[str, str, str]
     body: tuple[str | Picture, ...]
-    form: ChoiceForm | MatchingForm | NumberForm
+    form: ItemForm
     points: float
     solution: tuple[str | Picture, ...]
     hints: tuple[str, ...] = ()
@@ -212,7 +215,7 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
             return None
         problem, (part,) = short_problem, short_problem.parts
     tells_mistakes, numeric_part = order.includes_feedback("mistake"), None
-    form: ChoiceForm | MatchingForm | NumberForm
+    form: ItemForm
     if part.answer.offered_options:
         form = _make_option_form(problem, part, tells_mistakes)
         question = write_question_alone(problem, part)

@@ -8,26 +8,8 @@ import html
 import math
 from collections.abc import Generator, Sequence
 
+from qdot.exercises.exports import items, markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.items import (
-    ChoiceForm,
-    MatchingForm,
-    NumberField,
-    NumberForm,
-    QuizItem,
-    group_by_category,
-    make_items,
-)
-from qdot.exercises.exports.markup import (
-    Picture,
-    find_pictures,
-    format_decimal,
-    format_tolerance,
-    make_svg_file,
-    write_html,
-    write_html_with_figures,
-    write_line_html,
-)
 from qdot.exercises.exports.moodle_quiz import Category, InputBox, MoodleAnswer, MoodleQuestion, make_quiz_backup
 from qdot.exercises.writing.render import render
 
@@ -54,11 +36,8 @@ def export_moodle(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore."""
     assignment = order.assignment
     categories = [
-        Category(
-            tuple(make_moodle_name(name) for name in names),
-            tuple(_make_question(item, assignment.key) for item in group),
-        )
-        for names, group in group_by_category(make_items(order)).items()
+        Category(tuple(map(make_moodle_name, names)), tuple(_make_question(item, assignment.key) for item in group))
+        for names, group in items.group_by_category(items.make_items(order)).items()
     ]
     groups = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
     xml = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
@@ -77,58 +56,53 @@ def make_category_path(names: Sequence[str]) -> str:
     return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
 
-def _make_question(item: QuizItem, key: str) -> MoodleQuestion:
+def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
     form, body = item.form, _write_html(item.body)
-    boxes = _make_boxes(form) if isinstance(form, NumberForm) else ()
+    boxes = _make_boxes(form) if isinstance(form, items.NumberForm) else ()
+    numbered_boxes = [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]
     return MoodleQuestion(
-        name=make_moodle_name(item.title),
-        type=_name_question_type(form),
+        make_moodle_name(item.title), _name_question_type(form), item.points,
         body=_append_boxes(body, form, [box.notation for box in boxes]),
-        body_with_numbered_boxes=_append_boxes(body, form, [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]),
-        files=_encode_pictures(item.body),
-        solution=_write_html(item.solution),
-        solution_files=_encode_pictures(item.solution),
-        points=item.points,
-        id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:],
-        tags=("qdot", item.category[1], item.category[2]),
-        hints=tuple(write_html(hint) for hint in item.hints),
-        answers=_make_option_answers(form) if isinstance(form, ChoiceForm) else (),
-        allows_several=isinstance(form, ChoiceForm) and form.allows_several,
-        pairs=_make_pairs(form) if isinstance(form, MatchingForm) else (),
-        boxes=boxes,
-    )
+        body_with_numbered_boxes=_append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
+        solution=_write_html(item.solution), solution_files=_encode_pictures(item.solution),
+        id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:], tags=("qdot", *item.category[1:]),
+        hints=tuple(map(markup.write_html, item.hints)), boxes=boxes,
+        answers=_make_option_answers(form) if isinstance(form, items.ChoiceForm) else (),
+        allows_several=isinstance(form, items.ChoiceForm) and form.allows_several,
+        pairs=_make_pairs(form) if isinstance(form, items.MatchingForm) else (),
+    )  # fmt: skip
 
 
-def _name_question_type(form: ChoiceForm | MatchingForm | NumberForm) -> str:
-    if isinstance(form, ChoiceForm):
+def _name_question_type(form: items.ItemForm) -> str:
+    if isinstance(form, items.ChoiceForm):
         return "truefalse" if form.is_true_or_false else "multichoice"
-    if isinstance(form, MatchingForm):
+    if isinstance(form, items.MatchingForm):
         return "matching"
     return "numerical" if len(form.fields) == 1 else "cloze"
 
 
-def _write_html(body: Sequence[str | Picture]) -> str:
-    return write_html_with_figures(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
+def _write_html(body: Sequence[str | markup.Picture]) -> str:
+    return markup.write_html_with_figures(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
 
 
-def _encode_pictures(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ...]:
+def _encode_pictures(body: Sequence[str | markup.Picture]) -> tuple[tuple[str, str], ...]:
     return tuple(
-        (f"{picture.name}.svg", base64.b64encode(make_svg_file(picture)).decode()) for picture in find_pictures(body)
+        (f"{p.name}.svg", base64.b64encode(markup.make_svg_file(p)).decode()) for p in markup.find_pictures(body)
     )
 
 
-def _make_option_answers(form: ChoiceForm) -> tuple[MoodleAnswer, ...]:
+def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
     credit = CREDIT_PERCENTAGES[form.correct_count]
     wrong_credit = f"-{credit}" if form.allows_several else "0"
-    write = str if form.is_true_or_false else write_line_html
+    write = str if form.is_true_or_false else markup.write_line_html
     return tuple(
         MoodleAnswer(write(text), credit if option.is_correct else wrong_credit, html.escape(option.feedback))
         for _, text, option in form.lettered_options
     )
 
 
-def _make_pairs(form: MatchingForm) -> tuple[tuple[str, str], ...]:
-    pairs = [(write_line_html(stem), form.options[index]) for _, stem, index in form.lettered_stems]
+def _make_pairs(form: items.MatchingForm) -> tuple[tuple[str, str], ...]:
+    pairs = [(markup.write_line_html(stem), form.options[index]) for _, stem, index in form.lettered_stems]
     distractors = [option for index, option in enumerate(form.options) if index not in form.correct_options]
     return (*pairs, *(("", option) for option in distractors))
 
@@ -136,7 +110,7 @@ def _make_pairs(form: MatchingForm) -> tuple[tuple[str, str], ...]:
 # --- numbers ---
 
 
-def _make_boxes(form: NumberForm) -> tuple[InputBox, ...]:
+def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
     """Return a box for every field.
 
     If there are several boxes, Moodle makes each as wide as the longest number among its answers. A filler answer in
@@ -151,16 +125,16 @@ def _make_boxes(form: NumberForm) -> tuple[InputBox, ...]:
     )
 
 
-def _make_box(field: NumberField, answers: tuple[MoodleAnswer, ...]) -> InputBox:
+def _make_box(field: items.NumberField, answers: tuple[MoodleAnswer, ...]) -> InputBox:
     weight = FIELD_WEIGHTS[round(field.value, 9) == 0]
     quoted_answers = [(answer, _escape_feedback(answer.feedback)) for answer in answers]
     return InputBox(answers, weight, render("exports/moodle-box.txt.j2", weight=weight, answers=quoted_answers).strip())
 
 
-def _make_number_answers(field: NumberField) -> tuple[MoodleAnswer, ...]:
+def _make_number_answers(field: items.NumberField) -> tuple[MoodleAnswer, ...]:
     def make_answer(value: float, tolerance: float, fraction: str, feedback: str) -> MoodleAnswer:
         number, escaped = _format_number(value, tolerance), html.escape(feedback, quote=False)
-        return MoodleAnswer(number, fraction, escaped, format_tolerance(tolerance))
+        return MoodleAnswer(number, fraction, escaped, markup.format_tolerance(tolerance))
 
     wrong = (make_answer(wrong.value, wrong.tolerance, "0", wrong.feedback) for wrong in field.wrong_values)
     return (make_answer(field.value, field.tolerance, "100", ""), *wrong)
@@ -173,7 +147,7 @@ def _format_number(value: float, tolerance: float) -> str:
     ('-0.707107', '2', '0.70710678118')
     """
     rounded = round(value, 3 - math.floor(math.log10(tolerance))) if tolerance else value
-    return format_decimal(rounded, DIGITS)
+    return markup.format_decimal(rounded, DIGITS)
 
 
 def _make_filler_number(length: int) -> str:
@@ -185,20 +159,20 @@ def _make_filler_number(length: int) -> str:
     return f"-1.{'23456789' * 3}"[: length - 4] + "E+99"
 
 
-def _append_boxes(body: str, form: ChoiceForm | MatchingForm | NumberForm, box_texts: Sequence[str]) -> str:
+def _append_boxes(
+    body: str, form: items.ChoiceForm | items.MatchingForm | items.NumberForm, box_texts: Sequence[str]
+) -> str:
     """Return a text followed by its boxes, in a column with names or as a matrix. With one box, return it unchanged."""
-    if not isinstance(form, NumberForm) or len(box_texts) < 2:
+    if not isinstance(form, items.NumberForm) or len(box_texts) < 2:
         return body
     boxes = iter(box_texts)
-    rows = [
-        [
-            entry
-            if isinstance(entry, str)
-            else {"label": write_line_html(f"${entry.label}$"), "unit": entry.unit, "box": next(boxes)}
-            for entry in row
-        ]
-        for row in form.rows
-    ]
+
+    def describe(field: items.NumberField | str) -> str | dict[str, str]:
+        if isinstance(field, str):
+            return field
+        return {"label": markup.write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(boxes)}
+
+    rows = [list(map(describe, row)) for row in form.rows]
     fields = render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
     return f"{body}\n{fields.strip()}"
 

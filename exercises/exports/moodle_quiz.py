@@ -74,12 +74,12 @@ class MoodleQuestion:
 
     name: str
     type: str
+    points: float
     body: str
     body_with_numbered_boxes: str
     files: tuple[tuple[str, str], ...]
     solution: str
     solution_files: tuple[tuple[str, str], ...]
-    points: float
     id_number: str
     tags: tuple[str, ...]
     hints: tuple[str, ...]
@@ -136,13 +136,10 @@ def _write_category_filter(folder: Json) -> str:
 def _describe_attempts(assignment: Assignment) -> Json:
     """Return the settings for attempts: their number (0 is unlimited), which one counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
-    is_best_of = policy.best_of is not None
-    return {
-        "attempts": policy.best_of or 0,
-        "counts": HIGHEST_ATTEMPT if is_best_of else LAST_ATTEMPT,
-        "apart": policy.min_interval if is_best_of else 0,
-        "closes": 0 if due_date is None else int(with_zone(due_date).timestamp()),
-    }
+    closes = 0 if due_date is None else int(with_zone(due_date).timestamp())
+    if policy.best_of is None:
+        return {"attempts": 0, "counts": LAST_ATTEMPT, "apart": 0, "closes": closes}
+    return {"attempts": policy.best_of, "counts": HIGHEST_ATTEMPT, "apart": policy.min_interval, "closes": closes}
 
 
 def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
@@ -153,9 +150,8 @@ def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
         for depth in range(1, len(category.names) + 1):
             names = category.names[:depth]
             if names not in folders:
-                folders[names] = {
-                    "id": next(ids), "name": names[-1], "parent": folders[names[:-1]]["id"], "questions": [],
-                }  # fmt: skip
+                parent = folders[names[:-1]]["id"]
+                folders[names] = {"id": next(ids), "name": names[-1], "parent": parent, "questions": []}
         folders[category.names]["questions"] = [_number_question(question, ids) for question in category.questions]
     for names, folder in folders.items():
         folder["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
@@ -174,13 +170,10 @@ def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
     ]  # fmt: skip
     answers = question.boxes[0].answers if len(boxes) == 1 else question.answers
     return {
-        "id": next(ids),
-        "question": question,
-        "boxes": boxes if len(boxes) > 1 else [],
-        "answers": _number_answers(answers, ids),
-        "hints": [(next(ids), hint) for hint in question.hints],
+        "id": next(ids), "question": question, "boxes": boxes if len(boxes) > 1 else [],
+        "answers": _number_answers(answers, ids), "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
-    }
+    }  # fmt: skip
 
 
 def _number_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list[Json]:

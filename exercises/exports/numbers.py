@@ -19,24 +19,12 @@ from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_t
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain
+from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.base import name_chapter
-from qdot.exercises.mistakes.catalogue import (
-    MISTAKES_FOR_ONE_NUMBER,
-    PredictedAnswer,
-    apply_mistake,
-    generate_mistaken_answers,
-    list_likely_mistakes,
-    predict_wrong_answers,
-)
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions import inversion
 from qdot.exercises.questions.geometry import sample_unequal_lengths
-from qdot.exercises.questions.inversion import (
-    THREE_DIGIT_TOLERANCE,
-    compute_conditioning,
-    min_conditioning,
-    sample_joint_values,
-)
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
@@ -101,7 +89,7 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
 
 def _make_number(part: Part, values: sp.Matrix) -> Number:
     floor = ABSOLUTE_TOLERANCE * float(max(map(abs, values)))
-    return Number(values, part.details.units or ("",) * len(values), THREE_DIGIT_TOLERANCE, floor)
+    return Number(values, part.details.units or ("",) * len(values), inversion.THREE_DIGIT_TOLERANCE, floor)
 
 
 def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> NumericPart:
@@ -113,7 +101,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
             name_chapter(mistake.sentence(mistaken.words)),
             np.array(mistaken.answer.reference.tolist(), dtype=float),
         )
-        for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
+        for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]
     if is_derived(part):
@@ -125,7 +113,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
     return NumericPart(part, reference, None, tuple(wrong))
 
 
-def _describe_wrong(wrong_answer: PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
+def _describe_wrong(wrong_answer: catalogue.PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
     return wrong_answer.mistake.title, name_chapter(wrong_answer.sentence), values
 
 
@@ -142,16 +130,16 @@ def _check_agreement(
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 
-def _list_wrong_answers(w: Working, part: Part) -> list[PredictedAnswer]:
+def _list_wrong_answers(w: Working, part: Part) -> list[catalogue.PredictedAnswer]:
     """Return the answers that mistakes lead to. If the derivation is long, only those in ONE_NUMBER are considered."""
     if w.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         return [
             wrong
-            for mistake in list_likely_mistakes(part)
-            if mistake.name in MISTAKES_FOR_ONE_NUMBER
-            for wrong in apply_mistake(mistake, w, part)
+            for mistake in catalogue.list_likely_mistakes(part)
+            if mistake.name in catalogue.MISTAKES_FOR_ONE_NUMBER
+            for wrong in catalogue.apply_mistake(mistake, w, part)
         ]
-    return list(predict_wrong_answers(w, part))
+    return list(catalogue.predict_wrong_answers(w, part))
 
 
 # --- formulas ---
@@ -191,8 +179,11 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 symbol: _sample_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
-            joints = sample_joint_values(chain, stream)
-            if not needs_full_rank or compute_conditioning(chain, lengths, joints) > min_conditioning(chain) / 2:
+            joints = inversion.sample_joint_values(chain, stream)
+            if (
+                not needs_full_rank
+                or inversion.compute_conditioning(chain, lengths, joints) > inversion.min_conditioning(chain) / 2
+            ):
                 break
         rates = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}
         velocity = {sp.Symbol(row): sp.Rational(_sample_nonzero(stream, 8), 20) for row in chain.task}
@@ -226,7 +217,7 @@ def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matri
     return reference.applyfunc(lambda entry: round_to_ten_digits(evaluate_in_context(entry.xreplace(values))))
 
 
-def _choose_configuration(correct: np.ndarray, wrong_results: Sequence[PredictedAnswer]) -> int | None:
+def _choose_configuration(correct: np.ndarray, wrong_results: Sequence[catalogue.PredictedAnswer]) -> int | None:
     """Return the index of the best configuration, or None if none is usable.
 
     The best one has the fewest tiny entries. Among equals, it distinguishes the most mistakes.
@@ -251,7 +242,7 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     with np.errstate(all="ignore"):
         wrong = tuple((title, text, answer / answer.ravel()[unit]) for title, text, answer in direction.wrong_answers)
     reference = sp.Matrix(values.tolist())
-    answer = Number(reference, ("",) * len(reference), THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
+    answer = Number(reference, ("",) * len(reference), inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
     part = replace(direction.part, answer=answer)
     return NumericPart(part, values, direction.given_values, wrong, unit)
 

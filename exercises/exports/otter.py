@@ -41,9 +41,8 @@ def export_otter(order: ExportRequest) -> Generator[ExportedFile, None, None]:
         "files": [name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)],
     }  # fmt: skip
     yield ExportedFile("README.md", render("exports/otter/readme.md.j2", **context))
-    yield ExportedFile(
-        f"{assignment.key}.ipynb", _make_source_notebook(assignment, render("exports/otter/config.yaml.j2", **context))
-    )
+    config = render("exports/otter/config.yaml.j2", **context)
+    yield ExportedFile(f"{assignment.key}.ipynb", _make_source_notebook(assignment, config))
     yield ExportedFile(name, content)
     for path, data in private_files:
         yield ExportedFile(f"{ASSIGNMENT_FOLDER}/{path}", data, is_private=True)
@@ -64,10 +63,8 @@ def list_parts(assignment: Assignment) -> list[OtterPart]:
 
 
 def _make_source_notebook(assignment: Assignment, config: str) -> str:
-    cells = [
-        new_raw_cell(config.strip(), id="config"),
-        new_markdown_cell(f"# {escape_markdown(assignment.title)}", id="title"),
-    ]
+    title_cell = new_markdown_cell(f"# {escape_markdown(assignment.title)}", id="title")
+    cells = [new_raw_cell(config.strip(), id="config"), title_cell]
     for part, name, points, title in list_parts(assignment):
         answer = f"{answer_variable(*part.split('.', 1))} = ..."
         test = render("exports/otter/test.py.j2", part=part, function=name.replace("-", "_")).strip()
@@ -94,11 +91,8 @@ def _add_tests(assignment: Assignment, text: str) -> str:
     """Return a student's notebook with tests in its metadata and tagged answer cells, as Otter needs it."""
     notebook = json.loads(text)
     parts = list_parts(assignment)
-    notebook["metadata"]["otter"] = {
-        "OK_FORMAT": True,
-        "assignment_name": assignment.key,
-        "tests": {name: _make_presence_test(part, name, points) for part, name, points, _ in parts},
-    }
+    tests = {name: _make_presence_test(part, name, points) for part, name, points, _ in parts}
+    notebook["metadata"]["otter"] = {"OK_FORMAT": True, "assignment_name": assignment.key, "tests": tests}
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
             cell["metadata"]["tags"] = ["otter_answer_cell"]

@@ -7,18 +7,9 @@ solutions, a student sees the solution of an item after full marks or after the 
 import re
 from collections.abc import Generator
 
+from qdot.exercises.exports import markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_without_hidden_solutions
-from qdot.exercises.exports.markup import (
-    Picture,
-    find_pictures,
-    format_decimal,
-    format_tolerance,
-    make_svg_file,
-    name_picture_file,
-    write_html_with_figures,
-    write_line_html,
-)
 from qdot.exercises.formula.printers.mathml import plain_mathml
 from qdot.exercises.writing.render import render
 
@@ -45,7 +36,8 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     for item in make_items_without_hidden_solutions(order):
         files[f"items/{item.key}.xml"] = _render_item(item, tries)
         item_images = {
-            name_picture_file(p): make_svg_file(p) for p in (*find_pictures(item.body), *find_pictures(item.solution))
+            markup.name_picture_file(p): markup.make_svg_file(p)
+            for p in (*markup.find_pictures(item.body), *markup.find_pictures(item.solution))
         }
         images |= {f"images/{name}": content for name, content in item_images.items()}
         resources.append({"ident": item.key, "images": sorted(item_images)})
@@ -58,7 +50,7 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
         for slot_name, variants in variants_by_slot.items()
     ]
     ident = f"qdot-{assignment.key}"
-    points = format_decimal(sum(points_by_question.values()))
+    points = markup.format_decimal(sum(points_by_question.values()))
     test_context = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
     test = render("exports/qti-test.xml.j2", **test_context)
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
@@ -66,22 +58,24 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 
-def _write_html(body: tuple[str | Picture, ...]) -> str:
+def _write_html(body: tuple[str | markup.Picture, ...]) -> str:
     """Return a text in QTI's subset of XHTML: block elements without styles."""
-    html = write_html_with_figures(body, lambda picture: f"../images/{name_picture_file(picture)}", plain_mathml)
+    html = markup.write_html_with_figures(
+        body, lambda picture: f"../images/{markup.name_picture_file(picture)}", plain_mathml
+    )
     return _STYLE.sub("", html)
 
 
 def _write_line_html(text: str) -> str:
-    return _STYLE.sub("", write_line_html(text, plain_mathml))
+    return _STYLE.sub("", markup.write_line_html(text, plain_mathml))
 
 
 def _render_item(item: QuizItem, tries: int) -> str:
     return render(
-        "exports/qti-item.xml.j2", item=item, form=item.form, tries=tries, points=format_decimal(item.points),
-        full=format_decimal(item.points * (1 - ROUNDING_SHARE)),
-        share=format_decimal(item.points / item.form.correct_count),
+        "exports/qti-item.xml.j2", item=item, form=item.form, tries=tries, points=markup.format_decimal(item.points),
+        full=markup.format_decimal(item.points * (1 - ROUNDING_SHARE)),
+        share=markup.format_decimal(item.points / item.form.correct_count),
         body=_write_html(item.body), solution=_write_html(item.solution), line=_write_line_html,
-        decimal=format_decimal, allowance=format_tolerance,
+        decimal=markup.format_decimal, allowance=markup.format_tolerance,
         names_mistakes=isinstance(item.form, NumberForm) and len(item.form.fields) <= MAX_EXPLAINED_FIELDS,
     )  # fmt: skip

@@ -77,9 +77,8 @@ def _export_repositories(
         folder = f"students/{student.id}"
         yield ExportedFile(f"{folder}/{assignment.key}.ipynb", notebook)
         yield ExportedFile(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
-        yield ExportedFile(
-            f"{folder}/{workflow_folder}{checking_workflow}", render(f"exports/{platform}-check.yml.j2", **context)
-        )
+        workflow = render(f"exports/{platform}-check.yml.j2", **context)
+        yield ExportedFile(f"{folder}/{workflow_folder}{checking_workflow}", workflow)
         yield ExportedFile(f"{folder}/.qdot/{name}", content)
         yield ExportedFile(f"{folder}/.qdot/versions.txt", constraints)
 
@@ -94,9 +93,8 @@ def _list_repositories(order: ExportRequest, platform: str) -> str:
         other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_columns}
         login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
-            raise QdotError(
-                f"roster.csv: github = {login!r} of {student.id} is not a valid login; write it as in github.com/LOGIN"
-            )
+            advice = "is not a valid login; write it as in github.com/LOGIN"
+            raise QdotError(f"roster.csv: github = {login!r} of {student.id} {advice}")
         repository = other_cells.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
         lines.append(f"{repository},{student.id},{login}")
     return "".join(f"{line}\n" for line in lines)

@@ -17,7 +17,7 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.exports.qti import DEFAULT_ATTEMPTS
 from qdot.exercises.problem.record import Json
-from qdot.exercises.site.bank import FOLDER, index_text, titles_text, write_bank
+from qdot.exercises.site import bank
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
 from qdot.exercises.site.pages import Assets, favicon, find_assets
 from qdot.exercises.site.supply import problems_of_variants
@@ -119,7 +119,7 @@ def _make_bank_files(order: ExportRequest) -> _Files:
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
         failures: list[FailedSlot] = []
-        entries = write_bank(
+        entries = bank.write_bank(
             Path(folder), bank_problems, order.find_failures, order.jobs, order.on_step, failures.append,
             level == FEEDBACK[-1],
         )  # fmt: skip
@@ -128,8 +128,8 @@ def _make_bank_files(order: ExportRequest) -> _Files:
         for _ in range(len(assignment.slots) * order.variant_count - len(bank_problems)):
             order.on_step()
         files = _read_bank(Path(folder), assignment.hints)
-    files[f"{FOLDER}/index.json"] = index_text(entries, titles, level)
-    return files | {f"{FOLDER}/index.{code}.json": titles_text(code, titles) for code in LANGUAGES}
+    files[f"{bank.FOLDER}/index.json"] = bank.index_text(entries, titles, level)
+    return files | {f"{bank.FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
 
 
 def _read_bank(folder: Path, has_hints: bool) -> _Files:

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 from qdot.exercises.assignment.draws import FailedSlot, certify_with, generate_student_problems, record_redraws
@@ -127,16 +127,8 @@ class _SheetRequest:
     problems: tuple[Problem, ...] | None = None
 
 
-@dataclass(frozen=True)
-class _SheetResult:
-    """A sheet, and the regenerated problems that are not recorded yet.
-
-    The sheet is None if no problem for a slot passed its certificate; `failed_slots` has the failures.
-    """
-
-    sheet: Sheet | None
-    redrawn: Mapping[str, Redraw] = field(default_factory=dict)
-    given_up: tuple[FailedSlot, ...] = ()
+_SheetResult = tuple[Sheet | None, Mapping[str, Redraw], tuple[FailedSlot, ...]]
+"""A sheet (None if a slot failed), the regenerated problems that are not recorded yet, and the slots that failed."""
 
 
 def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
@@ -147,14 +139,14 @@ def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
         requests = [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     assignment = order.assignment
     with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
-        for request, result in zip(requests, results, strict=True):
+        for request, (sheet, redraws, failed_slots) in zip(requests, results, strict=True):
             order.on_step()
-            for failure in result.given_up:
+            for failure in failed_slots:
                 order.on_left_out(failure)
-            if result.redrawn:  # recorded before anybody gets the sheet
-                assignment = record_redraws(assignment, request.student, result.redrawn)
-            if result.sheet is not None:
-                yield result.sheet
+            if redraws:  # recorded before anybody gets the sheet
+                assignment = record_redraws(assignment, request.student, redraws)
+            if sheet is not None:
+                yield sheet
 
 
 def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
@@ -171,12 +163,12 @@ def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
 
 def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
-        return _SheetResult(_make_sheet_of_problems(order, request, request.problems))
+        return _make_sheet_of_problems(order, request, request.problems), {}, ()
     draws = generate_student_problems(order.assignment, request.student, partial(certify_with, order.find_failures))
     if draws.failed_slots:
-        return _SheetResult(None, given_up=draws.failed_slots)
+        return None, {}, draws.failed_slots
     problems = [certified.problem for certified in draws.certified.values()]
-    return _SheetResult(_make_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment))
+    return _make_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment), ()
 
 
 def _make_sheet_of_problems(order: ExportRequest, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
@@ -221,28 +213,21 @@ def _split_statement(text: str) -> tuple[str, str, str]:
 
 def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
     solutions, is_printed = order.has_solutions, order.sheet in PROBLEM_SHEETS
-    is_marking, is_exam = order.sheet == "marking", order.sheet == "exam" and not solutions
+    is_exam, name = order.sheet == "exam" and not solutions, f"p{label.replace('.', '-')}"
     text = remove_typing_remarks(prompt(problem, part), problem)
-    name = f"p{label.replace('.', '-')}"
     figure = draw_prompt_figure(problem, part, name) if is_printed else None
-    wide = part.has_drawn_options
-    width_share = WIDTH_BESIDE_FIGURE if figure and not wide else 1.0
+    width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
     shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
+    earned_share = order.earned_share if order.sheet == "marking" else None
     return SheetPart(
-        label=label,
-        title=ASKED[part.kind].heading(problem.chain),
-        points=points_text(part.points),
-        max_points=part.points,
+        label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
         prompt=text if options is None else remove_options(text),
-        hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints),
-        figure=figure,
-        options=options,
+        hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints), figure=figure, options=options,
         box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
-        answer=short_answer(problem, part) if order.sheet == "key" else "",
-        has_score_space=is_exam,
-        has_wide_figure=wide,
-        marking=explain_marking(problem, part, order.earned_share) if is_marking and order.earned_share else None,
-    )
+        answer=short_answer(problem, part) if order.sheet == "key" else "", has_score_space=is_exam,
+        has_wide_figure=part.has_drawn_options,
+        marking=explain_marking(problem, part, earned_share) if earned_share else None,
+    )  # fmt: skip

@@ -80,19 +80,14 @@ def _make_questions(order: ExportRequest, slot: Slot, problem: Problem) -> tuple
 
 def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
     for part in problem.parts:
-        stack_part = convert_part(problem, remove_rounding(part))
+        stack_part, note = convert_part(problem, remove_rounding(part)), f"{slot.name}: STACK"
         if isinstance(stack_part, str):
-            notes[f"{slot.name}: {part.name!r} is left out of STACK: {stack_part}"] = None
+            notes[f"{note} leaves out {part.name!r}: {stack_part}"] = None
             continue
         if part.rounding is not None and remove_rounding(part) is not part:
-            words = part.rounding.words
-            notes[f"{slot.name}: STACK does not accept rounded decimals in {part.name!r}, but qdot does, {words}"] = (
-                None
-            )
+            notes[f"{note} does not accept rounded decimals in {part.name!r}; qdot does, {part.rounding.words}"] = None
         if is_product(part):
-            notes[f"{slot.name}: in STACK, {part.name!r} is right or wrong; right factors earn no partial credit"] = (
-                None
-            )
+            notes[f"{note} marks {part.name!r} right or wrong; right factors earn no partial credit"] = None
         yield stack_part
 
 
@@ -100,24 +95,17 @@ def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_par
     assignment, part = order.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
+    category_names = assignment.title, slot.name, f"{number}. {title}"
     return StackQuestion(
-        stack_part=stack_part,
-        name=part.name,
-        id=part.name,
-        category=make_category_path(
-            [make_moodle_name(name) for name in (assignment.title, slot.name, f"{number}. {title}")]
-        ),
-        note=_describe_arm(problem),
-        title=title,
-        statement=_write_html(statement(problem, "")),
-        prompt=_write_html(_write_prompt(problem, part)),
-        hints=tuple(_write_html(hint) for hint in hints(problem, part)) if assignment.hints else (),
-        solution=_write_html(worked_solution(problem, part)),
-        arm_figure=draw_arm(problem),
+        stack_part, name=part.name, id=part.name, title=title, note=_describe_arm(problem),
+        category=make_category_path(list(map(make_moodle_name, category_names))),
+        statement=_write_html(statement(problem, "")), prompt=_write_html(_write_prompt(problem, part)),
+        hints=tuple(map(_write_html, hints(problem, part))) if assignment.hints else (),
+        solution=_write_html(worked_solution(problem, part)), arm_figure=draw_arm(problem),
         prompt_figure=draw_prompt_figure(problem, part, part.name),
         solution_figure=draw_solution_figure(problem, part, f"{part.name}-solution"),
         tests=(*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else [])),
-    )
+    )  # fmt: skip
 
 
 def _add_variant_name(order: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:

@@ -37,13 +37,12 @@ argument `agree` says which entries are correct; `moving` are the indices of ent
 """
 
 
-def write_substitutions(problem: Problem) -> tuple[str, str]:
-    """Return the lines that define the substitutions for a student's names: given lengths, sines and cosines."""
-    given_values = (
-        f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
-    )
-    short = (f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
-    return f"given: [{', '.join(given_values)}];", f"short: [{', '.join(short)}];"
+def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
+    """Return the lines that define a student's names for lengths, sines and cosines, then constants and functions."""
+    values = {name: info.value for name, info in problem.symbols().items() if info.value is not None}
+    given = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
+    short = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
+    return [f"given: [{given}];", f"short: [{short}];", *constants, *functions]
 
 
 def list_short_names(problem: Problem) -> dict[str, str]:

@@ -5,7 +5,7 @@ within their tolerance, and sets of joint values modulo full turns. Question tes
 because STACK stores only 255 characters of an answer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -14,20 +14,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports.known_wrong import (
-    KnownWrongAnswer,
-    compare_entry_by_entry,
-    find_known_wrong_answers,
-    list_tolerances,
-    make_domain,
-)
-from qdot.exercises.exports.stack_maxima import (
-    FORMULA_FUNCTIONS,
-    NUMBER_FUNCTIONS,
-    SET_FUNCTIONS,
-    list_short_names,
-    write_substitutions,
-)
+from qdot.exercises.exports import known_wrong, stack_maxima
 from qdot.exercises.formula.algebra import ONE, multiply_nodes
 from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.parser import parse_formula
@@ -120,7 +107,7 @@ class StackPart:
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, wrong: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
+        self, index: int, wrong: known_wrong.KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
     ) -> None:
         """Add a known mistake: an answer is explained by it if `likeness`, in terms of wrongN, equals `expected`."""
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
@@ -186,7 +173,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
     if not part.effective_credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
-    det = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
+    det = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
     none_equal = [False] * len(reference)
     if det is None:
         return MISTAKE_FACTOR
@@ -197,7 +184,7 @@ def _compute_share_up_to_a_factor(
     problem: Problem, answer: sp.Matrix, reference: sp.Matrix, entries_equal: Sequence[bool], common_factor: Tree = ONE
 ) -> Fraction:
     """Return the share of an answer whose wrong entries differ only by signs, a constant factor and `common_factor`."""
-    domain, moving = make_domain(problem), set(_find_varying_entries(problem, reference))
+    domain, moving = known_wrong.make_domain(problem), set(_find_varying_entries(problem, reference))
     wrong = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
     answer_entries, wanted_entries = (
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
@@ -244,8 +231,8 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
     points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    correct = f"ta1: {_write_maxima(reference, is_single)};"
-    variables = [*write_substitutions(problem), points, *FORMULA_FUNCTIONS, correct, "other1: 0*ta1 + 7;"]
+    variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
+    variables += [f"ta1: {_write_maxima(reference, is_single)};", "other1: 0*ta1 + 7;"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, otherwise = "0", ""
@@ -262,7 +249,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
         part, "algebraic" if is_single else "matrix", words, variables, marking, nodes, cases, otherwise, score,
         box_width, typing_help=explain_typing(problem),
     )  # fmt: skip
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
+    for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         share = compute_share(problem, part, wrong.matrix, wrong.entries_equal, is_known=True)
         maxima = _write_maxima(wrong.matrix, is_single)
         stack_part.add_mistake(index, wrong, maxima, f"qdot_same(said, wrong{index})", "1", share)
@@ -273,7 +260,8 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | str:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
         cases.append(UNUSUAL_FORM_TEST)
     unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = compute_share(problem, part, unrelated_answer, compare_entry_by_entry(problem, unrelated_answer, reference))
+    entries_equal = known_wrong.compare_entry_by_entry(problem, unrelated_answer, reference)
+    share = compute_share(problem, part, unrelated_answer, entries_equal)
     cases.append(QuestionTest("nobody's mistake", "other1", share, UNEXPLAINED_NOTE))
     return stack_part
 
@@ -282,7 +270,7 @@ def explain_typing(problem: Problem) -> str:
     """Return instructions on how to type formulas, with names of this arm."""
     joint = problem.chain.q[0]
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
-    meanings = list_short_names(problem)
+    meanings = stack_maxima.list_short_names(problem)
     examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
     explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
     return f"{rule} {explanations}." if explanations else rule
@@ -297,7 +285,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
 
     The first two points have the same lengths, so a factor with the same value at both is a constant.
     """
-    domain = make_domain(problem)
+    domain = known_wrong.make_domain(problem)
     program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
     for attempt in range(MAX_TRIES):
         stream = Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
@@ -314,9 +302,8 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
     """Return whether all entries are moderate numbers at all points, and the pivot is clearly not zero."""
     values_by_name = {name: np.array([point[name] for point in points]) for name in points[0]}
     values = evaluate(program, values_by_name, len(points))[0]
-    if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < MAX_ENTRY).all()):
-        return False
-    return pivot is None or bool((np.abs(values[pivot]) > MIN_PIVOT).all())
+    are_moderate = np.isfinite(values) & (values.imag == 0) & (np.abs(values) < MAX_ENTRY)
+    return bool(are_moderate.all() and (pivot is None or (np.abs(values[pivot]) > MIN_PIVOT).all()))
 
 
 def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
@@ -347,28 +334,22 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
     def count_agreeing(entries: Sequence[int]) -> str:
         return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
-    worth_factor = "" if credit.factor == 1 else f"*{credit.factor}"
-    varying = _find_varying_entries(problem, reference)
-    constancy_line = f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;"
-    constant_answer_lines = [constancy_line] if varying else []
+    factor = "" if credit.factor == 1 else f"*{credit.factor}"
     if credit.rule == "columns" and reference.cols > 1:
-        groups = _list_nonzero_columns(reference)
-        column_tests = ", ".join(f"is({count_agreeing(group)} = {len(group)})" for group in groups)
-        lines = [
-            f"right: qdot_count([{column_tests}]);",
-            f"share: min(right, {len(groups) - 1})/{len(groups)}{worth_factor};",
-            *constant_answer_lines,
-        ]
-        return lines, f"<p>{{@right@}} of {len(groups)} columns are right.</p>"
-    lines = [
-        f"right: {count_agreeing(counted_entries)};",
-        f"spoiled: {f'{len(zeros)} - {count_agreeing(zeros)}' if zeros else 0};",
-        f"share: max(0, min(right - spoiled, {len(counted_entries) - 1}))/{len(counted_entries)}{worth_factor};",
-        *constant_answer_lines,
-    ]
-    entry_words = f"{len(counted_entries)} entries that are not zero" if zeros else f"{len(counted_entries)} entries"
-    zero_words = f"; {{@spoiled@}} of {len(zeros)} zeros have another answer" if zeros else ""
-    return lines, f"<p>{{@right@}} of {entry_words} are right{zero_words}.</p>"
+        columns = _list_nonzero_columns(reference)
+        tests, n = ", ".join(f"is({count_agreeing(column)} = {len(column)})" for column in columns), len(columns)
+        lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor};"]
+        words = f"{n} columns are right"
+    else:
+        n, spoiled = len(counted_entries), f"{len(zeros)} - {count_agreeing(zeros)}" if zeros else "0"
+        lines = [f"right: {count_agreeing(counted_entries)};", f"spoiled: {spoiled};"]
+        lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor};")
+        words = f"{n} entries are right"
+        if zeros:
+            words = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
+    if varying := _find_varying_entries(problem, reference):
+        lines.append(f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;")
+    return lines, f"<p>{{@right@}} of {words}.</p>"
 
 
 def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
@@ -378,7 +359,7 @@ def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | N
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
     expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
-    return expanded if all(compare_entry_by_entry(problem, expanded, reference)) else None
+    return expanded if all(known_wrong.compare_entry_by_entry(problem, expanded, reference)) else None
 
 
 def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
@@ -389,10 +370,8 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
     if points is None:
         return "no configurations were found at which formulas could be compared"
     same = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
-    variables = [
-        *write_substitutions(problem), points, *FORMULA_FUNCTIONS, f"ta1: {maxima_matrix(reference)};",
-        "form1: -3*ta1;", "other1: 0*ta1;",
-    ]  # fmt: skip
+    variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
+    variables += [f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     return StackPart(
         part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
         ["said: qdot_values(qdot_read(ans1));", same], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
@@ -406,8 +385,8 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
 def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     answer = part.answer_as(Number)
     is_single, n = len(answer.reference) == 1, len(answer.reference)
-    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in list_tolerances(part)]
-    known_answers = find_known_wrong_answers(problem, part, MAX_MISTAKES)
+    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in known_wrong.list_tolerances(part)]
+    known_answers = known_wrong.find_known_wrong_answers(problem, part, MAX_MISTAKES)
     exact_reference = sp.Matrix([sp.Rational(f"{float(value_text):.12g}") for value_text in answer.reference])
     value_text = "said" if is_single else "said[i, 1]"
 
@@ -416,17 +395,13 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         return f"qdot_count(makelist(qdot_near({value_text}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
-    lines = [
-        "said: qdot_read(ans1);",
-        f"room: [{', '.join(map(maxima_text, tolerances))}];",
-        f"right: {count_near('ta1')};",
-    ]
-    lines += _write_number_share_lines(part, zeros)
-    variables = [*write_substitutions(problem), *NUMBER_FUNCTIONS, f"ta1: {_write_floats(exact_reference, is_single)};"]
+    room = f"room: [{', '.join(map(maxima_text, tolerances))}];"
+    lines = ["said: qdot_read(ans1);", room, f"right: {count_near('ta1')};", *_write_number_share_lines(part, zeros)]
+    variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
+    variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
+    correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
         correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
-    else:
-        correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
     words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
     otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
@@ -466,26 +441,21 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     lines = [f"share: {share};"]
     if all(part.answer.expected_units) and not all(is_zero):
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
-        lines.append(
-            f"share: if qdot_count(makelist({same_size}, i, 1, {n})) = {n} "
-            f"then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;"
-        )
+        condition = f"qdot_count(makelist({same_size}, i, 1, {n})) = {n}"
+        lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
     worth = part.effective_credit.factor
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
 
-def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
+def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share for the numbers that a known mistake leads to."""
     credit = part.effective_credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
     share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
-    pairs = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
-    if (
-        all(part.answer.expected_units)
-        and not all(is_zero)
-        and all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in pairs)
-    ):
+    pairs = zip(known_answer.matrix, part.answer.as_matrix(), known_wrong.list_tolerances(part), strict=True)
+    has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in pairs)
+    if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
         share = max(share, 1 - SIGN_OR_FACTOR_COST)
     return float(share * credit.factor)
 
@@ -496,7 +466,7 @@ def _write_floats(matrix: sp.Matrix, single: bool) -> str:
     return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
-def _is_near(values: sp.Matrix, known_answer: KnownWrongAnswer, tolerances: Sequence[sp.Expr]) -> bool:
+def _is_near(values: sp.Matrix, known_answer: known_wrong.KnownWrongAnswer, tolerances: Sequence[sp.Expr]) -> bool:
     return all(abs(a - b) <= 2 * r for a, b, r in zip(values, known_answer.matrix, tolerances, strict=True))
 
 
@@ -505,9 +475,8 @@ def _is_near(values: sp.Matrix, known_answer: KnownWrongAnswer, tolerances: Sequ
 
 def _convert_choice(part: Part) -> StackPart:
     answer = part.answer_as(Choice)
-    options = [
-        f'[{i + 1}, {"true" if i == answer.correct else "false"}, "{LETTERS[i]}"]' for i in range(len(answer.options))
-    ]
+    is_correct = ["true" if i == answer.correct else "false" for i in range(len(answer.options))]
+    options = [f'[{i + 1}, {is_correct[i]}, "{LETTERS[i]}"]' for i in range(len(answer.options))]
     correct = str(answer.correct + 1)
     nodes = [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")]
     cases = [QuestionTest("the reference", correct, 1.0, CORRECT_NOTE)]
@@ -533,32 +502,26 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         shown = [
             f"{joint} = {maxima_text(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
-            for component in components
-            for joint, values in component.solutions or ()
-            for value in values
+            for joint, value in _iterate_joint_values(components)
         ]
         return "{" + ", ".join(dict.fromkeys(shown)) + "}"
 
-    coverage = [
-        f"[qdot_covered(said, args({write_equations((c,))})), {len(_list_joint_values((c,)))}]"
-        for c in answer.components
-    ]
+    condition_claims = [_list_joint_values((component,)) for component in answer.components]
+    coverage = ", ".join(
+        f"[qdot_covered(said, args({write_equations((component,))})), {len(claims)}]"
+        for component, claims in zip(answer.components, condition_claims, strict=True)
+    )
+    worth = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
-        "right: qdot_covered(said, args(ta1));",
-        "beyond: qdot_beyond(said, args(ta1));",
-        f"share: qdot_set_share([{', '.join(coverage)}], beyond);",
-    ]
-    worth = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
-    lines += [] if worth == 1 else [f"share: share*{worth};"]
-    value_count = sum(len(values) for component in answer.components for _, values in component.solutions or ())
+        "right: qdot_covered(said, args(ta1));", "beyond: qdot_beyond(said, args(ta1));",
+        f"share: qdot_set_share([{coverage}], beyond);", *([] if worth == 1 else [f"share: share*{worth};"]),
+    ]  # fmt: skip
+    value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
-    variables = [
-        *write_substitutions(problem),
-        f"turning: [{', '.join(angle_joints)}];",
-        *SET_FUNCTIONS,
-        f"ta1: {write_equations(answer.components)};",
-    ]
+    turning = f"turning: [{', '.join(angle_joints)}];"
+    variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning)
+    variables.append(f"ta1: {write_equations(answer.components)};")
     otherwise = (
         "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are not singular or not in the "
         "form that the question asks for.</p>"
@@ -569,8 +532,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         box_width=50,
     )  # fmt: skip
     reference_claims = _list_joint_values(answer.components)
-    condition_claims = [_list_joint_values((component,)) for component in answer.components]
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
+    for index, wrong in enumerate(known_wrong.find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(wrong.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
             continue
@@ -596,9 +558,7 @@ def _explain_set_typing(problem: Problem) -> str:
     revolute = [q.name for q in problem.chain.q if _is_angle(q)]
     prismatic = [q.name for q in problem.chain.q if not _is_angle(q)]
     units = ([", angles in radians, one turn"] if revolute else []) + ([", lengths in metres"] if prismatic else [])
-    examples = [
-        f"{name} = {value}" for name, value in ((revolute[-1:], "pi/3"), (prismatic[-1:], "1/2")) for name in name
-    ]
+    examples = [f"{name} = pi/3" for name in revolute[-1:]] + [f"{name} = 1/2" for name in prismatic[-1:]]
     if len(examples) == 1:
         examples.insert(0, f"{revolute[-1]} = 1/2" if revolute else f"{prismatic[-1]} = 1/3")
     return (
@@ -613,15 +573,19 @@ def _has_numeric_values_of_one_joint(component: Component) -> bool:
     return solutions is not None and len(solutions) == 1 and not any(value.free_symbols for value in solutions[0][1])
 
 
-def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
-    """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
-    claims = set()
+def _iterate_joint_values(components: Iterable[Component]) -> Iterator[tuple[sp.Symbol, sp.Expr]]:
+    """Yield each joint with each of its values in a singular set."""
     for component in components:
         for joint, values in component.solutions or ():
-            for value in values:
-                number = float(value)
-                wrapped = number % (2 * float(sp.pi)) if _is_angle(joint) else number
-                claims.add((joint.name, round(wrapped, 9) % round(2 * float(sp.pi), 9)))
+            yield from ((joint, value) for value in values)
+
+
+def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
+    """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
+    turn, claims = 2 * float(sp.pi), set()
+    for joint, value in _iterate_joint_values(components):
+        wrapped = float(value) % turn if _is_angle(joint) else float(value)
+        claims.add((joint.name, round(wrapped, 9) % round(turn, 9)))
     return claims
 
 

@@ -11,18 +11,9 @@ from qdot.exercises.assignment.draws import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
+from qdot.exercises.site import pages
 from qdot.exercises.site.bank import FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
 from qdot.exercises.site.page import INDEX, ROBOTS
-from qdot.exercises.site.pages import (
-    PageContext,
-    favicon,
-    find_assets,
-    licences_text,
-    make_pages,
-    manifest,
-    page_text,
-    worker_text,
-)
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
@@ -71,7 +62,7 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
     certificate.
     """
-    assets = find_assets()
+    assets = pages.find_assets()
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
     make_folder(spec.folder)
@@ -89,14 +80,14 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         SIZES_FILE: _sizes_text(problems),
         INDEX: index_text(entries, spec.titles, spec.feedback),
         **{f"{FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
-        "icon.svg": favicon(),
-        "manifest.webmanifest": manifest(spec.course),
+        "icon.svg": pages.favicon(),
+        "manifest.webmanifest": pages.manifest(spec.course),
     }
     families = [name for name, _, _ in spec.titles]
-    for page in make_pages(
-        PageContext(spec.docs, spec.command_reference, spec.course, families, licences_text(assets.folder))
+    for page in pages.make_pages(
+        pages.PageContext(spec.docs, spec.command_reference, spec.course, families, pages.licences_text(assets.folder))
     ):
-        files[page.path] = page_text(page, assets, spec.course, spec.docs is not None)
+        files[page.path] = pages.page_text(page, assets, spec.course, spec.docs is not None)
         for language, (title, body) in page.translations.items():
             translated = json.dumps({"title": title, "body": body}, ensure_ascii=False)
             files[page.translated_path(language)] = translated
@@ -107,7 +98,7 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         version.update(data.encode() if isinstance(data, str) else data)
     for path, data in (offline | drawings).items():
         write_atomically(spec.folder / path, data, durable=False)
-    write_atomically(spec.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
+    write_atomically(spec.folder / "sw.js", pages.worker_text([*offline], version.hexdigest()[:16]))
     questions = sum(len(entry["questions"]) for entry in entries)
     return {"problems": len(entries), "questions": questions, "files": len(offline)}
 

@@ -40,16 +40,8 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, constant_value, evaluate, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
-from qdot.exercises.mistakes import numeric
-from qdot.exercises.mistakes.catalogue import (
-    CATALOGUE,
-    PredictedAnswer,
-    apply_mistake,
-    generate_mistaken_answers,
-    list_likely_mistakes,
-    predict_wrong_answers,
-    variant_frequency,
-)
+from qdot.exercises.mistakes import catalogue, numeric
+from qdot.exercises.mistakes.catalogue import PredictedAnswer
 from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
 from qdot.exercises.mistakes.finished import edit_throughout
 from qdot.exercises.problem.problem import Part, Problem
@@ -280,22 +272,22 @@ def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
         mistake = _mistake_record(
-            name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
+            name, catalogue.CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
         )
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
 def _wrong_answers_of_mistakes(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
-    for wrong in predict_wrong_answers(working, part):
+    for wrong in catalogue.predict_wrong_answers(working, part):
         if len(seen) > MAX_MISTAKES:
             break
         yield wrong
     else:
         return
-    for mistake in list_likely_mistakes(part):
+    for mistake in catalogue.list_likely_mistakes(part):
         if mistake.name in ALWAYS_INCLUDED:
-            yield from apply_mistake(mistake, working, part)
+            yield from catalogue.apply_mistake(mistake, working, part)
 
 
 def _unit_vectors_of_mistakes(
@@ -339,7 +331,7 @@ def _describe_mistake(wrong: PredictedAnswer) -> Json:
 
 
 def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
-    record = {"name": mistake, "title": CATALOGUE[mistake].title, "says": sentence}
+    record = {"name": mistake, "title": catalogue.CATALOGUE[mistake].title, "says": sentence}
     return record | {"missing": missing} if missing else record
 
 
@@ -365,7 +357,7 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
 
 
 def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
-    for mistake, mistaken in generate_mistaken_answers(problem.chain, part):
+    for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
             yield 1.0, _mistake_record(mistake.name, mistake.sentence(mistaken.words)), values
@@ -375,11 +367,11 @@ def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> It
     derived, numbers_of_answer = _derived_part(part)
     if derived is None:
         return
-    for wrong in predict_wrong_answers(_evaluate_derivation(problem, part), derived, precise):
+    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = numbers_of_answer(wrong.answer)
         if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _RATE_MISTAKES):
             yield (
-                variant_frequency(wrong),
+                catalogue.variant_frequency(wrong),
                 _describe_mistake(wrong),
                 flat.tolist(),
             )
@@ -396,7 +388,7 @@ def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json,
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
     for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
-        yield 1.0, _mistake_record(name, CATALOGUE[name].sentence({})), [float(value)]
+        yield 1.0, _mistake_record(name, catalogue.CATALOGUE[name].sentence({})), [float(value)]
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> Working:
