@@ -213,7 +213,8 @@ class Assignment:
     def due_date_of(self, student: Student) -> datetime.datetime | None:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date
-        return due_date and with_zone(due_date, self.due_date and self.due_date.tzinfo)
+        zone = self.due_date.tzinfo if self.due_date else None
+        return due_date and with_zone(due_date, zone)
 
     def with_variation(self, variation: str) -> "Assignment":
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""

@@ -36,7 +36,7 @@ def _is_point_last_origin(chain: Chain, _: PartsByKind) -> bool:
 
 CONDITIONS: dict[str, Callable[[Chain, PartsByKind], bool]] = {
     "square": lambda chain, _: len(chain.task) == chain.n,
-    "all-revolute": lambda chain, _: not chain.prismatic_count and chain.point.frame == chain.n,
+    "all-revolute": lambda chain, _: chain.point.frame == chain.n and {joint.kind for joint in chain.joints} == {"R"},
     "all-task-rows": lambda chain, parts: getattr(parts["jacobian"].details, "task", chain.task) == chain.task,
     "linear-rows-first": lambda chain, _: [row[0] for row in chain.task] == sorted(row[0] for row in chain.task),
     "all-linear-rows": lambda chain, parts: len(_coordinate_indices(parts)) == len(chain.linear_rows) > 0,
