@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-OWN_PAGES = {"examples": "examples/index.html", "families": "arms.html"}
+OWN_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
 """Pages of docs/ that the site has in another form, and their paths there."""
 COMMANDS = "commands"
 GROUPS: dict[str, dict[str, tuple[str, str]]] = tomllib.loads(

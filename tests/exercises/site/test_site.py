@@ -20,7 +20,7 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.chapter import corrections
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.site import build as building
+from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site import supply
 from qdot.exercises.site.chapter import ERRATA, chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, OWN_PAGES, arrange_pages
@@ -42,7 +42,7 @@ DOCS = ROOT / "docs"
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     made = stand_in(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building.pages, "find_assets", lambda: made)
+        patch.setattr(site_pages, "find_assets", lambda: made)
         yield
 
 
@@ -59,7 +59,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A site of a variant of a family, with few pages."""
     site = tmp_path_factory.mktemp("first") / "site"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(building.pages, "make_pages", lambda around: islice(make_pages(around), 3))
+        patch.setattr(site_pages, "make_pages", lambda around: islice(make_pages(around), 3))
         run(*ordered(site))
     return site
 
@@ -67,7 +67,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the first three pages, where a test looks at the bank: to write all takes longer than that."""
-    monkeypatch.setattr(building.pages, "make_pages", lambda around: islice(make_pages(around), 3))
+    monkeypatch.setattr(site_pages, "make_pages", lambda around: islice(make_pages(around), 3))
 
 
 def ordered(site: Path, *more: str | Path) -> tuple[str | Path, ...]:
@@ -286,7 +286,7 @@ def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: Non
 def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
     assert "nowhere" in fails("site", "serve", tmp_path / "nowhere")
-    monkeypatch.setattr(building.pages, "find_assets", lambda: None)
+    monkeypatch.setattr(site_pages, "find_assets", lambda: None)
     assert "run `make site`" in fails(*ordered(tmp_path / "s"))
     assert not (tmp_path / "s").exists()
 
