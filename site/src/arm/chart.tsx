@@ -98,14 +98,11 @@ export function columnsFor(count: number, height: number): number {
   return Math.max(1, Math.ceil(((count - 1) * STEP) / Math.max(height, STEP)));
 }
 
+type Pair = readonly [number, number];
 type Name = { readonly at: number; readonly column: number };
 
 /** Spread the names of curves that end at these heights, in order and over the columns, a step apart in each column. */
-export function spread(
-  heights: readonly number[],
-  [top, bottom]: readonly [number, number],
-  columns: number,
-): readonly Name[] {
+export function spread(heights: readonly number[], [top, bottom]: Pair, columns: number): readonly Name[] {
   const order = heights.map((_, i) => i).sort((a, b) => heights[a]! - heights[b]!);
   const step = Math.min(STEP / columns, (bottom - top) / Math.max(1, heights.length - 1));
   const moved = heights.map((value) => Math.max(top, value));

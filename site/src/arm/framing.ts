@@ -36,13 +36,8 @@ function places(arm: Arm, state: State): Vec3[] {
 type Surroundings = { readonly flat: boolean; readonly lines?: number };
 
 /** The framing of a pose in a view of all, with what else is to be seen: heads of arrows at P, the end of a path. */
-export function framingOf(
-  arm: Arm,
-  state: State,
-  besides: readonly Vec3[],
-  view: View,
-  { flat, lines = 1 }: Surroundings,
-): Framing {
+export function framingOf(arm: Arm, state: State, besides: readonly Vec3[], view: View, around: Surroundings): Framing {
+  const { flat, lines = 1 } = around;
   const seen = [...places(arm, state), ...besides].map((place) => pixel(view, place));
   const bodies = flat ? [] : bodiesOf(arm, state, view);
   const side = Math.min(flat ? FLAT : SOLID, SHARE * view.height);

@@ -153,10 +153,9 @@ const GREY = "arm-x";
 /** The arrows of the layers that are shown, with their names. */
 type NamedArrows = Readonly<Record<"axes" | "columns" | "vectors", readonly NamedArrow[]>>;
 
-function namedArrows(
-  { arm, state: { frames, point }, state, view, layers, flat }: MarksProps,
-  columns: readonly Vec3[],
-): NamedArrows {
+function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
+  const { arm, state, view, layers, flat } = props;
+  const { frames, point } = state;
   const axes = frames.flatMap(({ x, y, z, o: from }, i): NamedArrow[] => {
     const vectorOf = (axis: Vec3): Vec3 => ofPixels(view, axis, axisOf(view, flat));
     const grey = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };

@@ -46,11 +46,10 @@ export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): read
   return [along(place, z, -half), along(place, z, half)];
 }
 
+type Place = readonly [x: number, y: number];
+
 /** The point on a link nearest to a place on the page, as a share of the way along its corners. */
-export function nearestShare(
-  corners: readonly (readonly [number, number])[],
-  [x, y]: readonly [number, number],
-): number {
+export function nearestShare(corners: readonly Place[], [x, y]: Place): number {
   let best = 0;
   let least = Infinity;
   for (let k = 0; k + 1 < corners.length; k += 1) {

@@ -77,10 +77,8 @@ export interface Welding {
 
 export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
-export function useStage(
-  { robot: told, first: printed, pose: given, onPose, factors, concealed = false, layers: wished }: StageWish,
-  pane: Pane | null,
-): Stage {
+export function useStage(wish: StageWish, pane: Pane | null): Stage {
+  const { robot: told, first: printed, pose: given, onPose, factors, concealed = false, layers: wished } = wish;
   const asked = JSON.stringify(given ?? null);
   const [left, setLeft] = useState(""); // what was asked for when the first pose, with its lengths, was gone back to
   const isBack = left === asked;

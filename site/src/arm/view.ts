@@ -137,10 +137,7 @@ export function lifted(view: View, [dx, dy]: Pixel): Vec3 {
 }
 
 /** The outline of the ellipsoid {J q : |q| = 1} as drawn: centre, half axes (pixels) and turn (degrees, y down). */
-export function outline(
-  view: View,
-  columns: readonly Vec3[],
-): { readonly major: number; readonly minor: number; readonly turn: number } {
+export function outline(view: View, columns: readonly Vec3[]): Readonly<Record<"major" | "minor" | "turn", number>> {
   let [xx, xy, yy] = [0, 0, 0];
   for (const column of columns) {
     const [x, y] = drawn(view, column);

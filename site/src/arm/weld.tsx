@@ -11,7 +11,7 @@ import { type Arm, type Pose } from "./model.js";
 import { crossings, follow, type Journey, pathTo, stationOn, suggested } from "./path.js";
 import { useStillness } from "./size.js";
 import { decimals, digits } from "./speech.js";
-import type { Stage } from "./stage.js";
+import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
 
 /** A weld from the pose at A to B, at a speed (m/s), with limits for revolute (rad/s) and prismatic joints (m/s). */
@@ -224,7 +224,7 @@ function Field({ label, say, unit, value, step, least = -20, most = 20, onSet }:
 /** How a path that is set up goes: it stops short, a joint exceeds its limit, or all keep theirs; null without one. */
 export function verdictOf(
   arm: Arm,
-  welding: { readonly weld: Weld; readonly journey: Journey } | null,
+  welding: Pick<Welded, "weld" | "journey"> | null,
 ): "stops" | "exceeds" | "keeps" | null {
   if (!welding || welding.journey.path.length === 0) return null;
   const { weld, journey } = welding;

@@ -59,13 +59,10 @@ export interface Around {
   post(told: Told, origin: string): void;
 }
 
+type Origins = { readonly named: string; readonly own: string };
+
 /** The surrounding page, at the named origin or our own; `storage` stores the round in this browser under `key`. */
-export function parentPage(
-  around: Around,
-  origins: { readonly named: string; readonly own: string },
-  storage: Storage | null,
-  key: string,
-): Recipient {
+export function parentPage(around: Around, origins: Origins, storage: Storage | null, key: string): Recipient {
   let isFirst = true;
   const kept = inBrowser(storage, key, saysOf(around.isFramed, origins.named));
   return {

@@ -22,7 +22,9 @@ import {
 import { table, VOCABULARY, whole } from "../read/vocabulary.js";
 import { ifRead, missing, type Verdict, wrong } from "./verdict.js";
 
-/** The rows and columns that are due. */
+type Names = readonly string[];
+type Known = ReadonlySet<string>;
+/** The rows and columns that are expected. */
 export type Shape = Pick<ValuesKey, "rows" | "columns">;
 
 /** What is read, or the verdict on what can't be; what is of another shape may be a table without commas. */
@@ -38,13 +40,7 @@ export function readAs(
 }
 
 /** The entries of a vector or matrix that was read, or the verdict on what is none of this shape. Throws ReadError. */
-export function entriesOf(
-  tree: Node,
-  shape: Shape,
-  known: ReadonlySet<string>,
-  labels: readonly string[],
-  vectors: readonly string[] = [],
-): Rows | Verdict {
+export function entriesOf(tree: Node, shape: Shape, known: Known, labels: Names, vectors: Names = []): Rows | Verdict {
   if (isBlank(tree)) return missing();
   const rows = shaped(matrixOf(tree, known, labels, shape, vectors), shape);
   return "outcome" in rows ? rows : ofScalars(rows);
@@ -64,13 +60,8 @@ function isStatement(tree: Node): boolean {
 }
 
 /** The entries of a matrix; `labels` name entries, `vectors` columns. Throws ReadError for an unordered set. */
-export function matrixOf(
-  typed: Node,
-  known: ReadonlySet<string>,
-  labels: readonly string[],
-  { rows, columns }: Shape,
-  vectors: readonly string[] = [],
-): Node[][] {
+export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, vectors: Names = []): Node[][] {
+  const { rows, columns } = shape;
   const tree = rightSide(spread(typed, [...labels, ...vectors]), known);
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered)) throw new ReadError("read.no-order");
@@ -80,8 +71,8 @@ export function matrixOf(
 /** The matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; null for anything else. */
 function ofVectors(
   { kind, args }: Node,
-  labels: readonly string[],
-  vectors: readonly string[],
+  labels: Names,
+  vectors: Names,
   { rows: count, columns: across }: Shape,
 ): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(nameBefore)) return null;

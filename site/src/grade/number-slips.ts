@@ -30,13 +30,10 @@ interface Typed {
   readonly relative: number;
 }
 
+type Numbers = readonly number[];
+
 /** What went wrong in `mine`, of which some are `right`; `text` is how they were typed. */
-export function slipsInNumbers(
-  mine: readonly number[],
-  right: readonly boolean[],
-  key: NumbersKey,
-  text: string,
-): Named {
+export function slipsInNumbers(mine: Numbers, right: readonly boolean[], key: NumbersKey, text: string): Named {
   const typed = { mine, right, key, relative: roomOf(text, key) };
   const isMeasured = key.tolerance >= EXACT;
   if (isMeasured && isToFewDigits(typed)) return { slips: [rounding("slip.rounded", key)] };
@@ -60,12 +57,7 @@ function roomOf(text: string, { tolerance }: NumbersKey): number {
   return Math.max(Math.min(tolerance, 0.6 * 10 ** (1 - most)), EXACT);
 }
 
-function areNear(
-  mine: readonly number[],
-  theirs: readonly number[],
-  { tolerance, floor }: NumbersKey,
-  relative: number,
-): boolean {
+function areNear(mine: Numbers, theirs: Numbers, { tolerance, floor }: NumbersKey, relative: number): boolean {
   const least = floor * (tolerance > 0 ? relative / tolerance : 1);
   return theirs.every((value, i) => Math.abs(mine[i]! - value) <= Math.max((relative + KEPT) * Math.abs(value), least));
 }

@@ -125,13 +125,16 @@ function ofSymbols(answer: Answer, key: ValuesKey): [missing: Finding[], others:
   return [found[0] ?? [], found.slice(1).flat()];
 }
 
+type Linear = readonly [symbol: string, factors: readonly (readonly number[])[]];
+type Off = (x: number) => number;
+
 /** Whether an entry lacks what its terms with symbols are worth when these have other values. */
 function isOffBy(
   { entries, at }: Answer,
   index: number,
   key: ValuesKey,
-  symbols: readonly (readonly [string, readonly (readonly number[])[]])[],
-  off: (x: number) => number,
+  symbols: readonly Linear[],
+  off: Off,
 ): boolean {
   const points = symbols[0]?.[1][index]?.length ?? 0;
   return Array.from({ length: points }, (_, k) => k).every((k) => {

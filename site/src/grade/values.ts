@@ -27,13 +27,14 @@ const GOLDEN = 0.6180339887498949;
 /** Functions of which two formulas may be the same in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
 
+type Names = readonly string[];
+type Mistakes = ValuesKey["mistakes"];
+/** The values of an answer's entries, null for a blank, and these values at each point of the key. */
+type Values = readonly (Value | null)[];
+type Mine = (k: number) => Values;
+
 /** Judge a formula, a vector or a matrix; `labels` name the entries of a vector of joint rates, `vectors` columns. */
-export function judgeValues(
-  answer: string,
-  key: ValuesKey,
-  labels: readonly string[] = [],
-  vectors: readonly string[] = [],
-): Verdict {
+export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], vectors: Names = []): Verdict {
   if (!answer.trim()) return missing();
   const known = new Set(key.symbols);
   const found =
@@ -88,7 +89,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const entries = rows.flat();
   const blank = entries.map(hasBlank);
   const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
-  const found: (readonly (Value | null)[])[] = [];
+  const found: Values[] = [];
   // a wrong answer differs at one of the first configurations: what it is worth at the others need not be known
   const valuesAt = (at: At) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
   const mine = (k: number) => (found[k] ??= valuesAt(configuration(key, k, names)));
@@ -146,11 +147,7 @@ function same(mine: Value | null, due: number | null): boolean {
 }
 
 /** What is said of entries that are right at all configurations, where these may not tell all. */
-export function agreed(
-  entries: readonly Node[],
-  sure: Message,
-  values: readonly (readonly (Value | null)[])[],
-): Verdict {
+export function agreed(entries: readonly Node[], sure: Message, values: readonly Values[]): Verdict {
   const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries)
@@ -181,7 +178,7 @@ function outOfSight(tree: Node): string | null {
 }
 
 /** How large terms are that cancel each other, where nine digits of them are more than the entry itself; else null. */
-function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null {
+function hiddenBy(values: readonly Values[]): string | null {
   const most = (of: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) => Math.max(...values.map((each) => (each[i] ? of(each[i]) : 0))));
   const lengths = most(({ re, im }) => Math.hypot(re, im));
@@ -195,12 +192,7 @@ function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null
 type Amiss = { readonly count: 1 | 2; readonly says: TextKey };
 
 /** What is amiss if all wrong entries are right but for signs, a constant factor, or both; else 0. */
-function amissIn(
-  mine: (k: number) => readonly (Value | null)[],
-  key: ValuesKey,
-  zeros: readonly boolean[],
-  right: readonly boolean[],
-): Amiss | 0 {
+function amissIn(mine: Mine, key: ValuesKey, zeros: readonly boolean[], right: readonly boolean[]): Amiss | 0 {
   const moving = key.moving ?? [];
   const wrong = right.flatMap((ok, i) => (ok ? [] : [i]));
   const isOneNumber = moving.length === 0 && zeros.filter((zero) => !zero).length === 1;
@@ -265,12 +257,7 @@ function difference(entries: readonly Node[], i: number, mine: Value | null, key
 }
 
 /** The index of the mistake that gives this answer, or, with all other entries as they are due, `some` of it. */
-function mistakeBehind(
-  mine: (k: number) => readonly (Value | null)[],
-  mistakes: ValuesKey["mistakes"],
-  key: ValuesKey,
-  some?: ReadonlySet<number>,
-): number | undefined {
+function mistakeBehind(mine: Mine, mistakes: Mistakes, key: ValuesKey, some?: ReadonlySet<number>): number | undefined {
   const worth = (k: number) =>
     mine(k).map((value, i) => {
       if (some && !some.has(i)) return key.right[i]?.[k] ?? NaN;

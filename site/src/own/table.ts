@@ -160,13 +160,10 @@ export function constant(text: string, angles: Angles | null): number {
   return inUnit(tree, {}, angles);
 }
 
+type Variable = readonly [rest: number, reversed: boolean];
+
 /** What a cell adds to its joint's own variable, and whether that has a minus before it. Throws ReadError. */
-export function withVariable(
-  text: string,
-  kind: Kind,
-  index: number,
-  angles: Angles | null,
-): readonly [rest: number, reversed: boolean] {
+export function withVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
   const own = variablesOf(kind, index);
   const tree = treeOf(text, new Set(own));
   refuseLetters(tree, new Set(own));

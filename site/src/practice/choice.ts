@@ -84,7 +84,7 @@ export function next(
   progress: Progress,
   now: number,
   random: () => number,
-  last: string = "",
+  last = "",
 ): Item | null {
   const all = items(index, wish);
   const others = all.filter((item) => nameOf(item) !== last);

@@ -43,13 +43,15 @@ function classesFor(item: Item, sorting: Sorting): ClassOfTopic[] {
 /** What came of an answer for a class; null where nothing is to be said of it. */
 export type Outcome = { readonly of: ClassOfTopic; readonly outcome: Message };
 
+type Counted = { readonly skills: Skills; readonly outcomes: readonly Outcome[] };
+
 /** The skills after an answer, and what came of it. */
 export function counted(
   skills: Skills,
   item: Item,
   how: Answered & { readonly now: number },
   sorting: Sorting,
-): { readonly skills: Skills; readonly outcomes: readonly Outcome[] } {
+): Counted {
   let after = skills;
   const outcomes: Outcome[] = [];
   for (const of of classesFor(item, sorting)) {
@@ -78,11 +80,12 @@ export function dueClasses(skills: Skills, now: number, sorting: Sorting): Class
 
 /** A question about an arm of a class: none of those that were `asked` while there are others. */
 export function drawnFrom(
-  { topic, classes, at }: ClassOfTopic,
+  of: ClassOfTopic,
   skills: Skills,
   asked: readonly string[],
   random: () => number,
 ): Item | null {
+  const { topic, classes, at } = of;
   return nextIn(classes[at]!.items, rowOf(skills[topic.id] ?? NEW, classes, at), asked, random);
 }
 

@@ -73,7 +73,7 @@ function Session({ index }: { index: Index }) {
   const dueAgain = dueClasses(skills, Date.now(), sorting);
   const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
 
-  const show = (chosen: { place: number; item: Item | null }, of: ClassOfTopic | null = null): void => {
+  const show = (chosen: Chosen, of: ClassOfTopic | null = null): void => {
     again.current = false;
     setNotes([]);
     setAim(of);
@@ -185,14 +185,10 @@ function waysOn(index: Index, wish: Wish): [TextKey, Wish][] {
   return ways.filter(([, to], i) => (i === 2 || asLink(to) !== asLink(ANYTHING)) && items(index, to).length > 0);
 }
 
+type Chosen = { readonly place: number; readonly item: Item | null };
+
 /** What is asked, and its place in a set: the one `from` which one goes on, else the first that was not tried yet. */
-function chosenBy(
-  index: Index,
-  wish: Wish,
-  progress: Progress,
-  from: number | null,
-  last: string,
-): { place: number; item: Item | null } {
+function chosenBy(index: Index, wish: Wish, progress: Progress, from: number | null, last: string): Chosen {
   if (!wish.set) return { place: 0, item: next(index, wish, progress, Date.now(), Math.random, last) };
   const order = inOrder(index, wish);
   const place = from ?? placeIn(order, progress);

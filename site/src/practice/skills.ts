@@ -28,11 +28,8 @@ const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz
 export type Answered = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
 
 /** The row after an answer; `most` is how many arms there are, where there are fewer than are needed. */
-export function answered<R extends Row>(
-  skill: R,
-  item: Item,
-  { right, helped, again, now, most }: Answered & { now: number; most: number },
-): R {
+export function answered<R extends Row>(skill: R, item: Item, how: Answered & { now: number; most: number }): R {
+  const { right, helped, again, now, most } = how;
   if (again) return skill;
   if (!right) return { ...skill, row: [] };
   if (helped) return skill;
@@ -43,11 +40,8 @@ export function answered<R extends Row>(
 }
 
 /** What comes of an answer, in words, of `most` arms; null if the lesson is learned, and no day has gone by. */
-export function outcomeOf(
-  before: Row,
-  after: Row,
-  { right, helped, again, most }: Answered & { most: number },
-): Message | null {
+export function outcomeOf(before: Row, after: Row, how: Answered & { most: number }): Message | null {
+  const { right, helped, again, most } = how;
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
   if (before.learned !== undefined && !right) return null;
