@@ -77,9 +77,7 @@ function kindOfPlace(arm: Arm, pose: Pose, tolerance: number): Kind {
   const start = stateAt(arm, pose).point;
   for (let joint = 1; joint < Math.min(arm.joints.length, arm.point.frame); joint += 1) {
     if (arm.joints[joint]!.kind !== "R") continue;
-    const turned = Array.from({ length: TURNS }, (_, k) =>
-      pose.map((value, i) => (i === joint ? value + (2 * Math.PI * k) / TURNS : value)),
-    );
+    const turned = Array.from({ length: TURNS }, (_, k) => pose.with(joint, pose[joint]! + (2 * Math.PI * k) / TURNS));
     if (turned.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(REGULAR, tolerance))) {
       return turned.some((other) => kindSeen(arm, other, tolerance) === "boundary") ? "boundary" : "internal";
     }

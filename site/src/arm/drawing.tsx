@@ -131,7 +131,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
       const by = step[0] * size * (arm.joints[chosen]!.kind === "R" ? TURN : 0.005);
-      move(state.pose.map((value, i) => (i === chosen ? within(arm, i, value + by) : value)));
+      move(state.pose.with(chosen, within(arm, chosen, state.pose[chosen]! + by)));
     } else return;
     event.preventDefault();
   };

@@ -21,7 +21,7 @@ export const Joints = paced(
     now.current = props;
     const set = useCallback((joint: number, value: number): void => {
       const { arm, pose, move } = now.current;
-      move(pose.map((old, k) => (k === joint ? within(arm, joint, value) : old)));
+      move(pose.with(joint, within(arm, joint, value)));
     }, []);
     return (
       <fieldset class="arm-joints" data-joints={arm.joints.length}>

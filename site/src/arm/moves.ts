@@ -14,10 +14,7 @@ export function linkDragged(arm: Arm, state: State, view: View, joint: number, p
   const size = gx * gx + gy * gy;
   const least = (0.05 * view.scale) ** 2; // a link that points at the reader does not fly off
   const change = (gx * step[0] + gy * step[1]) / Math.max(size, least);
-  return poseWithin(
-    arm,
-    state.pose.map((value, i) => (i === joint ? value + change : value)),
-  );
+  return poseWithin(arm, state.pose.with(joint, state.pose[joint]! + change));
 }
 
 /** Steps of one motion: it comes to rest within a few, more where the arm has to turn round for it. */

@@ -31,12 +31,7 @@ export function telling(arm: Arm): Pair {
   const n = arm.joints.length;
   const weight = arm.joints.map((_, i) =>
     randomPoses(6, n, 21).reduce((sum, pose) => {
-      const [a, b] = [0.4, -0.4].map((by) =>
-        signedVolume(
-          arm,
-          pose.map((v, k) => (k === i ? v + by : v)),
-        ),
-      );
+      const [a, b] = [0.4, -0.4].map((by) => signedVolume(arm, pose.with(i, pose[i]! + by)));
       return sum + Math.abs(a! - b!);
     }, 0),
   );

@@ -59,6 +59,7 @@ export function Welding(props: WeldProps): JSX.Element {
   const limits = limitsOf(arm, weld);
   const station = useMemo(() => stationOn(journey, place), [journey, place]);
   const rates = station.slopes.map((slope) => slope * weld.speed);
+  const at = say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) });
   const [part, setPart] = useState<(typeof PARTS)[number]>("chart");
   const set = (part: Partial<Weld>): void => {
     setPlaying(false);
@@ -82,13 +83,13 @@ export function Welding(props: WeldProps): JSX.Element {
           step={end / 200 || 1}
           value={place}
           aria-label={say("arm.weld.place")}
-          aria-valuetext={say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
+          aria-valuetext={at}
           onInput={(event) => {
             setPlaying(false);
             goTo(Number(event.currentTarget.value));
           }}
         />
-        <output>{say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}</output>
+        <output>{at}</output>
       </div>
       <div class="arm-parts" role="group" aria-label={say("arm.weld.parts")}>
         {PARTS.map((name) => (

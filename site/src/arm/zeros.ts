@@ -131,7 +131,7 @@ function linesThrough(
 
 /** The lowest place between two, of a value that has one there (golden section). */
 function lowest(value: Value, a: Spot, b: Spot): Spot {
-  const at = (t: number): Spot => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+  const at = between(a, b);
   const level = (t: number): number => Math.abs(value(...at(t)));
   let [low, high] = [0, 1];
   for (let k = 0; k < 48; k += 1) {
@@ -142,11 +142,15 @@ function lowest(value: Value, a: Spot, b: Spot): Spot {
   return at((low + high) / 2);
 }
 
+const between =
+  ([u, v]: Spot, b: Spot) =>
+  (t: number): Spot => [u + t * (b[0] - u), v + t * (b[1] - v)];
+
 const GOLDEN = (Math.sqrt(5) - 1) / 2;
 
 function bisected(value: Value, a: Spot, b: Spot): Spot {
   let [low, high] = [0, 1];
-  const at = (t: number): Spot => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+  const at = between(a, b);
   const sign = value(...a) >= 0;
   for (let k = 0; k < 40; k += 1) {
     const middle = (low + high) / 2;

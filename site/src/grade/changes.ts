@@ -287,7 +287,7 @@ function piecesOf(entry: Node): Piece[] {
       visit({
         tree: arg,
         parent: tree,
-        put: (other) => put({ ...tree, args: tree.args.map((each, i) => (i === k ? other : each)) }),
+        put: (other) => put({ ...tree, args: tree.args.with(k, other) }),
         divided: (tree.kind === "/" && k === 0) || (piece.divided && tree.kind === "neg"),
       }),
     );

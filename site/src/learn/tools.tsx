@@ -90,7 +90,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
               aria-label={say("lesson.rate-of", { joint: plainLetters(name) })}
               onInput={(event) => {
                 const value = Number(event.currentTarget.value);
-                onDials({ ...dials, rates: dials.rates.map((old, k) => (k === i ? value : old)) });
+                onDials({ ...dials, rates: dials.rates.with(i, value) });
               }}
             />
             <output>{signed(dials.rates[i] ?? 0)} rad/s</output>

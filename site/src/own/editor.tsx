@@ -37,8 +37,7 @@ interface EditorProps {
 
 export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX.Element => {
   const { rows } = table;
-  const setRow = (index: number, row: TypedRow): void =>
-    onTable({ ...table, rows: rows.map((old, i) => (i === index ? row : old)) });
+  const setRow = (index: number, row: TypedRow): void => onTable({ ...table, rows: rows.with(index, row) });
   return (
     <div class="own-table">
       <div class="own-how">
@@ -268,7 +267,7 @@ function More({ table, faults, usual, onTable }: EditorProps): JSX.Element {
               text={table[place][k]!}
               faults={faults}
               onText={(text) => {
-                const [x, y, z] = table[place].map((old, i) => (i === k ? text : old));
+                const [x, y, z] = table[place].with(k, text);
                 onTable({ ...table, [place]: [x!, y!, z!] });
               }}
             />

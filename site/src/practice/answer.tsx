@@ -105,7 +105,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
       </>
     );
   }
-  const change = (index: number, value: string) => fill(entries.map((entry, i) => (i === index ? value : entry)));
+  const change = (index: number, value: string) => fill(entries.with(index, value));
   const toText = () => {
     const text = matrixText(entries, columns) || typed.current;
     typed.current = text;
@@ -388,7 +388,7 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
               value={each ?? ""}
               onChange={(event) => {
                 const value = event.currentTarget.value;
-                choose(now.map((old, k) => (k === i ? (value === "" ? null : Number(value)) : old)));
+                choose(now.with(i, value === "" ? null : Number(value)));
               }}
             >
               <option value="">{say("answer.choose")}</option>
