@@ -34,6 +34,8 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   const x = (t: number): number => LEFT + (t / total) * w;
   const y = (share: number): number => TOP + (h * (most - Math.max(-most, Math.min(most, share)))) / (2 * most);
   const end = journey.stations.at(-1)!.s / speed;
+  const ends = shares.map((row) => y(row.at(-1)!));
+  const names = spread(ends, [TOP + DOT.up / 2, TOP + h], columns);
   return (
     <figure class="arm-chart">
       <figcaption>{say("arm.chart.title")}</figcaption>
@@ -64,11 +66,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
                 .join(" ")}
             />
           ))}
-          {spread(
-            shares.map((row) => y(row.at(-1)!)),
-            [TOP + DOT.up / 2, TOP + h],
-            columns,
-          ).map((name, i) => {
+          {names.map((name, i) => {
             const [left, middle] = [x(end) + LEAD + COLUMN * name.column, name.at + 4];
             return (
               <g key={i} class={`arm-rate-name ${jointClass(i)}`}>

@@ -10,16 +10,15 @@ import { angleIn, decimals, InRadians } from "./speech.js";
 
 export type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
 
+type Length = readonly [name: string, role: string, value: number];
+
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   const radians = useContext(InRadians);
-  const given = Object.entries(symbols).flatMap(([name, { role, value }]): [string, string, number][] =>
+  const given = Object.entries(symbols).flatMap(([name, { role, value }]): Length[] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
   );
-  const open = Object.entries(robot.values).map(([name, value]): [string, string, number] => [
-    name,
-    symbols[name]?.role ?? "length",
-    value,
-  ]);
+  const roleOf = (name: string): string => symbols[name]?.role ?? "length";
+  const open = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
   const all = [...open, ...given].sort(([a], [b]) => (a < b ? -1 : 1));
   if (all.length === 0) return null;
   return (

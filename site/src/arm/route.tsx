@@ -3,16 +3,12 @@
 import type { JSX } from "preact";
 
 import { type Journey, pointOn } from "./path.js";
-import { pixel, type View } from "./view.js";
+import { pixel, type Pixel, type View } from "./view.js";
 
 export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {
   const { path, stations } = journey;
   const ends = [0, stations.at(-1)!.s, path.length].map((s) => pixel(view, pointOn(path, s)));
-  const [[ax, ay], [ex, ey], [bx, by]] = ends as [
-    readonly [number, number],
-    readonly [number, number],
-    readonly [number, number],
-  ];
+  const [[ax, ay], [ex, ey], [bx, by]] = ends as [Pixel, Pixel, Pixel];
   const [px, py] = pixel(view, pointOn(path, place));
   return (
     <g class="arm-path">

@@ -108,11 +108,8 @@ export function stageOn(canvas: HTMLCanvasElement): Stage {
 
 /** A solid that is drawn in many places at once. */
 function copiesIn(scene: THREE.Scene, solid: THREE.BufferGeometry): THREE.InstancedMesh {
-  const copies = new THREE.InstancedMesh(
-    solid,
-    new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 }),
-    MOST_PIECES,
-  );
+  const matt = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
+  const copies = new THREE.InstancedMesh(solid, matt, MOST_PIECES);
   copies.frustumCulled = false; // all of the arm is in view, and where it is changes
   scene.add(copies);
   return copies;

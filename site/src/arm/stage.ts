@@ -90,17 +90,7 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
     return withRoom(arm, [toldIn(arm, printed), toldIn(arm, given)]);
   }, [robot, printed, asked]);
   const reach = useMemo(() => reachOf(arm), [arm]);
-  const first = useMemo(
-    () =>
-      printed
-        ? posed(
-            arm,
-            printed,
-            arm.joints.map(() => 0),
-          )
-        : firstPose(arm),
-    [arm, printed],
-  );
+  const first = useMemo(() => (printed ? posed(arm, printed) : firstPose(arm)), [arm, printed]);
   const sizes = useMemo(() => sizesOf(arm, robot, factors ?? []), [arm, factors]);
   const home = useMemo(() => (isBack ? first : posed(arm, given, first)), [arm, first, asked, isBack]);
   const isSent = !isBack && given !== undefined;
@@ -186,10 +176,8 @@ function withLetters(robot: Robot, given: NamedPose): Robot {
 const toldIn = (arm: Arm, given: NamedPose | undefined): Pose =>
   arm.joints.map(({ name, kind, offset }) => given?.[name] ?? (kind === "P" ? -offset : 0));
 
-/** A told pose, joints that it leaves out as in another. */
-function posed(arm: Arm, given: NamedPose | undefined, other: Pose): Pose {
-  return poseWithin(
-    arm,
-    arm.joints.map(({ name }, i) => given?.[name] ?? other[i]!),
-  );
+/** A named pose; joints that it leaves out are as in another pose, or 0. */
+function posed(arm: Arm, given: NamedPose | undefined, other: Pose = []): Pose {
+  const pose = arm.joints.map(({ name }, i) => given?.[name] ?? other[i] ?? 0);
+  return poseWithin(arm, pose);
 }

@@ -52,17 +52,15 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return found;
 }
 
+const AXIS = { x: 0, y: 1, z: 2 } as const;
 const PLANES = new WeakMap<Arm, "x" | "y" | "z" | null>();
 
 function planeOf(arm: Arm): "x" | "y" | "z" | null {
   const poses = [arm.joints.map((_, i) => 0.37 + 0.21 * i), arm.joints.map((_, i) => 1.13 - 0.47 * i)];
   const states = poses.map((pose) => stateAt(arm, pose));
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;
-  for (const [axis, name] of [
-    [2, "z"],
-    [1, "y"],
-    [0, "x"],
-  ] as const) {
+  for (const name of ["z", "y", "x"] as const) {
+    const axis = AXIS[name];
     const square = states.every((state) => {
       const level = arm.base.o[axis];
       const still = [...state.frames.map(({ o }) => o), state.point].every((p) => Math.abs(p[axis] - level) < 1e-9);

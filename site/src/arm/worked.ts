@@ -17,13 +17,7 @@ interface Worked {
 }
 
 /** The map over two joints once `settled` rests; until it is there, the last one over the same joints, else null. */
-export function useMap(
-  arm: Arm,
-  rest: Pose,
-  pair: Pair,
-  shown: Shown,
-  settled: string,
-): Pick<Worked, "terrain" | "kinds"> | null {
+export function useMap(arm: Arm, rest: Pose, pair: Pair, shown: Shown, settled: string): Worked | null {
   const [worked, setWorked] = useState<Worked | null>(null);
   useEffect(() => {
     if (typeof Worker === "undefined") return; // a page without the map is still a page

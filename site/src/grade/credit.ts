@@ -8,12 +8,11 @@ const HALF = 1 / 2;
 /** Of what is right but for signs, or for a constant factor (`amiss` 1), or for both (2). */
 export const shareButForFactor = (amiss: 1 | 2): number => 1 - AMISS * amiss;
 
+/** A truth value for each entry. */
+type Flags = readonly boolean[];
+
 /** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
-export function shareOfEntries(
-  right: readonly boolean[],
-  zeros: readonly boolean[],
-  blank: readonly boolean[] = [],
-): number {
+export function shareOfEntries(right: Flags, zeros: Flags, blank: Flags = []): number {
   const isCounted = zeros.every(Boolean) ? zeros.map(() => true) : zeros.map((zero) => !zero);
   const counted = right.filter((_, i) => isCounted[i]);
   const spoiled = right.filter((ok, i) => !isCounted[i] && !ok && !blank[i]).length;
@@ -21,12 +20,11 @@ export function shareOfEntries(
   return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
 }
 
+/** How many of the pieces of a condition were found. */
+type Found = readonly [some: number, due: number];
+
 /** Of a set: of each condition, how many pieces of how many are found; how many conditions are false; rounding. */
-export function shareOfSet(
-  found: readonly (readonly [some: number, due: number])[],
-  unsound: number,
-  isRounded = false,
-): number {
+export function shareOfSet(found: readonly Found[], unsound: number, isRounded = false): number {
   const conditions = found.filter(([some]) => some > 0).length;
   if (conditions === 0 || unsound > conditions) return 0;
   const share = found.reduce(

@@ -92,11 +92,8 @@ function real(entry: Node): number {
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
   const known = new Set(key.symbols);
-  const found = readAs(
-    (text) => entriesOf(read(text, known), key, known, labels),
-    answer,
-    () => tableText(answer, key.rows, 1),
-  );
+  const entriesIn = (text: string) => entriesOf(read(text, known), key, known, labels);
+  const found = readAs(entriesIn, answer, () => tableText(answer, key.rows, 1));
   if ("outcome" in found) return found;
   return found.flat().some(hasBlank) ? missing() : ifRead(() => along(found.flat(), key));
 }

@@ -81,8 +81,11 @@ export function judgeSet(
   });
 }
 
+/** For each condition the poses on each of its pieces. */
+type Conditions = readonly (readonly At[])[][];
+
 /** The poses on each piece of each condition that has any; a name that the problem does not have is any number. */
-function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[][] {
+function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
   const unknown = [...namesIn(tree)].filter((each) => !key.symbols.includes(each));
   const poseOf = (values: readonly number[], k: number): At => ({
     ...Object.fromEntries(unknown.map((each) => [each, anyNumber(each, k)])),
@@ -178,12 +181,7 @@ function assigned(tree: Node, { joints }: Space): Node {
   return node("in", name(joint), node("set", ...values));
 }
 
-function compared(
-  typed: readonly Piece[],
-  conditions: readonly (readonly At[])[][],
-  space: Table,
-  isSingular: IsSingular,
-): Verdict {
+function compared(typed: readonly Piece[], conditions: Conditions, space: Table, isSingular: IsSingular): Verdict {
   const poses = conditions.flat();
   const claims = typed.map((claim) => exactly(claim, poses, space));
   const found = claims.map((claim, i) => counterexample(claim, space, isSingular, i, poses.flat()));
@@ -377,9 +375,6 @@ function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): num
     const length = Math.hypot(...row);
     return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), due: (b[i] as number) / length }];
   });
-  return damped(
-    open.map(({ row }) => row),
-    open.map(({ due }) => due),
-    DAMPING,
-  );
+  const [rows, right] = [open.map(({ row }) => row), open.map(({ due }) => due)];
+  return damped(rows, right, DAMPING);
 }

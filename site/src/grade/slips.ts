@@ -129,13 +129,7 @@ type Linear = readonly [symbol: string, factors: readonly (readonly number[])[]]
 type Off = (x: number) => number;
 
 /** Whether an entry lacks what its terms with symbols are worth when these have other values. */
-function isOffBy(
-  { entries, at }: Answer,
-  index: number,
-  key: ValuesKey,
-  symbols: readonly Linear[],
-  off: Off,
-): boolean {
+function isOffBy({ entries, at }: Answer, index: number, key: ValuesKey, symbols: Linear[], off: Off): boolean {
   const points = symbols[0]?.[1][index]?.length ?? 0;
   return Array.from({ length: points }, (_, k) => k).every((k) => {
     const due = key.right[index]?.[k] ?? NaN;

@@ -102,7 +102,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
     return agreed(
       entries,
       message("verdict.values", { points: key.points.length }),
-      key.points.map((_, k) => mine(k)),
+      Array.from(key.points.keys(), mine),
     );
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);

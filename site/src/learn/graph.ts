@@ -48,13 +48,10 @@ export function placesOf(index: Index, skills: Skills, progress: Progress, now: 
     const skill = skills[lesson.id] ?? NEW;
     const all = classesOf(index, lesson);
     const classes = all.map((each, at) => [each, rowOf(skill, all, at)] as const);
+    const beyond = classes.slice(1).map(([, row]) => row);
     return {
       lesson,
-      standing: standingOf(
-        skill,
-        now,
-        classes.slice(1).map(([, row]) => row),
-      ),
+      standing: standingOf(skill, now, beyond),
       classes,
       next: missing.length === 0 && !isLearned(lesson.id),
       missing,

@@ -46,12 +46,7 @@ export type Outcome = { readonly of: ClassOfTopic; readonly outcome: Message };
 type Counted = { readonly skills: Skills; readonly outcomes: readonly Outcome[] };
 
 /** The skills after an answer, and what came of it. */
-export function counted(
-  skills: Skills,
-  item: Item,
-  how: Answered & { readonly now: number },
-  sorting: Sorting,
-): Counted {
+export function counted(skills: Skills, item: Item, how: Answered & { now: number }, sorting: Sorting): Counted {
   let after = skills;
   const outcomes: Outcome[] = [];
   for (const of of classesFor(item, sorting)) {

@@ -14,11 +14,7 @@ type Scalar = number | Complex;
 /** A value and the size of the terms that it was made of. */
 export type Value = { readonly re: number; readonly im: number; readonly size: number };
 
-const CONSTANTS = new Map<string, Scalar>([
-  ["pi", Math.PI],
-  ["E", Math.E],
-  ["I", new Complex(0, 1)],
-]);
+const CONSTANTS = new Map<string, Scalar>(Object.entries({ pi: Math.PI, E: Math.E, I: new Complex(0, 1) }));
 /** Kinds of nodes that have no value, by what they are called. */
 const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
   list: "read.a-list",

@@ -181,12 +181,7 @@ class Parser {
         last.push(item); // theta2: 0, pi
       else throw this.fail("read.dictionary");
     }
-    return node(
-      "dict",
-      ...pairs.map(([called, ...values]) =>
-        node("pair", called as Node, values.length === 1 ? (values[0] as Node) : node("set", ...values)),
-      ),
-    );
+    return node("dict", ...pairs.map(([called, ...values]) => node("pair", called as Node, oneOrSet(values))));
   }
 
   private here(): Token {
@@ -319,7 +314,7 @@ class Parser {
       }
       found.push(other);
     }
-    return found.length === 1 ? (found[0] as Node) : node("set", ...found);
+    return oneOrSet(found);
   }
 
   /** theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart. */
@@ -689,12 +684,8 @@ class Parser {
       this.at += 1;
     }
     if (this.here().kind === "name" && !WORDS.has(this.peek())) {
-      if (
-        this.piecesOf(this.peek())
-          .slice(1)
-          .some(({ kind }) => kind !== "name")
-      )
-        throw this.fail("read.bare", { name: called }); // sin theta1cos(theta2)
+      const more = this.piecesOf(this.peek()).slice(1);
+      if (more.some(({ kind }) => kind !== "name")) throw this.fail("read.bare", { name: called }); // sin theta1cos(theta2)
       this.at += 1;
       factors.push(this.named(this.textAt(-1)));
     }
@@ -732,6 +723,9 @@ class Parser {
 
 const isConstant = (text: string): boolean =>
   VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
+
+const oneOrSet = (values: readonly Node[]): Node =>
+  values.length === 1 ? (values[0] as Node) : node("set", ...values);
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&

@@ -15,11 +15,7 @@ const FUNCTIONS: Readonly<Record<string, string>> = {
   sign: "\\operatorname{sign}",
   acot: "\\operatorname{arccot}",
 };
-const CONSTANTS = new Map([
-  ["pi", "\\pi"],
-  ["E", "e"],
-  ["I", "i"],
-]);
+const CONSTANTS = new Map(Object.entries({ pi: "\\pi", E: "e", I: "i" }));
 const SUM = 0;
 const PRODUCT = 1;
 const FACTOR = 2;
