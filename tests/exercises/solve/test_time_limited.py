@@ -125,7 +125,7 @@ LOOKING = "the geometry of the configurations in which J loses rank"
 KINDS = ["type", "uniform", "meaning"]
 STOPS = [
     ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", "Singular configurations", ["singular"]),
-    ("where the determinant of J is zero", OPEN, "det J is zero", "in which configurations", ["singular"]),
+    ("where the determinant of J is zero", OPEN, "exactly when det J = 0", "these configurations", ["singular"]),
     (LOOKING, OPEN, "1. s₂ = 0", f"{LOOKS}; {TEST}; {SPECIAL}", [*KINDS, "tested", "special_lengths"]),
     (LOOKING, GIVEN, "s₂ = 0", f"{LOOKS}; {TEST}", [*KINDS, "tested"]),
     (TEST, OPEN, "folded back", f"{TEST}; {SPECIAL}", ["tested", "special_lengths"]),
@@ -273,5 +273,5 @@ def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not()
     assert {one["meaning"] for one in data["singular"]} == {None} != {one["meaning"] for one in whole["singular"]}
     assert data["tested"] == whole["tested"] and data["note"].startswith(whole["note"])
     shown = " ".join(_written(robot, "text", shown=ended).split())
-    assert "as far as they were worked out" in shown and f"{whole['tested']['searches']} searches" in shown
-    assert f"Not worked out: {LOOKS}." in shown
+    assert "as far as they were derived" in shown and f"{whole['tested']['searches']} searches" in shown
+    assert f"Not derived: {LOOKS}." in shown
