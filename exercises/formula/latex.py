@@ -7,23 +7,15 @@ by students is an answer, and is parsed for its meaning (`notation`).
 import re
 from functools import lru_cache
 
-from qdot.exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, row_pieces
+from qdot.exercises.formula.layout import EMPTY, SPACES, SYMBOLS, Layout, row_pieces
 
-LETTERS = {
-    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ",
-    "pi": "π", "rho": "ρ", "sigma": "σ", "tau": "τ", "varphi": "φ", "psi": "ψ", "omega": "ω", "Delta": "Δ",
-    "Omega": "Ω", "square": "□",
-}  # fmt: skip
-SIGNS = {
-    "times": "×", "cdot": "⋅", "neq": "≠", "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "approx": "≈",
-    "partial": "∂", "sum": "∑", "pm": "±", "in": "∈", "to": "→", "cdots": "⋯", "dots": "…", "circ": "∘",
-    "{": "{", "}": "}", "%": "%",
-}  # fmt: skip
+LETTERS: dict[str, str] = SYMBOLS["letters"]
+SIGNS: dict[str, str] = SYMBOLS["signs"]
 PRIMES = "′″‴"
 _COMMANDS = {
     **{name: Layout("letter", char) for name, char in LETTERS.items()},
     **{name: Layout("sign", char) for name, char in SIGNS.items()},
-    **{name: Layout("word", name) for name in WORDS},
+    **{name: Layout("word", name) for name in SYMBOLS["words"]},
     **{name: Layout("space", name) for name in SPACES},
 }
 _ONE_ARGUMENT_COMMANDS = {"sqrt": "root", "dot": "dotted"}

@@ -4,18 +4,17 @@ It is made from SymPy expressions (`writing/latex`), from typed answers (`writin
 qdot's templates (`formula/latex`). It describes positions, not meanings: s_{12} is a letter with an index here.
 """
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple, TypeVar
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
 Printed = TypeVar("Printed")
 
-WORDS = (
-    "sin", "cos", "tan", "cot", "sec", "csc", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "ln", "log", "exp",
-    "det",
-)  # fmt: skip
-"""Names of functions that are set upright."""
+SYMBOLS: dict[str, Any] = json.loads(Path(__file__).with_name("symbols.json").read_text(encoding="utf-8"))
+"""The letters, signs and words of formulas: by their LaTeX command, and in words for screen readers."""
 
-SPACES = {",": 0.167, ":": 0.222, ";": 0.278, " ": 0.33, "quad": 1.0, "qquad": 2.0}
+SPACES: dict[str, float] = SYMBOLS["spaces"]
 """The width of each LaTeX space, in em."""
 
 

@@ -174,17 +174,9 @@ def _move_plus_first(signed_terms: list[tuple[bool, sp.Expr]]) -> list[tuple[boo
 
 def decimal_text(value: sp.Expr) -> str | None:
     """Return the digits of a terminating decimal, as in "0.35", or None for any other number."""
-    if not value.is_Rational:
+    if not value.is_Rational or 10 ** int(value.q).bit_length() % int(value.q):
         return None
-    denominator = int(value.q)
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    if denominator != 1:
-        return None
-    if value.is_Integer:
-        return str(value)
-    return f"{float(value):.12f}".rstrip("0").rstrip(".")
+    return str(value) if value.is_Integer else f"{float(value):.12f}".rstrip("0").rstrip(".")
 
 
 @lru_cache(maxsize=4096)

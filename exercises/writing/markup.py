@@ -4,12 +4,14 @@ Only the constructs that the templates use are supported: headings, paragraphs, 
 and `$$…$$`.
 """
 
+import json
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache, partial
 from html import escape
 from itertools import takewhile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from qdot.exercises.formula.latex import parse_latex
@@ -29,6 +31,8 @@ SCREEN_WIDTH, PAPER_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `fit`): in HTML (for a page of 900 pixels and for A4 print), and in LaTeX."""
 _FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
 """Matches a formula, or code, in which a dollar sign has no special meaning."""
+MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
+"""The fixed markup of tokens in LaTeX and in Typst, and LaTeX's special characters."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
 """Matches the placeholder of a formula, which has the formula's number, while the text around it is parsed."""
 _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
@@ -143,16 +147,6 @@ def to_html_for_mathjax(text: str) -> str:
 
 # --- LaTeX ---
 
-_SPECIAL_CHARACTERS = {ch: f"\\{ch}" for ch in "&%$#_{}"} | {"×": r"$\times$", "−": "$-$", "–": "--", "…": r"\dots{}"}
-_SPECIAL_CHARACTERS |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-_SPECIAL_CHARACTERS |= {"θ": r"$\theta$", "α": r"$\alpha$", "β": r"$\beta$", "π": r"$\pi$"}
-_FIXED_MARKUP = {
-    "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
-    "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
-    "paragraph_close": "\n", "bullet_list_close": "\\end{itemize}\n", "ordered_list_close": "\\end{enumerate}\n",
-    "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
-    "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
-}  # fmt: skip
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
@@ -167,7 +161,7 @@ _SECTION_COMMANDS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 def escape_latex(text: str) -> str:
     """Return plain text with LaTeX's special characters escaped."""
-    return "".join(_SPECIAL_CHARACTERS.get(ch, ch) for ch in text)
+    return "".join(MARKUP["latex_characters"].get(ch, ch) for ch in text)
 
 
 def to_latex(text: str, width_share: float = 1.0) -> str:
@@ -193,7 +187,7 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
         stretch = "\\renewcommand{\\arraystretch}{1.5}" if has_tall_formula(latex, formulas) else ""
         return f"\n{_SHRINK_TO_LINE}{stretch}{PLACEHOLDER_PATTERN.sub(convert_cell_formula, latex).rstrip()}}}\n"
 
-    pieces = _TABLE_PATTERN.split(write_tokens(tokens, _FIXED_MARKUP, _TOKEN_WRITERS))
+    pieces = _TABLE_PATTERN.split(write_tokens(tokens, MARKUP["latex"], _TOKEN_WRITERS))
     pieces[::2] = [_PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, piece) for piece in pieces[::2]]
     pieces[1::2] = map(convert_table, pieces[1::2])
     return "".join(pieces).strip() + "\n"

@@ -27,14 +27,6 @@ _PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + r"(\\
 FormulasInText = Sequence[tuple[str, bool]]
 """LaTeX, and whether the formula is displayed."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
-_FIXED_MARKUP = {
-    "strong_open": "#strong[", "em_open": "#emph[", "bullet_list_open": "\n#list(", "list_item_open": "[",
-    "thead_open": "table.header(", "th_open": "[", "td_open": "[", "paragraph_open": "\n",
-    "strong_close": "]", "em_close": "]", "heading_close": "]\n", "bullet_list_close": ")\n",
-    "ordered_list_close": ")\n", "list_item_close": "],\n", "thead_close": "),\n", "th_close": "], ", "td_close": "], ",
-    "tr_close": "\n", "table_close": "table.hline())\n", "paragraph_close": "\n", "softbreak": "\n",
-    "hardbreak": " \\\n",
-}  # fmt: skip
 
 
 def escape_typst(text: str) -> str:
@@ -67,7 +59,7 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         return f"#formulas({words}, $ {typst_math(fitted)}{punctuation} $, {size}%)"
 
     special: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
-    body = markup.write_tokens(tokens, _FIXED_MARKUP, special)
+    body = markup.write_tokens(tokens, markup.MARKUP["typst"], special)
     return re.sub(r"\n{3,}", "\n\n", _PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, body)).strip() + "\n"
 
 

@@ -4,21 +4,11 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from qdot.exercises.formula.latex import LETTERS
-from qdot.exercises.formula.layout import SPACES, Layout, print_layout
+from qdot.exercises.formula.layout import SPACES, SYMBOLS, Layout, print_layout
 
 _LETTER_NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
-_SIGN_WORDS = {
-    "+": "plus", "−": "minus", "=": "equals", "×": "times", "⋅": "times", "≠": "is not", "≤": "is at most",
-    "≥": "is at least", "≈": "is about", "∂": "partial", "∑": "sum", "±": "plus or minus", "∈": "is in", "→": "to",
-    "⋯": "and so on", "…": "and so on", "∘": "degrees", "/": "over", "|": "bar",
-    "*": "star", "%": "per cent", "<": "is less than", ">": "is greater than",
-}  # fmt: skip
 _POWER_WORDS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
 _POWER_WORDS |= {word: word for word in ("prime", "degrees", "star")}
-_FUNCTION_WORDS = {
-    "sin": "sine", "cos": "cosine", "tan": "tangent", "det": "determinant of", "ln": "natural logarithm of",
-    "arcsin": "arc sine", "arccos": "arc cosine", "arctan": "arc tangent", "exp": "exponential of",
-}  # fmt: skip
 
 
 @lru_cache(maxsize=1024)
@@ -52,8 +42,8 @@ def _speak_matrix(piece: Layout, *_: str) -> str:
 
 _PRINTERS: dict[str, Callable[..., str]] = {
     "letter": lambda piece: _LETTER_NAMES.get(piece.text, piece.text),
-    "word": lambda piece: _FUNCTION_WORDS.get(piece.text, piece.text),
-    "sign": lambda piece: _SIGN_WORDS.get(piece.text, piece.text),
+    "word": lambda piece: SYMBOLS["spoken_functions"].get(piece.text, piece.text),
+    "sign": lambda piece: SYMBOLS["spoken_signs"].get(piece.text, piece.text),
     **dict.fromkeys(("number", "text"), lambda piece: piece.text),
     "space": lambda piece: ", " if SPACES[piece.text] >= 1 else " ",
     "row": lambda _, *pieces: " ".join(pieces),
