@@ -1,12 +1,12 @@
 """The base class of all types of answers, and the visitor that distinguishes them.
 
-Each type is one class, listed in `answers.TYPES`. Code outside this folder that depends on the type of an answer
+Each type is one class, listed in `answer_types.TYPES`. Code outside this folder that depends on the type of an answer
 subclasses `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar, Generic, NoReturn, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import sympy as sp
 
@@ -67,10 +67,7 @@ class AnswerVisitor(Generic[T]):
 
     def default(self, answer: Any) -> T:
         """Visit any answer whose form has no method of its own. Raises TypeError by default."""
-        return self._raise_unsupported(answer)
-
-    def _raise_unsupported(self, answer: Any) -> NoReturn:
-        raise TypeError(f"{type(self).__name__} has no way for answers of type {answer.type}")
+        raise TypeError(f"{type(self).__name__} does not support answers of type {answer.type}")
 
 
 class Answer(ABC):
@@ -142,7 +139,7 @@ class Answer(ABC):
 
     def as_matrix(self) -> sp.Matrix:
         """Return the reference as a matrix (1 x 1 for an expression). Raises TypeError for other types."""
-        raise TypeError(f"the answer is of type {self.type}, and no matrix")
+        raise TypeError(f"the answer is of type {self.type}, not a matrix")
 
     def entries(self) -> list[sp.Expr]:
         """Return the formulas that are compared symbolically."""

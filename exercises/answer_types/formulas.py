@@ -45,9 +45,7 @@ class Expression(Answer):
         """Return the formula's text."""
         return expression_text(self.reference)
 
-    def as_typed(self) -> str:
-        """Return the formula's text."""
-        return expression_text(self.reference)
+    as_typed = as_json
 
     def code(self, used_columns: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return the formula, on several lines in brackets if it is long."""

@@ -62,8 +62,5 @@ def describe_variation(family: Family, variation: str) -> str:
     """
     if not family.robot_argument or set(family.variations) - set(variation_axes(variation)):
         return f"variation {variation}"
-    return (
-        "lengths in the ranges of [draw]"
-        if family.variations
-        else "the same arm for all, as no length is chosen at random"
-    )
+    no_variation = "the same arm for all, as no length is chosen at random"
+    return "lengths in the ranges of [draw]" if family.variations else no_variation

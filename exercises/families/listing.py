@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 
 LISTING_FILE = Path(__file__).with_name("listing.json")
@@ -31,11 +32,9 @@ class FamilyListing:
 @cache
 def listing() -> dict[str, FamilyListing]:
     """Return the stored listings by the family's name."""
-    content = json.loads(LISTING_FILE.read_text(encoding="utf-8"))
+    keys = itemgetter("kinds", "steps", "questions", "by_variation")
+    entries = {name: keys(entry) for name, entry in json.loads(LISTING_FILE.read_text(encoding="utf-8")).items()}
     return {
-        name: FamilyListing(
-            entry["kinds"], (min(entry["steps"]), max(entry["steps"])), tuple(entry["questions"]),
-            tuple(entry["by_variation"]),
-        )
-        for name, entry in content.items()
-    }  # fmt: skip
+        name: FamilyListing(kinds, (low, high), tuple(questions), tuple(by_variation))
+        for name, (kinds, (low, high), questions, by_variation) in entries.items()
+    }

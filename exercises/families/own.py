@@ -26,14 +26,8 @@ def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     axes = {"lengths": partial(_sample_lengths, draws=robot.length_ranges)} if robot.length_ranges else {}
     robot_argument = path.stem if path.parent == ROBOT_FOLDER else shlex.quote(str(path))
-    return Family(
-        name,
-        robot.chain.title,
-        robot.source or path.name,
-        replace(robot.chain, name=name),
-        axes,
-        robot_argument=robot_argument,
-    )
+    chain, source = replace(robot.chain, name=name), robot.source or path.name
+    return Family(name, robot.chain.title, source, chain, axes, robot_argument=robot_argument)
 
 
 def _sample_lengths(chain: Chain, rng: Stream, draws: LengthRanges) -> Chain:

@@ -23,21 +23,10 @@ from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.families import variations
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
-from qdot.exercises.families.variations import (
-    ANGLES,
-    RIGHT_ANGLES,
-    SIGNED_LENGTHS,
-    are_distinct,
-    displace_base,
-    metres,
-    mount_base,
-    place_point,
-    random_sign,
-    shift_zero,
-    substitute_values,
-)
+from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty_band
@@ -57,6 +46,7 @@ CONFIGURATION_COUNT, MIN_SIGN_SHARE = 400, 0.02
 If a condition exceeds this value with both signs, it has a zero and therefore can hold."""
 
 
+SOURCE = "equations 6.1 to 6.12"
 LENGTHS = tuple(range(10, 100, 5))
 """Numeric lengths, in centimetres."""
 
@@ -66,9 +56,7 @@ def _sample_structure(
 ) -> Chain:
     """Return a random arm of n joints whose difficulty is in the band and that `accepts` accepts. Raises QdotError."""
     low, high = band or (0, HARDEST_BAND)
-    classes = [
-        near_band for same_class in group_clean_structures(n) if (near_band := _select_near_band(same_class, low, high))
-    ]
+    classes = [*filter(None, (_select_near_band(same_class, low, high) for same_class in group_clean_structures(n)))]
     rejected: set[Structure] = set()
     in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
@@ -104,18 +92,18 @@ def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) ->
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
     """Return a random arm of a structure, or None if no sampled lengths let every condition hold."""
     sense_stream = rng.substream("senses")
-    senses = tuple(random_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
+    senses = tuple(variations.random_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
         values = _sample_lengths(chain, rng.substream("lengths"), clean_roots="tool" not in axes)
         if values is None:
             return None
-        chain = substitute_values(chain, values)
+        chain = variations.substitute_values(chain, values)
     if "zeros" in axes:
         chain = _shift_zeros(chain, rng.substream("zeros"))
     if "base" in axes:
         chain = _mount_arm(chain, rng.substream("base"))
-    return place_point(chain, rng.substream("tool")) if "tool" in axes else chain
+    return variations.place_point(chain, rng.substream("tool")) if "tool" in axes else chain
 
 
 def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
@@ -131,9 +119,9 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
     for _ in range(MAX_LENGTH_SETS):
         sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
-        values = {symbol: metres(length) for symbol, length in sampled.items()}
+        values = {symbol: variations.metres(length) for symbol, length in sampled.items()}
         has_clean_roots = not clean_roots or not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
-        if are_distinct([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
+        if variations.are_distinct([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
             return values
     return None
 
@@ -143,9 +131,7 @@ def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     choices = [SIGNED_LENGTHS if joint.kind == "P" else RIGHT_ANGLES for joint in chain.joints]
     if chain.joints[0].kind == "R":
         choices[0] = ANGLES
-    shifted_joints = tuple(
-        shift_zero(joint, rng.choice(offset)) for joint, offset in zip(chain.joints, choices, strict=True)
-    )
+    shifted_joints = tuple(map(variations.shift_zero, chain.joints, map(rng.choice, choices)))
     shifted_chain = replace(chain, joints=shifted_joints)
     if is_clean(shifted_chain):
         return shifted_chain
@@ -155,16 +141,14 @@ def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:
     """Return the arm mounted on the floor, the ceiling or a wall, with the rows of its task rotated accordingly."""
-    mounted = mount_base(chain, rng)
+    mounted = variations.mount_base(chain, rng)
     rotation = rot_z(mounted.base.yaw) * rot_x(mounted.base.tilt)
     rotated_axis_names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + rotated_axis_names[row[1]] for row in chain.task}
-    mounted_with_task = replace(mounted, task=tuple(row for row in TASK_ROWS if row in rows))
-    if not mounted_with_task.is_planar:
-        return mounted_with_task
-    return replace(
-        mounted_with_task, base=replace(mounted_with_task.base, position=displace_base(chain, rng).base.position)
-    )
+    mounted = replace(mounted, task=tuple(row for row in TASK_ROWS if row in rows))
+    if not mounted.is_planar:
+        return mounted
+    return replace(mounted, base=replace(mounted.base, position=variations.displace_base(chain, rng).base.position))
 
 
 # --- lengths for which conditions can hold ---
@@ -172,10 +156,8 @@ def _mount_arm(chain: Chain, rng: Stream) -> Chain:
 
 @lru_cache(maxsize=64)
 def _sample_configurations(kinds: str) -> np.ndarray:
-    stream, half_ranges = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
-    return np.array(
-        [[stream.uniform(-half_ranges[kind], half_ranges[kind]) for kind in kinds] for _ in range(CONFIGURATION_COUNT)]
-    )
+    stream, limits = Stream(f"random/{kinds}"), [np.pi if kind == "R" else 2.0 for kind in kinds]
+    return np.array([[stream.uniform(-limit, limit) for limit in limits] for _ in range(CONFIGURATION_COUNT)])
 
 
 @lru_cache(maxsize=1024)
@@ -196,12 +178,6 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
 
 
 RANDOM_FAMILIES = tuple(
-    Family(
-        f"random-{n}",
-        f"Random arm of {word} joints",
-        "equations 6.1 to 6.12",
-        None,
-        sample_structure=partial(_sample_structure, n),
-    )
+    Family(f"random-{n}", f"Random arm of {word} joints", SOURCE, None, sample_structure=partial(_sample_structure, n))
     for n, word in ((2, "two"), (3, "three"), (4, "four"))
 )

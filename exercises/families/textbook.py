@@ -60,19 +60,17 @@ def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
 
 def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
     lengths = {symbol: _find_range(values) for symbol, values in settings.get("lengths", {}).items()}
+    offsets = {int(number): _find_range(values) for number, values in settings["zeros"].items()}
     known_variations: dict[str, Variation] = {
-        "zeros": partial(
-            variations.shift_zeros, ranges={int(i): _find_range(values) for i, values in settings["zeros"].items()}
-        ),
+        "zeros": partial(variations.shift_zeros, ranges=offsets),
         "senses": partial(variations.reverse_axes, groups=settings["senses"]),
         "base": BASE_VARIATIONS[settings["base"]],
     }
     if "together" in settings:
         known_variations["lengths"] = partial(variations.set_lengths_together, ranges=lengths)
     elif lengths:
-        known_variations["lengths"] = partial(
-            variations.set_lengths, ranges=lengths, keep_symbolic=settings.get("open", ())
-        )
+        keep_symbolic = settings.get("open", ())
+        known_variations["lengths"] = partial(variations.set_lengths, ranges=lengths, keep_symbolic=keep_symbolic)
     if "frames" in settings:
         known_variations["tool"] = partial(variations.choose_frame, frames=settings["frames"])
     elif "beside" in settings:
@@ -100,14 +98,15 @@ def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
     for number, row in enumerate(rows, 1):
         kind, fixed_entry, a, alpha, *joint_offset = row.split()
         if kind == "R":
-            theta, d = (
-                sp.Symbol(f"theta{number}") + variations.degrees(int(joint_offset[0]) if joint_offset else 0),
-                _length(fixed_entry),
-            )
+            theta, d = sp.Symbol(f"theta{number}") + sum(map(_angle, joint_offset)), _length(fixed_entry)
         else:
-            theta, d = variations.degrees(int(fixed_entry)), sp.Symbol(f"d{number}")
-        joints.append(Joint(kind, theta, d, _length(a), variations.degrees(int(alpha))))
+            theta, d = _angle(fixed_entry), sp.Symbol(f"d{number}")
+        joints.append(Joint(kind, theta, d, _length(a), _angle(alpha)))
     return tuple(joints)
+
+
+def _angle(degrees: str) -> sp.Expr:
+    return variations.degrees(int(degrees))
 
 
 def _length(name: str) -> sp.Expr:

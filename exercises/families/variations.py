@@ -1,4 +1,4 @@
-"""Define the axes of variation of families: each function changes one property of the arm at random (`base.Axis`).
+"""Define the axes of variation of families: each function changes one property of the arm at random (`base.Variation`).
 
 Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, base positions in decimetres.
 """
@@ -77,14 +77,9 @@ def substitute_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
 
 def substitute_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return the chain with values substituted for some of its symbols."""
-    joints = tuple(
-        replace(joint, **{key: getattr(joint, key).xreplace(values) for key in ("theta", "d", "a", "alpha")})
-        for joint in chain.joints
-    )
-    x, y, z = (sp.sympify(value).xreplace(values) for value in chain.point.offset)
-    tool = None if chain.tool is None else Point(chain.point.frame, (x, y, z))
-    axis_points = tuple(named and tuple(value.xreplace(values) for value in named) for named in chain.axis_points)
-    return replace(chain, joints=joints, tool=tool, axis_points=axis_points)
+    substituted = chain.map_entries(lambda _, entry: sp.sympify(entry).xreplace(values))
+    axis_points = tuple(point and tuple(value.xreplace(values) for value in point) for point in chain.axis_points)
+    return replace(substituted, axis_points=axis_points)
 
 
 def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) -> Chain:
@@ -165,11 +160,10 @@ def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) 
     n = chain.n
     if rng.integer_below(2):
         return replace(chain, tool=Point(n, (sp.S.Zero, lateral_offset, sp.S.Zero)) if lateral_offset != 0 else None)
-    joints, point = (
-        _place_on_prismatic_joint(rng, chain.joints)
-        if chain.joints[-1].kind == "P"
-        else _place_on_link(rng, chain.joints, lateral_offset)
-    )
+    if chain.joints[-1].kind == "P":
+        joints, point = _place_on_prismatic_joint(rng, chain.joints)
+    else:
+        joints, point = _place_on_link(rng, chain.joints, lateral_offset)
     return replace(chain, joints=joints, tool=point)
 
 
@@ -199,9 +193,8 @@ def _place_on_link(rng: Stream, joints: tuple[Joint, ...], lateral_offset: sp.Ex
     """Move a_n from the table to P, along x_n or y_n with either sign; if a_n is zero, move d_n, along z_n."""
     n, last_joint = len(joints), joints[-1]
     if last_joint.a == 0:
-        return (*joints[:-1], replace(last_joint, d=sp.S.Zero)), Point(
-            n, (sp.S.Zero, sp.S.Zero, _rename_length(last_joint.d, n))
-        )
+        point_above = Point(n, (sp.S.Zero, sp.S.Zero, _rename_length(last_joint.d, n)))
+        return (*joints[:-1], replace(last_joint, d=sp.S.Zero)), point_above
     x, y = _rename_length(last_joint.a, n), lateral_offset
     for _ in range(rng.integer_below(4)):
         x, y = -y, x
@@ -222,9 +215,8 @@ def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[t
     if joint_offset == 0:
         return joints, Point(n)
     distance_beyond = metres(rng.choice(HAND_LENGTHS))
-    return (*joints[:-1], replace(last_joint, d=last_joint.d - distance_beyond)), Point(
-        n, (sp.S.Zero, sp.S.Zero, distance_beyond)
-    )
+    point_beyond = Point(n, (sp.S.Zero, sp.S.Zero, distance_beyond))
+    return (*joints[:-1], replace(last_joint, d=last_joint.d - distance_beyond)), point_beyond
 
 
 def _rename_length(length: sp.Expr, n: int) -> sp.Expr:

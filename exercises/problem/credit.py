@@ -16,7 +16,7 @@ Setting = TypeVar("Setting", bound=str | float)
 CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
 
 CREDIT_FORM = (
-    'expected how partly right answers are marked: by "columns" or "entries" of a matrix, "whole" for no partial '
+    'expected a rule for partly correct answers: "columns" or "entries" of a matrix, "whole" for no partial '
     "credit, a factor from 0 to 1 for the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
 )
@@ -82,31 +82,22 @@ def share_of_entries(
     >>> share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
     """
-    nonzero_results = [is_same for is_same, zero in zip(is_correct, is_zero, strict=True) if not zero] or list(
-        is_correct
-    )
-    return max(
-        Fraction(0),
-        Fraction(
-            min(sum(nonzero_results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(nonzero_results) - 1),
-            len(nonzero_results),
-        ),
-    )
+    nonzero_results = [is_same for is_same, zero in zip(is_correct, is_zero, strict=True) if not zero]
+    results = nonzero_results or list(is_correct)
+    earned = min(sum(results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(results) - 1)
+    return max(Fraction(0), Fraction(earned, len(results)))
 
 
 def count_spoiled_zeros(
     is_correct: Sequence[bool], is_zero: Sequence[bool], blank_entries: Sequence[bool] | None = None
 ) -> int:
     """Return how many zeros were answered with something else; 0 if all entries are zeros."""
-    is_blank = blank_entries or [False] * len(is_correct)
-    is_spoiled = [
-        zero and not is_same and not blank for is_same, zero, blank in zip(is_correct, is_zero, is_blank, strict=True)
-    ]
-    return 0 if all(is_zero) else sum(is_spoiled)
+    entries = zip(is_correct, is_zero, blank_entries or [False] * len(is_correct), strict=True)
+    return 0 if all(is_zero) else sum(zero and not is_same and not blank for is_same, zero, blank in entries)
 
 
 def share_of_columns(is_correct: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix graded by columns; `is_correct` tells for each nonzero column whether it is correct.
+    """Return the share of a matrix graded by columns; `is_correct` has one value for each nonzero column.
 
     >>> share_of_columns([True, False, True])
     Fraction(2, 3)
@@ -147,9 +138,7 @@ def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collec
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))
     (1, 2)
     """
-    return len({joints for joints in false_claims if joints not in true_claims}) + sum(
-        joints in true_claims for joints in false_claims
-    )
+    return len(set(false_claims) - set(true_claims)) + sum(joints in true_claims for joints in false_claims)
 
 
 # --- what an assignment says ---
@@ -181,10 +170,8 @@ def settings_by_question(
 
 
 def _parse_credit(setting: str | float) -> Credit:
-    if isinstance(setting, bool) or (isinstance(setting, str) and setting not in CREDIT_RULES):
-        raise QdotError(CREDIT_FORM)
-    if isinstance(setting, str):
+    if isinstance(setting, str) and setting in CREDIT_RULES:
         return Credit(setting)
-    if not 0 <= setting <= 1:
+    if isinstance(setting, (str, bool)) or not 0 <= setting <= 1:
         raise QdotError(CREDIT_FORM)
     return Credit("", Fraction(str(setting)))

@@ -68,7 +68,7 @@ class ProblemId:
         order = find_twist_order(twist_order) if twist_order else self.twist_order
         is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
         if (twist_order or order) and not is_ordered:
-            table_words = f"is told by a table (convention = {convention or chosen!r})"
+            table_words = f"is described by a table (convention = {convention or chosen!r})"
             raise QdotError(f"{self.family_and_seed} {table_words}; {TWIST_ORDER_HINT}")
         return replace(self, convention=SCREW_CONVENTION if twist_order else chosen, twist_order=order)
 
@@ -83,10 +83,8 @@ class ProblemId:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
         family, seed, marks = match.groups()
         if text != text.lower():
-            lower_case = ProblemId.parse(text.lower(), hint)
-            raise QdotError(
-                f"{text!r} has capital letters, and names have none; {str(lower_case)!r} is meant, probably{hint}"
-            )
+            lower_case = str(ProblemId.parse(text.lower(), hint))
+            raise QdotError(f"{text!r} has capital letters, but names are lower-case: write {lower_case!r}{hint}")
         if len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {MAX_SEED}")
         sorted_marks = _sort_suffixes(text, marks.split("@")[1:])
@@ -125,11 +123,8 @@ TWIST_ORDER_HINT = (
     f'the order of twists applies only to arms described by screw axes (convention = "{SCREW_CONVENTION}")'
 )
 
-_SUFFIXES = {
-    "convention": CONVENTIONS,
-    "order of twists": TWIST_ORDERS,
-    "variation": (*VARIATION_STEPS, *VARIATION_AXES),
-}
+_VARIATIONS = (*VARIATION_STEPS, *VARIATION_AXES)
+_SUFFIXES = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": _VARIATIONS}
 
 
 def find_twist_order(name: str) -> str:
@@ -229,9 +224,8 @@ class Part:
     def details_as(self, details_type: type[DetailsType]) -> DetailsType:
         """Return the details, typed as `details_type`. Raises TypeError if they are of another class."""
         if not isinstance(self.details, details_type):
-            raise TypeError(
-                f"the details of {self.kind!r} are {type(self.details).__name__}, not {details_type.__name__}"
-            )
+            found = type(self.details).__name__
+            raise TypeError(f"the details of {self.kind!r} are {found}, not {details_type.__name__}")
         return self.details
 
     @property
@@ -283,10 +277,10 @@ class Problem:
 
     def __getitem__(self, name: str) -> Part:
         """Return the part of that name. Raises KeyError."""
-        for part in self.parts:
-            if part.name == name:
-                return part
-        raise KeyError(f"{self.id} asks {', '.join(part.name for part in self.parts)}, not {name!r}")
+        parts = {part.name: part for part in self.parts}
+        if name not in parts:
+            raise KeyError(f"{self.id} asks {', '.join(parts)}, not {name!r}")
+        return parts[name]
 
     @property
     def title(self) -> str:

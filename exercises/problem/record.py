@@ -30,14 +30,12 @@ def robot_json(chain: Chain) -> Json:
     description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
     if chain.twist_order in convention_of(chain).twist_orders[1:]:
         description["twist_order"] = chain.twist_order
+    row_keys = ("theta", "d", "a", "alpha")
     return {
         "name": chain.name,
         "title": chain.title,
         "joints": [
-            {
-                "kind": joint.kind,
-                **{name: expression_text(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")},
-            }
+            {"kind": joint.kind, **{key: expression_text(getattr(joint, key)) for key in row_keys}}
             for joint in chain.joints
         ],
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
@@ -88,13 +86,8 @@ def digests(problem: Problem) -> Digests:
 
 
 def _part_json(part: Part) -> Json:
-    content = {
-        "kind": part.kind,
-        "reference": part.answer.as_json(),
-        "options": None,
-        "details": to_plain_data(part.details),
-    }
-    return content | part.answer.options_json()
+    content = {"kind": part.kind, "reference": part.answer.as_json(), "details": to_plain_data(part.details)}
+    return {"options": None, **content, **part.answer.options_json()}
 
 
 def _digest(content: Any) -> str:

@@ -73,12 +73,12 @@ def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
     choice, formula = Choice(("yes", "no"), 1), Expression(sp.Symbol("a1"))
     assert choice.accept(OfLettersOnly()) == "B"
     assert formula.accept(OfLettersOnly()) == "1"
-    with pytest.raises(TypeError, match="OfLettersOnly has no way for answers of type number"):
+    with pytest.raises(TypeError, match="OfLettersOnly does not support answers of type number"):
         Number(sp.Matrix([1]), ("m",), 0.01, 0.0).accept(OfLettersOnly())
 
 
 def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:
     with pytest.raises(TypeError, match="the answer to 'rank' is of type choice, not number"):
         Part("rank", "rank", Choice(("1", "2"), 0)).answer_as(Number)
-    with pytest.raises(TypeError, match="the answer is of type choice, and no matrix"):
+    with pytest.raises(TypeError, match="the answer is of type choice, not a matrix"):
         Choice(("1", "2"), 0).as_matrix()
