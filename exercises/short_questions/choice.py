@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
@@ -42,9 +43,7 @@ def _list_whole_answer_and_entries(chain: Chain, question: str) -> list[OptionSu
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the columns that depend on the configuration. The constant ones are obvious without a calculation."""
     matrix, joints = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
-    return [
-        OptionSubject(question, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints
-    ]
+    return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).free_symbols & joints]
 
 
 def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
@@ -80,22 +79,18 @@ def _ask_sets(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     return answer, Options(offered=offered)
 
 
-NO_FOUR_OPTIONS = "it has no four short options that fit together"
+NO_FOUR_OPTIONS = "it does not have four short options of similar length"
 
 
 def _make_formula_question(
-    name: str,
-    title: str,
-    source: str,
-    base_question: str,
-    find_subjects: SubjectFinder,
-    template: str = "formula-choice",
+    name: str, title: str, source: str, base_question: str, find_subjects: SubjectFinder
 ) -> ShortQuestion:
+    feature = QUESTIONS[base_question].required_feature
     return ShortQuestion(
         name, title, source, sample=partial(_ask_formula, find_subjects=find_subjects, question=base_question),
         form="choice", base_question=base_question, objection_if_nothing_found=NO_FOUR_OPTIONS,
-        shown_answers=(base_question,), template=template,
-        required_feature=QUESTIONS[base_question].required_feature,
+        shown_answers=(base_question,), required_feature=feature,
+        template="screw-choice" if feature == SCREWS else "formula-choice",
     )  # fmt: skip
 
 
@@ -112,10 +107,10 @@ CHOICE_QUESTIONS = (
     _make_formula_question(
         "torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _find_varying_entries,
     ),
-    _make_formula_question("screw-choice", "Which screw?", SCREWS_SOURCE, "home-screws", _list_columns, "screw-choice"),
+    _make_formula_question("screw-choice", "Which screw?", SCREWS_SOURCE, "home-screws", _list_columns),
     _make_formula_question(
         "space-column-choice", "Which column of the space Jacobian?", SCREWS_SOURCE, "space-jacobian",
-        _list_columns_except_first, "screw-choice",
+        _list_columns_except_first,
     ),
     ShortQuestion(
         "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",

@@ -1,28 +1,19 @@
 """Questions about drawings of an arm: is a statement about a configuration true? Which configuration is singular?"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from qdot.exercises.answer_types import TRUE_FALSE, Choice
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails
-from qdot.exercises.questions.geometry import (
-    ConfigurationDetails,
-    evaluate_precisely,
-    sample_displayable_configuration,
-    sample_regular_configuration,
-)
+from qdot.exercises.questions.geometry import ConfigurationDetails
+from qdot.exercises.short_questions import places
 from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import ConfigurationOptions
-from qdot.exercises.short_questions.places import (
-    assign_random_lengths,
-    iterate_regular_configurations,
-    iterate_singular_configurations,
-    take_distinct,
-    write_configuration,
-)
 from qdot.exercises.singularities.singularity import singular_set
 
 MIN_VISIBLE_VELOCITY = 0.08
@@ -68,38 +59,26 @@ def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[Pos
     for statement_kind in rng.permutation(("singular", "moves")):
         if statement_kind == "singular" and (components := singular_set(chain)):
             if is_true:
-                configuration = sample_displayable_configuration(chain, (rng.choice(components),), rng)
+                configuration = geometry.sample_displayable_configuration(chain, (rng.choice(components),), rng)
             else:
-                configuration = sample_regular_configuration(chain, rng, 0.12)
+                configuration = geometry.sample_regular_configuration(chain, rng, 0.12)
             if configuration is not None:
-                yield PoseStatement(said="singular", place=configuration, pose=configuration.figure_values)
+                yield PoseStatement(said="singular", place=configuration)
         if statement_kind == "moves":
             yield from _sample_joint_statements(chain, is_true, rng)
 
 
 def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[PoseStatement]:
     """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
-    configuration = sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
+    configuration = geometry.sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
     if configuration is None:
         return
-    linear = evaluate_precisely(chain, configuration, derive(chain).linear)
-    visible_entries = [
-        (row, joint)
-        for row in range(3)
-        for joint in range(chain.n)
-        if abs(float(linear[row, joint])) > MIN_VISIBLE_VELOCITY
-    ]
+    linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+    visible_entries = np.argwhere(np.abs(np.array(linear.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
     if visible_entries:
         row, joint = rng.choice(visible_entries)
-        positive = bool(linear[row, joint] > 0) == is_true
-        yield JointStatement(
-            said="moves",
-            place=configuration,
-            pose=configuration.figure_values,
-            joint=joint + 1,
-            row=TASK_ROWS[row],
-            positive=positive,
-        )
+        positive, row_name = bool(linear[row, joint] > 0) == is_true, TASK_ROWS[row]
+        yield JointStatement(said="moves", place=configuration, joint=joint + 1, row=row_name, positive=positive)
 
 
 # --- which drawing shows a singular configuration? ---
@@ -107,19 +86,12 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
 
 def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(4):
-        arm, lengths = assign_random_lengths(chain, rng)
-        singular = take_distinct(iterate_singular_configurations(arm, rng), 1)
-        regular = take_distinct(
-            iterate_regular_configurations(arm, rng), 3, [configuration for configuration, _ in singular]
-        )
+        arm, lengths = places.assign_random_lengths(chain, rng)
+        singular = places.take_distinct(places.iterate_singular_configurations(arm, rng), 1)
+        regular = places.take_distinct(places.iterate_regular_configurations(arm, rng), 3, singular)
         if singular and len(regular) == 3:
-            shuffled = rng.permutation([*singular, *regular])
-            shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
-            answer = Choice(
-                tuple(write_configuration(configuration) for configuration in shown_configurations),
-                shuffled.index(singular[0]),
-            )
-            return answer, ConfigurationOptions(places=shown_configurations, lengths=lengths, blames=blames, drawn=True)
+            details, texts, (correct,) = places.offer_configurations(singular, regular, lengths, rng)
+            return Choice(texts, correct), replace(details, drawn=True)
     return None
 
 

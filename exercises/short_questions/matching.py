@@ -2,6 +2,8 @@
 
 from functools import lru_cache
 
+import sympy as sp
+
 from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
@@ -19,10 +21,9 @@ def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Sample the order of the columns; add one wrong column if the maximum number allows it."""
     if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
         return None
-    jacobian = derive(chain).jacobian
-    correct_options = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
+    correct_options = list(map(OfferedOption, _list_columns(chain)))
     wrong_option = _make_extra_column(chain, rng) if chain.n < MAX_COLUMNS else None
-    shuffled = tuple(rng.permutation([*correct_options, *([] if wrong_option is None else [wrong_option])]))
+    shuffled = tuple(rng.permutation([*correct_options, *filter(None, [wrong_option])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
         tuple(option.text for option in shuffled),
@@ -31,29 +32,32 @@ def _ask_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     return answer, Options(offered=shuffled)
 
 
+def _list_columns(chain: Chain) -> list[sp.Matrix]:
+    jacobian = derive(chain).jacobian
+    return [jacobian.col(column) for column in range(chain.n)]
+
+
 def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that differs from all the correct ones."""
-    jacobian = derive(chain).jacobian
-    columns = [jacobian.col(column) for column in range(chain.n)]
     for number in rng.permutation(range(chain.n)):
         for option in (make_four_options(chain, OptionSubject("jacobian", number), rng) or ())[1:]:
-            if are_different_functions(chain, [*columns, option.shown]) and len(option.text) <= MAX_CHARACTERS:
+            if (
+                are_different_functions(chain, [*_list_columns(chain), option.shown])
+                and len(option.text) <= MAX_CHARACTERS
+            ):
                 return option
     return None
 
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    jacobian = derive(chain).jacobian
-    columns = [jacobian.col(column) for column in range(chain.n)]
-    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, columns)
+    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, _list_columns(chain))
 
 
 @lru_cache(maxsize=1024)
 def _has_short_columns(generic: Chain) -> bool:
     """Return whether the columns of a structure are short; the question applies to all of its arms or to none."""
-    jacobian = derive(generic).jacobian
-    return all(len(OfferedOption(jacobian.col(column)).text) <= MAX_CHARACTERS for column in range(generic.n))
+    return all(len(OfferedOption(column).text) <= MAX_CHARACTERS for column in _list_columns(generic))
 
 
 MATCHING_QUESTIONS = (

@@ -12,12 +12,8 @@ import numpy as np
 from qdot.exercises.answer_types import TRUE_FALSE, Letters
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.mistakes.catalogue import (
-    CATALOGUE,
-    generate_mistaken_answers,
-    predict_wrong_answers,
-    variant_frequency,
-)
+from qdot.exercises.mistakes import catalogue
+from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
@@ -49,7 +45,7 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
 def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Blames]:
     """Return the most likely mistake for each wrong option that an answer with a known mistake would choose."""
     blames: dict[int, Blames] = {}
-    for mistake, variant in generate_mistaken_answers(problem.chain, part):
+    for mistake, variant in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, Letters):
             for index in set(variant.answer.correct_indices) - set(part.answer.correct_indices):
                 blames.setdefault(index, (Blame.from_mistake(mistake, variant.words.items()),))
@@ -61,17 +57,13 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
     if not is_derived(part):
         return {}
     w = numeric_working(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 1, stream))
-    all_wrong_answers = list(predict_wrong_answers(w, part))
+    all_wrong_answers = list(catalogue.predict_wrong_answers(w, part))
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered_options):
         expected = np.array(parse_vector(option))[:, None, None]
-        equal_answers = [
-            wrong
-            for wrong in all_wrong_answers
-            if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)
-        ]
+        equal_answers = [wrong for wrong in all_wrong_answers if _is_near(wrong.answer, expected)]
         if equal_answers:
-            likeliest = max(equal_answers, key=variant_frequency)
+            likeliest = max(equal_answers, key=catalogue.variant_frequency)
             blames[index] = (Blame.from_mistake(likeliest.mistake, likeliest.variant.words.items()),)
         elif isinstance(part.details, JointEffectDetails) and _is_effect_of_other_joint(w, part, expected):
             blames[index] = (Blame.from_mistake(CATALOGUE["column-of-other-joint"], ()),)
@@ -82,15 +74,13 @@ def _is_effect_of_other_joint(w: Working, part: Part, expected: np.ndarray) -> b
     """Return whether the values are the effect of another joint."""
     effect = part.details_as(JointEffectDetails).effect
     other_effects = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
-    return any(
-        _is_near(compute_answer(w, replace(part, details=JointEffectDetails(effect=other_effect))), expected)
-        for other_effect in other_effects
-    )
+    other_parts = (replace(part, details=JointEffectDetails(effect=other)) for other in other_effects)
+    return any(_is_near(compute_answer(w, other_part), expected) for other_part in other_parts)
 
 
 def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
     with np.errstate(all="ignore"):
-        return bool((np.abs(values - expected) <= ROUNDING_TOLERANCE).all())
+        return values.shape == expected.shape and bool((np.abs(values - expected) <= ROUNDING_TOLERANCE).all())
 
 
 def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:

@@ -25,6 +25,11 @@ SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
 """Mistakes that are visible without a calculation: they produce symbols or values that can't occur."""
 
 
+def is_plausible(mistake: Mistake) -> bool:
+    """Return whether options may be based on a mistake: it is not rare, and not visible without a calculation."""
+    return not mistake.rare and mistake.name not in SELF_EVIDENT_MISTAKES
+
+
 @dataclass(frozen=True)
 class Blame:
     """The name of a mistake, and the words that describe this instance of it in the mistake's sentence."""
@@ -108,16 +113,33 @@ class ConfigurationOptions(Details):
 
     def format_rounded_joint(self, configuration: ExactConfiguration, q: sp.Symbol) -> str:
         """Return the text of a rounded joint's value, in degrees or metres, with the same decimals in all options."""
-        is_revolute = q.name.startswith("theta")
-        value = configuration.about.get(
-            q, configuration.joints[q] * 180 / sp.pi if is_revolute else configuration.joints[q]
-        )
-        return f"{float(value) + 0.0:.{2 if is_revolute else 4}f}"
+        decimals = 2 if q.name.startswith("theta") else 4
+        return f"{float(exact_or_rounded_value(configuration, q)) + 0.0:.{decimals}f}"
 
 
-def rank_correct_option(lengths: Sequence[int]) -> int:
-    """Return how many options are shorter than the first, which is the correct one."""
-    return sum(length < lengths[0] for length in lengths[1:])
+def exact_or_rounded_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr:
+    """Return the value of a joint in degrees or metres, rounded if it is not a simple number."""
+    unit = 180 / sp.pi if q.name.startswith("theta") else sp.S.One
+    return configuration.about.get(q, configuration.joints[q] * unit)
+
+
+LengthMismatch = tuple[bool, int, float]
+"""How badly options match: whether their lengths differ much, how far the correct one is from its intended rank by
+length, and the length ratio of the longest to the shortest."""
+
+BEST_MISMATCH = (False, 0)
+"""The first two components of the best possible mismatch."""
+
+
+def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
+    """Return how badly options of these lengths match, or None if they differ too much; the first option is correct.
+
+    `tolerance` is a factor of the ratios allowed.
+    """
+    ratio, rank = max(lengths) / min(lengths), sum(length < lengths[0] for length in lengths[1:])
+    if ratio > tolerance * MAX_LENGTH_RATIO:
+        return None
+    return ratio > tolerance * PREFERRED_LENGTH_RATIO, abs(rank - intended_rank), ratio
 
 
 def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:

@@ -11,20 +11,11 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.geometry import (
-    ExactConfiguration,
-    compute_full_rank,
-    evaluate_jacobian,
-    make_exact_configuration,
-    sample_displayable_configuration,
-    sample_regular_configuration,
-    sample_unequal_lengths,
-    wrap_angle,
-)
-from qdot.exercises.questions.inversion import sample_joint_values
-from qdot.exercises.short_questions.options import Blame, ConfigurationOptions
+from qdot.exercises.questions import geometry
+from qdot.exercises.questions.geometry import ExactConfiguration
+from qdot.exercises.questions.inversion import Lengths, sample_joint_values
+from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, exact_or_rounded_value
 from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
-from qdot.exercises.singularities.directions import clear_rank
 from qdot.exercises.singularities.singularity import Component, singular_set
 
 CLEARLY_REGULAR_RATIO = 0.12
@@ -32,14 +23,13 @@ CLEARLY_REGULAR_RATIO = 0.12
 MAX_TRIES = 40
 _SAMPLE_COUNT = 200
 
-Lengths = dict[sp.Symbol, sp.Rational]
 ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
 """A configuration, and the mistake (if any) that makes it seem singular."""
 
 
 def assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a random number for each symbolic length of its table, and these numbers."""
-    lengths = sample_unequal_lengths(chain, rng)
+    lengths = geometry.sample_unequal_lengths(chain, rng)
     return substitute_arm_lengths(chain, lengths), lengths
 
 
@@ -61,7 +51,7 @@ def iterate_singular_configurations(chain: Chain, rng: Stream) -> Iterator[Confi
     components = singular_set(chain) or ()
     for _ in range(MAX_TRIES):
         for component in rng.permutation(components):
-            configuration = sample_displayable_configuration(chain, (component,), rng)
+            configuration = geometry.sample_displayable_configuration(chain, (component,), rng)
             if configuration is not None:
                 yield configuration, None
 
@@ -73,7 +63,7 @@ def iterate_regular_configurations(chain: Chain, rng: Stream) -> Iterator[Config
         if configuration is not None:
             yield configuration, blame
     for _ in range(MAX_TRIES):
-        configuration = sample_regular_configuration(chain, rng, find_clearly_regular_ratio(chain))
+        configuration = geometry.sample_regular_configuration(chain, rng, find_clearly_regular_ratio(chain))
         if configuration is not None:
             yield configuration, None
 
@@ -92,14 +82,11 @@ def _sample_regular_configuration_on(chain: Chain, component: Component, rng: St
     """Return a regular configuration with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
-        configuration = sample_regular_configuration(
-            chain, rng, find_clearly_regular_ratio(chain), prefers_misleading=False
-        )
+        configuration = geometry.sample_regular_configuration(chain, rng, find_clearly_regular_ratio(chain), False)
         if configuration is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
-        regular = make_regular_configuration(chain, {**configuration.joints, **values})
-        if regular is not None:
+        if (regular := make_regular_configuration(chain, {**configuration.joints, **values})) is not None:
             return regular
     return None
 
@@ -108,16 +95,16 @@ def make_regular_configuration(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -
     """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    configuration = make_exact_configuration(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-    rank = clear_rank(evaluate_jacobian(chain, configuration), find_clearly_regular_ratio(chain))
-    return configuration if rank == compute_full_rank(chain) else None
+    configuration = geometry.make_exact_configuration(chain, {}, geometry.wrap_angles(chain, joints))
+    rank = geometry.compute_rank(chain, configuration, find_clearly_regular_ratio(chain))
+    return configuration if rank == geometry.compute_full_rank(chain) else None
 
 
 def take_distinct(
-    candidates: Iterator[ConfigurationAndBlame], count: int, excluded: Sequence[ExactConfiguration] = ()
+    candidates: Iterator[ConfigurationAndBlame], count: int, excluded: Sequence[ConfigurationAndBlame] = ()
 ) -> list[ConfigurationAndBlame]:
     """Return up to `count` candidates whose texts differ from each other and from those of the excluded ones."""
-    texts = {write_configuration(configuration) for configuration in excluded}
+    texts = {write_configuration(configuration) for configuration, _ in excluded}
     distinct: list[ConfigurationAndBlame] = []
     for configuration, blame in candidates:
         if len(distinct) == count:
@@ -128,16 +115,24 @@ def take_distinct(
     return distinct
 
 
+def offer_configurations(
+    singular: Sequence[ConfigurationAndBlame], regular: Sequence[ConfigurationAndBlame], lengths: Lengths, rng: Stream
+) -> tuple[ConfigurationOptions, tuple[str, ...], tuple[int, ...]]:
+    """Return configurations in random order as options, their texts, and the indices of the singular ones."""
+    shuffled = rng.permutation([*singular, *regular])
+    configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+    correct = tuple(index for index, option in enumerate(shuffled) if option in singular)
+    details = ConfigurationOptions(places=configurations, lengths=lengths, blames=blames)
+    return details, tuple(map(write_configuration, configurations)), correct
+
+
 def write_configuration(configuration: ExactConfiguration) -> str:
     """Return joint values as plain text, such as "theta1 = 30 deg, d2 = 0.4 m"."""
     return ", ".join(f"{q} = {_write_joint_value(configuration, q)}" for q in configuration.joints)
 
 
 def _write_joint_value(configuration: ExactConfiguration, q: sp.Symbol) -> str:
-    is_revolute = q.name.startswith("theta")
-    value = configuration.about.get(
-        q, configuration.joints[q] * 180 / sp.pi if is_revolute else configuration.joints[q]
-    )
+    value, is_revolute = exact_or_rounded_value(configuration, q), q.name.startswith("theta")
     number = str(value) if value.is_Integer else f"{float(value):.10g}"
     return f"{number} {'deg' if is_revolute else 'm'}"
 
@@ -147,6 +142,5 @@ def find_options_to_draw(chain: Chain, part: Part) -> tuple[Chain, list[dict[str
     if not part.has_drawn_options:
         return None
     details = part.details_as(ConfigurationOptions)
-    return substitute_arm_lengths(chain, details.lengths), [
-        configuration.figure_values for configuration in details.places
-    ]
+    poses = [configuration.figure_values for configuration in details.places]
+    return substitute_arm_lengths(chain, details.lengths), poses

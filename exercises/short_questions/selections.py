@@ -10,21 +10,10 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
+from qdot.exercises.short_questions import places, wrong
 from qdot.exercises.short_questions.asking import ShortQuestion
-from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
-from qdot.exercises.short_questions.places import (
-    assign_random_lengths,
-    iterate_regular_configurations,
-    iterate_singular_configurations,
-    take_distinct,
-    write_configuration,
-)
-from qdot.exercises.short_questions.wrong import (
-    MAX_CHARACTERS_PER_ENTRY,
-    OptionSubject,
-    are_different_functions,
-    list_wrong_forms,
-)
+from qdot.exercises.short_questions.options import OfferedOption, Options
+from qdot.exercises.short_questions.wrong import MAX_CHARACTERS_PER_ENTRY, OptionSubject
 
 OPTION_COUNT = 5
 
@@ -33,22 +22,14 @@ OPTION_COUNT = 5
 
 def _ask_configurations(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(4):
-        arm, lengths = assign_random_lengths(chain, rng)
+        arm, lengths = places.assign_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
-        singular = take_distinct(iterate_singular_configurations(arm, rng), singular_count)
-        regular = take_distinct(
-            iterate_regular_configurations(arm, rng),
-            OPTION_COUNT - len(singular),
-            [configuration for configuration, _ in singular],
-        )
+        singular = places.take_distinct(places.iterate_singular_configurations(arm, rng), singular_count)
+        regular_count = OPTION_COUNT - len(singular)
+        regular = places.take_distinct(places.iterate_regular_configurations(arm, rng), regular_count, singular)
         if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
-            shuffled = rng.permutation([*singular, *regular])
-            shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
-            correct = tuple(index for index, pose_and_blame in enumerate(shuffled) if pose_and_blame in singular)
-            answer = Selection(
-                tuple(write_configuration(configuration) for configuration in shown_configurations), correct
-            )
-            return answer, ConfigurationOptions(places=shown_configurations, lengths=lengths, blames=blames)
+            details, texts, correct = places.offer_configurations(singular, regular, lengths, rng)
+            return Selection(texts, correct), details
     return None
 
 
@@ -95,11 +76,8 @@ def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
 def list_quantities(chain: Chain) -> list[Quantity]:
     """Return the results of an arm's derivation that can be asked about."""
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return [
-        *_list_determinant_if_square(chain),
-        *coordinates,
-        *(Quantity("column", None, column) for column in range(chain.n)),
-    ]
+    columns = [Quantity("column", None, column) for column in range(chain.n)]
+    return [*_list_determinant_if_square(chain), *coordinates, *columns]
 
 
 def find_joints_with_influence(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
@@ -109,17 +87,12 @@ def find_joints_with_influence(chain: Chain, quantity: Quantity) -> tuple[int, .
 
 
 def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    partial_quantities = [
-        quantity
-        for quantity in list_quantities(chain)
-        if 0 < len(find_joints_with_influence(chain, quantity)) < chain.n
-    ]
-    if not partial_quantities:
+    influences = [(quantity, find_joints_with_influence(chain, quantity)) for quantity in list_quantities(chain)]
+    partial_influences = [influence for influence in influences if 0 < len(influence[1]) < chain.n]
+    if not partial_influences:
         return None
-    quantity = rng.choice(partial_quantities)
-    return Selection(tuple(q.name for q in chain.q), find_joints_with_influence(chain, quantity)), QuantityDetails(
-        quantity=quantity
-    )
+    quantity, joints = rng.choice(partial_influences)
+    return Selection(tuple(q.name for q in chain.q), joints), QuantityDetails(quantity=quantity)
 
 
 # --- which of these forms are equal? ---
@@ -151,26 +124,20 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
     correct_forms = _list_equal_forms(generic, quantity.derive_formulas(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = OptionSubject(base, quantity.column, quantity.row)
-    wrong_forms = [
-        (form, blame)
-        for formula, blame in list_wrong_forms(generic, subject)
-        for form in _list_equal_forms(generic, formula)
-    ]
+    wrong_formulas = wrong.list_wrong_forms(generic, subject)
+    wrong_forms = [(form, blame) for formula, blame in wrong_formulas for form in _list_equal_forms(generic, formula)]
     if len(correct_forms) < 2 or len(wrong_forms) < 3:
         return None
     fill = derive(chain).substitute_values
     correct_count = min(rng.choice((2, 3)), len(correct_forms))
     for _ in range(8):
         correct_options = [OfferedOption(fill(form)) for form in rng.permutation(correct_forms)[:correct_count]]
-        wrong_options = [
-            OfferedOption(fill(form), (blame,))
-            for form, blame in rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
-        ]
+        chosen_wrong_forms = rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
+        wrong_options = [OfferedOption(fill(form), (blame,)) for form, blame in chosen_wrong_forms]
         texts = {option.text for option in (*correct_options, *wrong_options)}
-        correct_matrix, *wrong_matrices = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
-        if len(texts) == OPTION_COUNT and all(
-            are_different_functions(chain, [correct_matrix, wrong_matrix]) for wrong_matrix in wrong_matrices
-        ):
+        correct, *wrongs = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
+        are_wrong = (wrong.are_different_functions(chain, [correct, wrong_matrix]) for wrong_matrix in wrongs)
+        if len(texts) == OPTION_COUNT and all(are_wrong):
             return [*correct_options, *wrong_options]
     return None
 

@@ -1,6 +1,7 @@
 """Questions whose answer is a number with a unit: the determinant at a configuration, the speed of the tool point."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import mpmath
 import sympy as sp
@@ -10,14 +11,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails
-from qdot.exercises.questions.geometry import (
-    DIGITS,
-    ConfigurationDetails,
-    ExactConfiguration,
-    evaluate_precisely,
-    sample_regular_configuration,
-)
+from qdot.exercises.questions.geometry import DIGITS, ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.short_questions.asking import ShortQuestion
 
@@ -26,23 +22,24 @@ MIN_SPEED = 0.05
 
 
 def _sample_pose(chain: Chain, rng: Stream) -> ExactConfiguration | None:
-    return sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
+    return geometry.sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
 
 
 def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     configuration = _sample_pose(chain, rng)
     if configuration is None:
         return None
-    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
-    value = round_to_ten_digits(
-        determinant([[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()])
-    )
+    jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
+    rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
     revolute_count = sum(joint.kind == "R" for joint in chain.joints)
     unit = {0: "", 1: "m"}.get(revolute_count, f"m^{revolute_count}")
-    floor = THREE_DIGIT_TOLERANCE * abs(float(value)) / 5
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGIT_TOLERANCE, floor), ConfigurationDetails(
-        place=configuration, pose=configuration.figure_values
-    )
+    return _make_number(determinant(rows), unit), ConfigurationDetails(place=configuration)
+
+
+def _make_number(value: Any, unit: str) -> Number:
+    rounded_value = round_to_ten_digits(value)
+    floor = THREE_DIGIT_TOLERANCE * abs(float(rounded_value)) / 5
+    return Number(sp.Matrix([rounded_value]), (unit,), THREE_DIGIT_TOLERANCE, floor)
 
 
 def _object_to_units(chain: Chain) -> str | None:
@@ -64,15 +61,12 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for rate in chain.rates}
-        velocity = evaluate_precisely(chain, configuration, derive(chain).linear) * sp.Matrix(list(rates.values()))
+        linear = geometry.evaluate_precisely(chain, configuration, derive(chain).linear)
+        velocity = linear * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):
             speed = mpmath.sqrt(mpmath.fsum(mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity))
         if speed > MIN_SPEED:
-            value = round_to_ten_digits(speed)
-            answer = Number(
-                sp.Matrix([value]), ("m/s",), THREE_DIGIT_TOLERANCE, THREE_DIGIT_TOLERANCE * float(value) / 5
-            )
-            return answer, RateDetails(place=configuration, pose=configuration.figure_values, rates=rates)
+            return _make_number(speed, "m/s"), RateDetails(place=configuration, rates=rates)
     return None
 
 

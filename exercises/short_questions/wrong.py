@@ -5,7 +5,7 @@ occurs twice. The correct option therefore does not stand out as the one most si
 is random.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, islice
@@ -29,12 +29,12 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.short_questions.options import (
-    MAX_LENGTH_RATIO,
-    PREFERRED_LENGTH_RATIO,
-    SELF_EVIDENT_MISTAKES,
+    BEST_MISMATCH,
     Blame,
+    LengthMismatch,
     OfferedOption,
-    rank_correct_option,
+    is_plausible,
+    rate_lengths,
 )
 from qdot.exercises.singularities.classification import domain_of
 
@@ -47,7 +47,7 @@ SCREW_MISTAKES = frozenset(mistake.name for mistake in screws.MISTAKES)
 """Names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
-"""Maximum number of characters of an option: LONGEST per entry (for up to four entries), but at least LEAST."""
+"""Maximum number of characters of an option: the first per entry (for up to four entries), but at least the second."""
 MAX_JOINTS_FOR_MINORS = 4
 """Maximum number of joints for which determinants are derived as formulas: for more joints it takes minutes."""
 
@@ -112,21 +112,19 @@ def _find_variants(generic: Chain, subject: OptionSubject) -> tuple[_Variant, ..
     variants: list[_Variant] = []
     for wrong in predict_wrong_answers(w, _ask_question(generic, subject.base)):
         values = subject.extract_from(wrong.answer)
-        if (
-            wrong.mistake.rare
-            or (subject.depends_on_home_position and wrong.mistake.name not in SCREW_MISTAKES)
-            or wrong.mistake.name in SELF_EVIDENT_MISTAKES
-            or values.shape != correct.shape
-            or not np.isfinite(values).all()
-        ):
-            continue
-        if all(
-            have_different_values(values, known_values)
-            for known_values in (correct, *(variant.values for variant in variants))
-        ):
-            blame = Blame.from_mistake(wrong.mistake, wrong.variant.words.items())
+        mistake, known_values = wrong.mistake, (correct, *(variant.values for variant in variants))
+        is_suitable = mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
+        if is_suitable and is_plausible(mistake) and _is_new_answer(values, known_values):
+            blame = Blame.from_mistake(mistake, wrong.variant.words.items())
             variants.append(_Variant(blame, values, wrong.working.changes))
     return tuple(variants)
+
+
+def _is_new_answer(values: np.ndarray, known_answers: Sequence[np.ndarray]) -> bool:
+    """Return whether an answer is finite, has the shape of the known answers, and differs from each of them."""
+    if values.shape != known_answers[0].shape or not np.isfinite(values).all():
+        return False
+    return all(have_different_values(values, known_values) for known_values in known_answers)
 
 
 def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
@@ -140,9 +138,7 @@ def _differ_pairwise(generic: Chain, subject: OptionSubject, first: _Variant, se
     combined_working = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
         values = subject.extract_from(compute_answer(combined_working, _ask_question(generic, subject.base)))
-    if values.shape != correct.shape or not np.isfinite(values).all():
-        return False
-    return all(have_different_values(values, known_values) for known_values in (correct, first.values, second.values))
+    return _is_new_answer(values, (correct, first.values, second.values))
 
 
 # --- as formulas ---
@@ -185,7 +181,7 @@ def _is_short_enough(option: sp.Matrix) -> bool:
 
 @lru_cache(maxsize=2048)
 def _has_short_answer(generic: Chain, subject: OptionSubject) -> bool:
-    """Return whether the correct answer is short. The reference tells this faster than the derivation would."""
+    """Return whether the correct answer is short. The reference shows this faster than the derivation would."""
     if generic.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base].is_made_of_minors:
         return False
     answer = _ask_question(generic, subject.base).answer.as_matrix()
@@ -224,17 +220,14 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
     if _write_answer(generic, subject, ()) is None:
         return None
     intended_rank = rng.integer_below(4)
-    scored_triples = list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
+    scored_triples = list[tuple[LengthMismatch, tuple[tuple[int, ...], ...]]]()
     for triple in islice(_make_wrong_triples(generic, subject, rng), MAX_WRITTEN_TRIPLES):
         lengths = [_measure_length(generic, subject, numbers) for numbers in ((), *triple)]
-        if not all(lengths) or max(lengths) > MAX_LENGTH_RATIO * min(lengths):
-            continue
-        spread = max(lengths) / min(lengths)
-        scored_triples.append(
-            ((spread > PREFERRED_LENGTH_RATIO, abs(rank_correct_option(lengths) - intended_rank), spread), triple)
-        )
-        if scored_triples[-1][0][:2] == (False, 0):
-            break
+        mismatch = rate_lengths(lengths, intended_rank) if all(lengths) else None
+        if mismatch is not None:
+            scored_triples.append((mismatch, triple))
+            if mismatch[:2] == BEST_MISMATCH:
+                break
     fill_with_numbers = sp.Matrix if generic is chain else derive(chain).substitute_matrix
     variants = _find_variants(generic, subject)
     for _, triple in sorted(scored_triples):
@@ -268,9 +261,8 @@ def _make_wrong_triples(generic: Chain, subject: OptionSubject, rng: Stream) -> 
 def are_different_functions(chain: Chain, options: list[sp.Matrix]) -> bool:
     """Return whether the options are different functions on this arm, even if its numeric lengths are equal."""
     programs = compile_program([parse_formula(str(entry)) for option in options for entry in option])
-    names = {symbol.name for option in options for symbol in option.free_symbols}
-    sampled = Domain(domain_of(chain).roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream("quiz"))
-    count = SAMPLE_COUNT + READABLE_POINTS
+    names, count = {symbol.name for option in options for symbol in option.free_symbols}, READABLE_POINTS + SAMPLE_COUNT
+    sampled = Domain(domain_of(chain).roles).sample(names, count, Stream("quiz"))
     outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
     values = outcomes.reshape(len(options), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
@@ -280,7 +272,6 @@ def list_wrong_forms(generic: Chain, subject: OptionSubject) -> list[tuple[sp.Ex
     """Return the wrong forms of the entry that single mistakes give, each with its mistake."""
     forms = []
     for index, variant in enumerate(_find_variants(generic, subject)):
-        answer = _write_answer(generic, subject, (index,))
-        if answer is not None:
+        if (answer := _write_answer(generic, subject, (index,))) is not None:
             forms.append((answer[0], variant.blame))
     return forms

@@ -14,12 +14,12 @@ from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.short_questions.options import (
-    MAX_LENGTH_RATIO,
-    PREFERRED_LENGTH_RATIO,
-    SELF_EVIDENT_MISTAKES,
+    BEST_MISMATCH,
     Blame,
+    LengthMismatch,
     OfferedOption,
-    rank_correct_option,
+    is_plausible,
+    rate_lengths,
 )
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.singularity import Component, singular_set
@@ -36,10 +36,10 @@ def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     correct_set = singular_set(chain)
     if not correct_set:
         return None
-    intended_rank, scored_options = rng.integer_below(4), list[tuple[MismatchScore, list[OfferedOption]]]()
+    intended_rank, scored_options = rng.integer_below(4), list[tuple[LengthMismatch, list[OfferedOption]]]()
     for options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
         score = _rate_options(options, intended_rank)
-        if score is not None and score[:2] != BEST_SCORE_START:
+        if score is not None and score[:2] != BEST_MISMATCH:
             scored_options.append((score, options))
         elif score is not None and are_different_sets(chain, options):
             return options
@@ -47,23 +47,12 @@ def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     return next((options for _, options in scored_options if are_different_sets(chain, options)), None)
 
 
-MismatchScore = tuple[bool, int, float]
-"""How badly options match: whether their lengths differ much, how far the correct one is from its intended rank by
-length, and the length ratio of the longest to the shortest."""
-BEST_SCORE_START = (False, 0)
-"""The first two components of the best possible score."""
-
-
-def _rate_options(options: list[OfferedOption], intended_rank: int) -> MismatchScore | None:
+def _rate_options(options: list[OfferedOption], intended_rank: int) -> LengthMismatch | None:
     """Return how badly options match, or None if they are unsuitable. This is much faster than `are_different_sets`."""
     texts = [option.text for option in options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MAX_PIECES for text in texts):
         return None
-    lengths = [len(text) for text in texts]
-    spread = max(lengths) / min(lengths)
-    if spread > 2 * MAX_LENGTH_RATIO:
-        return None
-    return (spread > 2 * PREFERRED_LENGTH_RATIO, abs(rank_correct_option(lengths) - intended_rank), spread)
+    return rate_lengths(list(map(len, texts)), intended_rank, tolerance=2)
 
 
 def _make_sets_of_four(chain: Chain, correct_set: ComponentSet, rng: Stream) -> Iterator[list[OfferedOption]]:
@@ -90,15 +79,13 @@ def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOpti
     return tuple(
         OfferedOption(variant.answer.components, (Blame.from_mistake(mistake, variant.words.items()),))
         for mistake, variant in generate_mistaken_answers(chain, part)
-        if not mistake.rare and mistake.name not in SELF_EVIDENT_MISTAKES and isinstance(variant.answer, ConditionSet)
+        if is_plausible(mistake) and isinstance(variant.answer, ConditionSet)
     )
 
 
 def are_different_sets(chain: Chain, options: list[OfferedOption]) -> bool:
     """Return whether the sets contain different configurations, and none is empty."""
-    texts = [
-        tuple(piece for component in _get_components(option) for piece in component.pieces()) for option in options
-    ]
+    texts = [tuple(ConditionSet(_get_components(option)).pieces()) for option in options]
     return all(not _are_equal_sets(chain, a, b) for a, b in combinations(texts, 2))
 
 

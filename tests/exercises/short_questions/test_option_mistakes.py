@@ -1,13 +1,13 @@
 """What is behind options: of each wrong one something is told, and of right ones nothing."""
 
 import pytest
-from qdot.exercises.short_questions.option_mistakes import explain_options
 
 from qdot.exercises.answer_types import Letters
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions.option_mistakes import explain_options
 from tests.exercises.short_questions.test_quizzes import of_small, small
 from tests.support.problems import drawn
 from tests.support.suites import few_of

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from typer.testing import CliRunner
 
 from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Selection
@@ -26,6 +25,7 @@ from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.short_questions import ASKED, QUIZZES
+from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import hints, option_text, prompt, worked_solution
 from qdot.grader.cli.main import app

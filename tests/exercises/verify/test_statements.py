@@ -1,12 +1,12 @@
 """True or false, as certificates work it out, where J is not square, too."""
 
 import pytest
-from qdot.exercises.short_questions.drawings import PoseStatement
 
 from qdot.exercises.answer_types import Choice
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.short_questions.drawings import PoseStatement
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import worked_solution
 
