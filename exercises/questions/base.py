@@ -36,16 +36,6 @@ AnswerAndDetails = tuple[Answer, Details]
 """The answer, and the details that the wording also needs."""
 
 
-def object_to_nothing(chain: Chain) -> str | None:
-    """Return None: the question applies to every arm."""
-    return None
-
-
-def make_no_details(chain: Chain, rng: Stream) -> Details:
-    """Return no details: the wording needs nothing but the answer."""
-    return Details()
-
-
 def object_unless_square(chain: Chain) -> str | None:
     """Return the objection to an arm whose task Jacobian has no determinant."""
     if len(chain.task) != chain.n:
@@ -168,18 +158,8 @@ def shuffle_options(
     return Choice(tuple(map(describe, shuffled)), shuffled.index(correct)), shuffled
 
 
-def name_nothing(*_: object) -> tuple[()]:
-    """Return no names: texts refer to entries by row and column."""
-    return ()
-
-
 RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]
 """Labels of the rows and of the columns of a matrix: in typed form, or in LaTeX if they can't be typed."""
-
-
-def label_nothing(chain: Chain) -> RowAndColumnLabels:
-    """Return no names for rows and columns."""
-    return (), ()
 
 
 def make_jacobian_labels(label_rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], RowAndColumnLabels]:
@@ -240,9 +220,9 @@ class Question:
     answers this one can be derived, in the order in which the grader tries them. The default is the set `needs`. If the
     answer is a set of conditions, it consists of the configurations at which the formula `zero_formula` is zero.
 
-    The question applies to arms whose convention has the feature `required_feature`, one of ASKED_OF, or to all arms if
-    that is empty. `title_for` returns the title for an arm if `title` does not fit all arms. For example, some
-    Jacobians are found without differentiation.
+    The question applies to arms whose convention has the feature `required_feature`, a key of CONVENTION_OBJECTIONS, or
+    to all arms if that is empty. `title_for` returns the title for an arm if `title` does not fit all arms. For
+    example, some Jacobians are found without differentiation.
     """
 
     name: str
@@ -258,21 +238,21 @@ class Question:
     textbook_stages: TextbookStages = field(default_factory=dict, hash=False)
     reference: Callable[[Chain, Details], sp.Matrix] | None = None
     answer_type: type[Matrix] | type[Expression] = Matrix
-    make_details: Callable[[Chain, Stream], Details] = make_no_details
+    make_details: Callable[[Chain, Stream], Details] = lambda chain, rng: Details()
     sample: Callable[[Chain, Stream], AnswerAndDetails | None] | None = None
-    objection: Callable[[Chain], str | None] = object_to_nothing
-    too_long: Callable[[Chain], str | None] = object_to_nothing
+    objection: Callable[[Chain], str | None] = lambda chain: None
+    too_long: Callable[[Chain], str | None] = lambda chain: None
     form: str = ""
     shown_answers: tuple[str, ...] = ()
     template: str = ""
-    typed_names: Callable[[Chain], tuple[str, ...]] = name_nothing
-    entry_names: Callable[[Chain, Part], Sequence[str]] = name_nothing
-    column_names: Callable[[Chain], tuple[str, ...]] = name_nothing
-    row_and_column_labels: Callable[[Chain], RowAndColumnLabels] = label_nothing
+    typed_names: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
+    entry_names: Callable[[Chain, Part], Sequence[str]] = lambda chain, part: ()
+    column_names: Callable[[Chain], tuple[str, ...]] = lambda chain: ()
+    row_and_column_labels: Callable[[Chain], RowAndColumnLabels] = lambda chain: ((), ())
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
     link_sums: Literal["", "links", "columns of links"] = ""
-    link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = name_nothing
+    link_sum_rows: Callable[[Chain], Sequence[tuple[int, int]]] = lambda chain: ()
     constant_last_row: tuple[str, ...] = ()
     source_questions: tuple[tuple[str, ...], ...] | None = None
     zero_formula: StageFormula | None = None
@@ -317,19 +297,16 @@ class Question:
 
     def list_typed_names(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
-        labels = self.typed_names(chain) or tuple(
-            name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE)
-            for name in self.entry_names(chain, part)
-            if part.shape is None or part.shape[1] == 1
-        )
-        return labels if len(labels) == (1 if part.shape is None else part.shape[0]) else ()
+        rows, columns = part.shape or (1, 1)
+        names = self.entry_names(chain, part) if columns == 1 else ()
+        plain_names = (name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE) for name in names)
+        labels = self.typed_names(chain) or tuple(plain_names)
+        return labels if len(labels) == rows else ()
 
     @property
     def conventions(self) -> tuple[str, ...]:
         """The names of the conventions to whose arms it applies."""
-        return tuple(
-            name for name, convention in REGISTRY.items() if {self.required_feature} - {""} <= convention.features
-        )
+        return tuple(name for name, known in REGISTRY.items() if self.required_feature in {"", *known.features})
 
     def find_convention_objection(self, convention: str) -> str | None:
         """Return why it does not apply to arms that are presented in a convention, or None."""

@@ -16,20 +16,10 @@ from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.questions.geometry import (
-    ConfigurationDetails,
-    ExactConfiguration,
-    compute_lost_direction,
-    evaluate_jacobian,
-    evaluate_precisely,
-    find_singular_configuration,
-    make_exact_configuration,
-    nearest_integer,
-    sample_regular_configuration,
-    sample_unequal_lengths,
-)
+from qdot.exercises.questions.geometry import ConfigurationDetails, ExactConfiguration
 from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import object_unless_direction_lost
 from qdot.exercises.singularities.directions import lost_direction
@@ -92,10 +82,8 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
     They are those of P, or of the last link if the task has no linear rows or P moves in one component only.
     """
     rows = moving_rows(derive(chain).geometric)
-    linear = tuple(row for row in rows if row[0] == "v")
-    if len(linear) < 2 or not chain.linear_rows:
-        return tuple(row for row in rows if row[0] == "w")
-    return linear
+    is_linear = bool(chain.linear_rows) and sum(row[0] == "v" for row in rows) >= 2
+    return tuple(row for row in rows if row[0] == ("v" if is_linear else "w"))
 
 
 def _object_to_effect(chain: Chain) -> str | None:
@@ -110,26 +98,22 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
-        configuration = make_exact_configuration(chain, lengths, joints)
-        jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
+        lengths, joints = geometry.sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
+        configuration = geometry.make_exact_configuration(chain, lengths, joints)
+        jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
         moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > 0.1]
         if not moving_joints:
             continue
         joint = rng.choice(moving_joints)
-        correct = _round_vector(jacobian.col(joint))
-        wrong_answers: list[RoundedVector] = []
-        for vector in rng.permutation(
-            _make_wrong_columns(chain, configuration, joint, jacobian, [row for row in indices if row < 3])
-        ):
-            candidate = _round_vector(vector)
-            if all(_differ_clearly(candidate, option) for option in (correct, *wrong_answers)):
-                wrong_answers.append(candidate)
-        if len(wrong_answers) >= 3:
-            answer, _ = shuffle_options([correct, *wrong_answers[:3]], correct, rng, write_vector)
-            return answer, JointEffectDetails(
-                effect=JointEffect(joint + 1, configuration, rows), pose=configuration.figure_values
-            )
+        wrong_columns = _make_wrong_columns(chain, configuration, joint, jacobian, [i for i in indices if i < 3])
+        options = [_round_vector(jacobian.col(joint))]
+        for candidate in map(_round_vector, rng.permutation(wrong_columns)):
+            if all(_differ_clearly(candidate, option) for option in options):
+                options.append(candidate)
+        if len(options) >= 4:
+            answer, _ = shuffle_options(options[:4], options[0], rng, write_vector)
+            effect = JointEffect(joint + 1, configuration, rows)
+            return answer, JointEffectDetails(effect=effect, pose=configuration.figure_values)
     return None
 
 
@@ -150,16 +134,14 @@ def _make_wrong_columns(
     vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
     if linear_rows:
         derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
-        z = evaluate_precisely(chain, configuration, derivation.z)
-        p_star = evaluate_precisely(chain, configuration, derivation.p_star)
+        z = geometry.evaluate_precisely(chain, configuration, derivation.z)
+        p_star = geometry.evaluate_precisely(chain, configuration, derivation.p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))
         origin = joint + is_revolute
         if origin < chain.n:
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
-    vectors += [
-        sp.Matrix(entries) for entries in ([-y, x, *other_entries], [y, x, *other_entries], [x, -y, *other_entries])
-    ]
+    vectors += [sp.Matrix([*plane, *other_entries]) for plane in ((-y, x), (y, x), (x, -y))]
     return [vector for vector in vectors if _compute_norm(vector) > 0.05]
 
 
@@ -174,7 +156,7 @@ def _round_vector(vector: sp.Matrix) -> RoundedVector:
 
 
 def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
-    return sp.Rational(nearest_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
+    return sp.Rational(geometry.nearest_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
 
 
 def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:
@@ -212,7 +194,10 @@ INVERTIBILITY_ANSWERS = {
 
 @dataclass(frozen=True, kw_only=True)
 class InvertibilityDetails(ConfigurationDetails):
-    """Details of a question whether (6.7) applies: the answer's key in USES, J in numbers, and det J if J is square."""
+    """Details of a question whether (6.7) applies.
+
+    They are the answer's key in INVERTIBILITY_ANSWERS, the numeric J, and det J if J is square.
+    """
 
     use: str
     task: tuple[str, ...]
@@ -234,16 +219,12 @@ def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _describe_invertibility(chain: Chain, answer_key: str, configuration: ExactConfiguration) -> InvertibilityDetails:
     """Return the details for an arm with the given task, with numbers to four digits."""
-    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
+    jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
     numbers = [[evaluate_in_context(value) for value in row] for row in jacobian.tolist()]
     value = round_to_four_digits(determinant(numbers)) if jacobian.is_square else None
+    rounded = round_matrix(numbers)
     return InvertibilityDetails(
-        use=answer_key,
-        task=chain.task,
-        place=configuration,
-        pose=configuration.figure_values,
-        numbers=round_matrix(numbers),
-        determinant=value,
+        use=answer_key, task=chain.task, place=configuration, numbers=rounded, determinant=value
     )
 
 
@@ -251,21 +232,18 @@ def _describe_invertibility(chain: Chain, answer_key: str, configuration: ExactC
 def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs. For square J, prefer the arm's own task."""
     rows = moving_rows(derive(chain).geometric)
-    row_counts = {
-        "regular": [chain.n], "singular": [chain.n],
-        "redundant": range(1, chain.n), "few": range(chain.n + 1, len(rows) + 1),
-    }[answer_key]  # fmt: skip
-    if answer_key in ("regular", "singular") and len(chain.task) == chain.n:
-        return (chain.task,)
-    if answer_key in ("regular", "singular") and chain.n > 3:
-        return ()
+    if answer_key in ("regular", "singular"):
+        if len(chain.task) == chain.n:
+            return (chain.task,)
+        return tuple(combinations(rows, chain.n)) if chain.n <= 3 else ()
+    row_counts = range(1, chain.n) if answer_key == "redundant" else range(chain.n + 1, len(rows) + 1)
     return tuple(task for size in row_counts for task in combinations(rows, size))
 
 
 def _sample_configuration_for(chain: Chain, answer_key: str, rng: Stream) -> ExactConfiguration | None:
     if answer_key == "singular":
-        return find_singular_configuration(chain, rng)
-    return sample_regular_configuration(chain, rng, 0.06, answer_key == "regular")
+        return geometry.find_singular_configuration(chain, rng)
+    return geometry.sample_regular_configuration(chain, rng, 0.06, answer_key == "regular")
 
 
 # --- which velocities a singularity makes impossible ---
@@ -303,40 +281,34 @@ def _object_to_velocity_loss(chain: Chain) -> str | None:
         return objection
     if len(chain.task) > MAX_ROWS:
         return f"its task has {len(chain.task)} components of velocity"
-    return (
-        None
-        if _loses_one_direction_somewhere(chain)
-        else ("it has no singular configuration that loses exactly one direction")
-    )
+    if _loses_one_direction_somewhere(chain):
+        return None
+    return "it has no singular configuration that loses exactly one direction"
 
 
 @lru_cache(maxsize=1024)
 def _loses_one_direction_somewhere(chain: Chain) -> bool:
-    return find_singular_configuration(chain, Stream("cost"), 1) is not None
+    return geometry.find_singular_configuration(chain, Stream("cost"), 1) is not None
 
 
 def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose at random whether exactly one of four velocities can be produced, or all but one."""
     is_possible = rng.choice((True, False))
     for _ in range(20):
-        configuration = find_singular_configuration(chain, rng, 1)
+        configuration = geometry.find_singular_configuration(chain, rng, 1)
         if configuration is None:
             continue
-        jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_vector = lost_direction(evaluate_jacobian(chain, configuration))
+        jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
+        lost_vector = lost_direction(geometry.evaluate_jacobian(chain, configuration))
         assert lost_vector is not None
         velocities = _sample_velocities(jacobian, lost_vector, is_possible, rng)
         if velocities is not None:
             answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
-            lost_entries = _round_vector(compute_lost_direction(chain, configuration))
-            products = [sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled]
-            lettered_products = tuple(
-                (letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True)
-            )
-            return answer, VelocityLossDetails(
-                cost=VelocityLoss(configuration, is_possible, lost_entries, lettered_products),
-                pose=configuration.figure_values,
-            )
+            lost_entries = _round_vector(geometry.compute_lost_direction(chain, configuration))
+            products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled)
+            lettered_products = tuple(zip("ABCD", (_round_to(value, 2) for value in products), strict=True))
+            loss = VelocityLoss(configuration, is_possible, lost_entries, lettered_products)
+            return answer, VelocityLossDetails(cost=loss, pose=configuration.figure_values)
     return None
 
 
@@ -347,18 +319,14 @@ def _sample_velocities(
     velocities: list[RoundedVector] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
-        produced = jacobian * rates
+        exact_velocity = jacobian * rates
         is_possible = possible == (not velocities)
-        if is_possible:
-            addition = sp.zeros(jacobian.rows, 1)
-        else:
-            addition = _sample_velocity_along(lost_unit_vector, _compute_norm(produced), rng)
-        velocity = _round_vector(produced + addition)
-        if (
-            0.1 < _compute_norm(sp.Matrix(velocity)) < 3
-            and _is_clearly_as_intended(velocity, lost_unit_vector, is_possible)
-            and _is_new(velocity, velocities)
-        ):
+        if not is_possible:
+            exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
+        velocity = _round_vector(exact_velocity)
+        is_moderate = 0.1 < _compute_norm(velocity) < 3
+        is_suitable = is_moderate and _is_clearly_as_intended(velocity, lost_unit_vector, is_possible)
+        if is_suitable and _is_new(velocity, velocities):
             velocities.append(velocity)
         if len(velocities) == 4:
             return velocities
@@ -384,10 +352,8 @@ def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarra
 
 
 def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> bool:
-    return all(
-        _differ_clearly(velocity, previous) and _differ_clearly(velocity, tuple(-v for v in previous))
-        for previous in chosen_velocities
-    )
+    opposite = tuple(-value for value in velocity)
+    return all(_differ_clearly(v, previous) for previous in chosen_velocities for v in (velocity, opposite))
 
 
 QUESTIONS = (
@@ -396,12 +362,12 @@ QUESTIONS = (
         objection=_object_to_task, entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        "joint-effect", "What one joint does", "6.12",
+        "joint-effect", "Velocity caused by one joint", "6.12",
         sample=_ask_effect, formula=_derive_effect, objection=_object_to_effect,
     ),
-    Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_invertibility),
+    Question("invertibility", "When (6.7) applies", "6.7", sample=_ask_invertibility),
     Question(
-        "unreachable-velocity", "What a singularity costs", "6.8", sample=_ask_unreachable_velocity,
+        "unreachable-velocity", "Velocities lost at a singularity", "6.8", sample=_ask_unreachable_velocity,
         objection=_object_to_velocity_loss,
     ),
 )  # fmt: skip

@@ -12,13 +12,8 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails
-from qdot.exercises.questions.base import (
-    Question,
-    make_jacobian_labels,
-    make_length_objection,
-    name_velocity_components,
-    object_unless_square,
-)
+from qdot.exercises.questions import base
+from qdot.exercises.questions.base import Question
 
 
 def list_linear_task_rows(chain: Chain) -> list[int]:
@@ -91,11 +86,8 @@ def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
         velocity += sp.Add(*(term_sum.diff(q) * rates[q] for q in prismatic_variables))
         angle_variables = [q for q in chain.q if q in angle.free_symbols]
         if angle_variables:
-            velocity += (
-                term_sum.diff(angle_variables[0])
-                / angle.diff(angle_variables[0])
-                * sp.Add(*(angle.diff(q) * rates[q] for q in angle_variables))
-            )
+            angle_rate = sp.Add(*(angle.diff(q) * rates[q] for q in angle_variables))
+            velocity += term_sum.diff(angle_variables[0]) / angle.diff(angle_variables[0]) * angle_rate
     return velocity
 
 
@@ -143,7 +135,7 @@ QUESTIONS = (
         formula=lambda w, _: w["point"][list_linear_task_rows(w.chain)], substitution=_substitute_position,
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
         entry_names=lambda chain, _: chain.linear_rows,
-        objection=_object_to_task, too_long=make_length_objection("position"),
+        objection=_object_to_task, too_long=base.make_length_objection("position"),
         link_sums="links", link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
     Question(
@@ -151,26 +143,26 @@ QUESTIONS = (
         formula=lambda w, _: apply_matrix(w["linear"][list_linear_task_rows(w.chain)], w["joint rates"]),
         reference=lambda chain, _: write_linear_velocity(chain),
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows, by_links=is_written_by_links(chain)),
-        entry_names=lambda chain, _: name_velocity_components([row for row in chain.task if row[0] == "v"]),
-        objection=_object_to_task, too_long=make_length_objection("linear"),
+        entry_names=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
+        objection=_object_to_task, too_long=base.make_length_objection("linear"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", needs=("position",),
         formula=_derive_component, reference=_write_component, answer_type=Expression, make_details=_choose_component,
         entry_names=lambda chain, part: [f"v_{{{part.details_as(AxisDetails).axis}}}"],
-        objection=_object_to_task, too_long=make_length_objection("linear"),
+        objection=_object_to_task, too_long=base.make_length_objection("linear"),
     ),
     Question(
         "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_choose_title,
         stage="jacobian", make_details=lambda chain, _: TaskDetails(task=chain.task),
-        row_and_column_labels=make_jacobian_labels(lambda chain: chain.task),
-        too_long=make_length_objection("jacobian"), link_sums="columns of links",
+        row_and_column_labels=base.make_jacobian_labels(lambda chain: chain.task),
+        too_long=base.make_length_objection("jacobian"), link_sums="columns of links",
         link_sum_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
     ),
     Question(
         "determinant", "Determinant of the Jacobian", "6.8", needs=("jacobian",),
         stage="determinant", answer_type=Expression, make_details=lambda chain, _: TaskDetails(task=chain.task),
-        entry_names=lambda chain, _: [r"\det J"], objection=object_unless_square,
+        entry_names=lambda chain, _: [r"\det J"], objection=base.object_unless_square,
         is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

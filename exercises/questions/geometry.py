@@ -5,9 +5,10 @@ joint. Problems show values rounded if they are not simple numbers. Reference an
 configuration, with 30 digits.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
+from itertools import islice
 
 import mpmath
 import numpy as np
@@ -20,7 +21,13 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_joint_values
+from qdot.exercises.questions.inversion import (
+    Configuration,
+    JointValues,
+    Lengths,
+    list_table_lengths,
+    sample_joint_values,
+)
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
 from qdot.exercises.singularities.singularity import Component, Values, singular_set
@@ -35,6 +42,10 @@ MIN_BITS, MAX_BINARY_ROUNDED = 86, 1e6
 
 They must also differ from half-integers by more than 1e-15.
 """
+
+
+Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
+"""Joints, each with the values that solve a condition."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +63,17 @@ class ExactConfiguration(Configuration):
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
 
+Sampler = Callable[..., ExactConfiguration | None]
+
+
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationDetails(Details):
-    """Details of a question about a given configuration."""
+    """Details of a question about a given configuration, which the figure shows."""
 
     place: ExactConfiguration
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pose", self.place.figure_values)
 
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the numbers of the configuration."""
@@ -64,10 +81,7 @@ class ConfigurationDetails(Details):
 
 
 def make_exact_configuration(
-    chain: Chain,
-    lengths: Mapping[sp.Symbol, sp.Rational],
-    joints: Mapping[sp.Symbol, sp.Expr],
-    keeps_formulas: bool = False,
+    chain: Chain, lengths: Lengths, joints: JointValues, keeps_formulas: bool = False
 ) -> ExactConfiguration:
     """Return the configuration with these joint values; values that are not simple have 40 digits and are rounded.
 
@@ -87,9 +101,8 @@ def make_exact_configuration(
             exact_values[q] = nearest_step / simple_steps
         else:
             exact_values[q] = number
-            rounded_values[q] = sp.Rational(
-                nearest_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals), 10**decimals
-            )
+            shown_steps = nearest_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals)
+            rounded_values[q] = sp.Rational(shown_steps, 10**decimals)
     return ExactConfiguration(dict(lengths), exact_values, rounded_values)
 
 
@@ -127,15 +140,19 @@ def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.nda
     return np.asarray(sample.arm.jacobian(sample.q)[chain.task_rows])
 
 
+def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: float = NONZERO_THRESHOLD) -> int | None:
+    """Return the rank of the task Jacobian at a configuration, or None if it is not clear."""
+    return clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
+
+
 def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:
     """Return the values of a matrix of formulas at a configuration, to 30 digits, with tiny values set to zero."""
-    substituted = matrix.xreplace(configuration.values)
 
-    def number(entry: sp.Expr) -> sp.Expr:
+    def evaluate_entry(entry: sp.Expr) -> sp.Expr:
         value = sp.N(entry, DIGITS, maxn=60)
         return sp.S.Zero if abs(value) < sp.Float("1e-20") else value
 
-    return substituted.applyfunc(number)
+    return matrix.xreplace(configuration.values).applyfunc(evaluate_entry)
 
 
 def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> sp.Matrix:
@@ -146,8 +163,7 @@ def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> s
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
         numbers = mpmath.matrix([[mpmath.mpf(str(value)) for value in row] for row in jacobian.tolist()])
-        gram = numbers * numbers.T
-        _, vectors = mpmath.eigsy(gram)
+        _, vectors = mpmath.eigsy(numbers * numbers.T)
         lost_entries = [vectors[i, 0] for i in range(jacobian.rows)]
         first_entry = next(value for value in lost_entries if abs(value) > mpmath.mpf("1e-3"))
         sign = 1 if first_entry > 0 else -1
@@ -174,19 +190,14 @@ def sample_regular_configuration(
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        configuration = make_exact_configuration(
-            chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()}
-        )
-        if not (needs_no_rounding and configuration.about) and clear_rank(
-            evaluate_jacobian(chain, configuration), min_ratio
-        ) == compute_full_rank(chain):
+        configuration = make_exact_configuration(chain, lengths, wrap_angles(chain, joints))
+        is_regular = compute_rank(chain, configuration, min_ratio) == compute_full_rank(chain)
+        if is_regular and not (needs_no_rounding and configuration.about):
             return configuration
     return None
 
 
-def sample_false_root(
-    roots: Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
-) -> dict[sp.Symbol, sp.Expr]:
+def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
     """Return a random joint with one of its singular values, made wrong by a sign or by a right angle."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
@@ -211,22 +222,16 @@ def sample_singular_configuration(
     """
     for _ in range(MAX_EXACT_TRIES if needs_no_rounding else MAX_TRIES):
         lengths = _sample_wide_lengths(chain, rng) if has_wide_lengths else sample_unequal_lengths(chain, rng)
-        joints = (_sample_exact_joint_values_on if needs_no_rounding else _sample_joint_values_on)(
-            chain, components, lengths, rng
-        )
+        sample_joints = _sample_exact_joint_values_on if needs_no_rounding else _sample_joint_values_on
+        joints = sample_joints(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
         if needs_no_rounding and configuration.about:
             continue
-        rank = clear_rank(
-            evaluate_jacobian(chain, configuration), NONZERO_THRESHOLD / 5 if has_wide_lengths else NONZERO_THRESHOLD
-        )
-        if (
-            rank is not None
-            and rank < compute_full_rank(chain)
-            and lost_rank in (None, compute_full_rank(chain) - rank)
-        ):
+        threshold = NONZERO_THRESHOLD / 5 if has_wide_lengths else NONZERO_THRESHOLD
+        full_rank, rank = compute_full_rank(chain), compute_rank(chain, configuration, threshold)
+        if rank is not None and rank < full_rank and lost_rank in (None, full_rank - rank):
             return configuration
     return None
 
@@ -240,19 +245,14 @@ def sample_displayable_configuration(
 
 
 def find_singular_configuration(
-    chain: Chain,
-    rng: Stream,
-    lost_rank: int | None = None,
-    sample: Callable[..., ExactConfiguration | None] = sample_displayable_configuration,
+    chain: Chain, rng: Stream, lost_rank: int | None = None, sample: Sampler = sample_displayable_configuration
 ) -> ExactConfiguration | None:
     """Return a singular configuration: try the components in random order until one is found."""
-    configurations = (
-        sample(chain, (component,), rng, lost_rank) for component in rng.permutation(singular_set(chain) or ())
-    )
-    return next((configuration for configuration in configurations if configuration is not None), None)
+    components = rng.permutation(singular_set(chain) or ())
+    return next(filter(None, (sample(chain, (component,), rng, lost_rank) for component in components)), None)
 
 
-def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random numbers for the symbolic lengths; no two lengths are equal, which would be a special case."""
     table_lengths = list_table_lengths(chain)
     shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(table_lengths))))
@@ -260,7 +260,7 @@ def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rati
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
-def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def _sample_wide_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random lengths of very different size, no two of which are nearly equal."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
@@ -271,12 +271,8 @@ def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Ration
 def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.pieces()}")
-    configurations = (
-        sample_singular_configuration(chain, (component,), stream, 1, has_wide_lengths=True) for _ in range(count)
-    )
-    return tuple(
-        convert_to_sample(chain, configuration) for configuration in configurations if configuration is not None
-    )
+    sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_wide_lengths=True)
+    return tuple(convert_to_sample(chain, found) for found in (sample() for _ in range(count)) if found is not None)
 
 
 @dataclass(frozen=True)
@@ -294,23 +290,18 @@ class Branch:
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set, each with the corresponding branch of its structure."""
     derivation = derive(chain)
-    generic = {
-        tuple(map(derivation.substitute_values, c.conditions)): c for c in singular_set(structure(chain).chain) or ()
-    }
+    generic_set = singular_set(structure(chain).chain) or ()
+    generic = {tuple(map(derivation.substitute_values, component.conditions)): component for component in generic_set}
     matched_branches: list[Branch] = []
     for component in singular_set(chain) or ():
         generic_component = generic.get(component.conditions)
         if generic_component is None or (component.solutions is None) != (generic_component.solutions is None):
             continue
-        if component.solutions is None or generic_component.solutions is None:
+        if component.solutions is None:
             matched_branches.append(Branch(component, generic_component))
-            continue
         for values in component.value_combinations():
-            generic_values = next(
-                (v for v in generic_component.value_combinations() if _have_same_values(chain, values, v)), None
-            )
-            if generic_values is not None:
-                matched_branches.append(Branch(component.at(values), generic_component.at(generic_values)))
+            same_values = (v for v in generic_component.value_combinations() if _have_same_values(chain, values, v))
+            matched_branches += [Branch(component.at(values), generic_component.at(v)) for v in islice(same_values, 1)]
     return tuple(matched_branches)
 
 
@@ -319,9 +310,8 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
     for (q, value), (_, generic_value) in zip(arm_values, generic_values, strict=True):
         index = chain.q.index(q)
-        difference = sp.N(
-            (derive(chain).substitute_values(generic_value) - chain.offsets[index] - value).xreplace(lengths), 15
-        )
+        exact_difference = derive(chain).substitute_values(generic_value) - chain.offsets[index] - value
+        difference = sp.N(exact_difference.xreplace(lengths), 15)
         if chain.joints[index].kind == "R":
             difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
         if abs(difference) > sp.Float("1e-9"):
@@ -330,37 +320,32 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
 
 
 def _sample_joint_values_on(
-    chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
-) -> dict[sp.Symbol, sp.Expr] | None:
+    chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
+) -> JointValues | None:
     """Return random joint values on all components.
 
     Components with known joint values come first. Each other condition is then solved for one joint.
     """
-    fixed: dict[sp.Symbol, sp.Expr] = {}
-    for component in sorted(components, key=lambda component: component.solutions is None):
-        if component.solutions is not None:
-            values = dict(rng.choice(component.value_combinations()))
-            if any(fixed.get(q, value) != value for q, value in values.items()):
-                return None
-            fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
+    fixed: JointValues = {}
+    for solved_component in (component for component in components if component.solutions is not None):
+        values = dict(rng.choice(solved_component.value_combinations()))
+        if any(fixed.get(q, value) != value for q, value in values.items()):
+            return None
+        fixed.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))
     if not all(_is_real(value) for value in fixed.values()):
         return None
     sampled_values = sample_joint_values(chain, rng)
-    for component in components:
-        if component.solutions is not None:
-            continue
-        if len(component.conditions) > 1:
+    for condition, *other_conditions in (c.conditions for c in components if c.solutions is None):
+        if other_conditions:
             return None
-        (condition,) = component.conditions
         free_joints = [q for q in chain.q if condition.has(q) and q not in fixed]
         if not free_joints:
             return None
         solved_joint = rng.choice(free_joints)
         known_values = {**lengths, **sampled_values, **fixed}
         known_values.pop(solved_joint)
-        zeros = _find_zeros(
-            condition.xreplace(known_values), solved_joint, chain.joints[chain.q.index(solved_joint)].kind == "R"
-        )
+        is_revolute = chain.joints[chain.q.index(solved_joint)].kind == "R"
+        zeros = _find_zeros(condition.xreplace(known_values), solved_joint, is_revolute)
         if not zeros:
             return None
         fixed.update({q: sampled_values[q] for q in free_joints})
@@ -369,8 +354,8 @@ def _sample_joint_values_on(
 
 
 def _sample_exact_joint_values_on(
-    chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
-) -> dict[sp.Symbol, sp.Expr] | None:
+    chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
+) -> JointValues | None:
     """Return random joint values on all components that need no rounding.
 
     In a condition on several joints, angles (with offset) are multiples of 30 degrees, and prismatic joints are
@@ -425,19 +410,22 @@ def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list
         a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
         c = f_1 - a
         norm = sp.sqrt(b**2 + c**2)
-        if abs(
-            f_3 - a - b * sp.N(sp.cos(1), WORKING_DIGITS) - c * sp.N(sp.sin(1), WORKING_DIGITS)
-        ) > tiny or norm <= abs(a) + sp.Float("1e-3"):
+        residual = f_3 - a - b * sp.N(sp.cos(1), WORKING_DIGITS) - c * sp.N(sp.sin(1), WORKING_DIGITS)
+        if abs(residual) > tiny or norm <= abs(a) + sp.Float("1e-3"):
             return []
         maximum_angle, half_distance = sp.atan2(c, b), sp.acos(-a / norm)
-        zeros = [sp.N(maximum_angle + sign * half_distance, WORKING_DIGITS) for sign in (1, -1)]
-        return [
-            value - 2 * sp.N(sp.pi, WORKING_DIGITS) * round(value / sp.N(2 * sp.pi, WORKING_DIGITS)) for value in zeros
-        ]
+        zeros = (sp.N(maximum_angle + sign * half_distance, WORKING_DIGITS) for sign in (1, -1))
+        full_rotation = sp.N(2 * sp.pi, WORKING_DIGITS)
+        return [value - full_rotation * round(value / full_rotation) for value in zeros]
 
 
 def _is_real(value: sp.Expr) -> bool:
     return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
+
+
+def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
+    """Return the values of joints; numeric angles are wrapped to (-pi, pi]."""
+    return {q: wrap_angle(chain, q, value) for q, value in joints.items()}
 
 
 def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:

@@ -1,31 +1,22 @@
 """Inverse Jacobian and inverse velocity, symbolically and numerically (6.7; Example 6.2)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.answer_types import Number
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm import mpmath_kinematics as precise
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.mpmath_kinematics import (
-    PreciseArm,
-    Vector,
-    evaluate_in_context,
-    round_to_ten_digits,
-    solve_linear,
-)
+from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    MAX_JOINTS_FOR_INVERSE,
-    AnswerAndDetails,
-    Question,
-    name_joint_rates,
-    object_to_inverse,
-    object_unless_square,
-)
+from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.questions import base
+from qdot.exercises.questions.base import AnswerAndDetails, Question
 
 MAX_SAMPLES = 2000
 """Maximum number of configurations that are sampled to find a well-conditioned one."""
@@ -34,12 +25,16 @@ THREE_DIGIT_TOLERANCE = 0.005
 """Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
 
 
+Lengths = dict[sp.Symbol, sp.Rational]
+JointValues = dict[sp.Symbol, sp.Expr]
+
+
 @dataclass(frozen=True)
 class Configuration:
     """Numbers for an arm: one for each symbolic length, and one for each joint."""
 
-    lengths: dict[sp.Symbol, sp.Rational]
-    joints: dict[sp.Symbol, sp.Expr]
+    lengths: Lengths
+    joints: JointValues
 
     @property
     def values(self) -> dict[sp.Symbol, sp.Expr]:
@@ -80,20 +75,19 @@ class VelocityDetails(Details):
         return self.situation.numbers
 
 
-def sample_joint_values(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
+def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
     """Return random joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
-    return {
-        q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
-        if joint.kind == "R"
-        else sp.Rational(rng.integer(2, 16), 20)
-        for q, joint in zip(chain.q, chain.joints, strict=True)
-    }
+
+    def sample_value(kind: str) -> sp.Expr:
+        return sp.pi * sp.Rational(rng.integer(-35, 35), 36) if kind == "R" else sp.Rational(rng.integer(2, 16), 20)
+
+    return {q: sample_value(joint.kind) for q, joint in zip(chain.q, chain.joints, strict=True)}
 
 
-def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random numbers for the symbolic lengths; no two lengths are equal, as the problem text promises."""
     used_lengths = list_table_lengths(chain)
-    lengths: dict[sp.Symbol, sp.Rational] = {}
+    lengths: Lengths = {}
     for symbol in chain.parameters:
         start = rng.integer(0, 10)
         steps = (sp.Rational(6 + (start + offset) % 11, 20) for offset in range(11))
@@ -107,13 +101,11 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
 
-def compute_conditioning(
-    chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]
-) -> float:
+def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
     """Return the ratio of the smallest to the largest singular value of the task Jacobian at a configuration."""
-    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+    arm = NumericChain(chain, values_by_name(lengths))
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
-    sigma = np.linalg.svd(jacobian[[TASK_ROWS.index(row) for row in chain.task]], compute_uv=False)
+    sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
     return float(sigma[-1] / sigma[0])
 
 
@@ -140,18 +132,22 @@ def min_conditioning(chain: Chain) -> float:
     radians, because the ratio means less there.
     """
     kinds = {row[0] for row in chain.task}
-    return 0.15 if chain.n <= MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
+    return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and len(kinds) == 1 else 0.04
+
+
+def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
+    """Return joint rates to three digits. The error allowed near zero is a thousandth of `max_rate`."""
+    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
+    rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
+    return Number(rounded_rates, units, THREE_DIGIT_TOLERANCE, 0.001 * float(max_rate))
 
 
 def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     situation = sample_situation(chain, rng)
-    velocity = [evaluate_in_context(value) for value in situation.velocity.values()]
-    numbers = sp.Matrix(
-        list(map(round_to_ten_digits, solve_linear(evaluate_jacobian_precisely(chain, situation), velocity)))
-    )
-    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
-    floor = 0.001 * max(abs(float(value)) for value in numbers)
-    return Number(numbers, units, THREE_DIGIT_TOLERANCE, floor), VelocityDetails(situation=situation)
+    velocity = [precise.evaluate_in_context(value) for value in situation.velocity.values()]
+    rates = precise.solve_linear(evaluate_jacobian_precisely(chain, situation), velocity)
+    max_rate = max(abs(precise.round_to_ten_digits(rate)) for rate in rates)
+    return make_joint_rates(chain, rates, max_rate), VelocityDetails(situation=situation)
 
 
 INVERSE_SOURCES = (("jacobian",), ("jacobian", "determinant"))
@@ -161,18 +157,19 @@ RATE_SOURCES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_SOURCES)
 QUESTIONS = (
     Question(
         "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, needs=("jacobian", "determinant"),
-        stage="inverse", row_and_column_labels=lambda chain: (name_joint_rates(chain), chain.task),
-        objection=object_unless_square, too_long=object_to_inverse,
+        stage="inverse", row_and_column_labels=lambda chain: (base.name_joint_rates(chain), chain.task),
+        objection=base.object_unless_square, too_long=base.object_to_inverse,
         is_made_of_jacobian=True, is_made_of_minors=True, source_questions=INVERSE_SOURCES,
     ),
     Question(
         "inverse-velocity", "Inverse velocity", "6.7", points=2.0, needs=("jacobian", "inverse-jacobian"),
-        stage="rates", typed_names=name_joint_rates, objection=object_unless_square, too_long=object_to_inverse,
-        is_made_of_jacobian=True, is_made_of_minors=True, source_questions=RATE_SOURCES[1:],
+        stage="rates", typed_names=base.name_joint_rates, objection=base.object_unless_square,
+        too_long=base.object_to_inverse, is_made_of_jacobian=True, is_made_of_minors=True,
+        source_questions=RATE_SOURCES[1:],
     ),
     Question(
         "joint-rates", "Joint rates at a configuration", "6.7", needs=("inverse-velocity",),
-        stage="rates", sample=_ask_joint_rates, typed_names=name_joint_rates, objection=object_unless_square,
+        stage="rates", sample=_ask_joint_rates, typed_names=base.name_joint_rates, objection=base.object_unless_square,
         is_made_of_jacobian=True, source_questions=RATE_SOURCES,
     ),
 )  # fmt: skip

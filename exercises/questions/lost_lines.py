@@ -57,9 +57,8 @@ def find_lost_motion(generic: Chain, component: Component) -> LostMotion | None:
         in_task = np.abs(vectors[:, :, other_axes]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
         cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / norms[moving][:, None]), axis=2))
         is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
-        is_wrong = (
-            in_task & ~is_correct & (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
-        )
+        is_oblique = (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
+        is_wrong = in_task & ~is_correct & is_oblique
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
             is_held = bool(np.any(norms[held_part] > 1e-7))
             return LostMotion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))

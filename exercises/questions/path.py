@@ -7,39 +7,26 @@ configuration with P at p(s).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import sympy as sp
 
 from qdot.exercises.answer_types import Number
+from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import (
-    FLOAT_CONTEXT,
-    PRECISE_CONTEXT,
-    PreciseArm,
-    Vector,
-    determinant,
-    round_matrix,
-    round_to_four_digits,
-    round_to_ten_digits,
-)
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.path import PathSample, StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates, object_unless_square
-from qdot.exercises.questions.inversion import (
-    RATE_SOURCES,
-    THREE_DIGIT_TOLERANCE,
-    Configuration,
-    compute_conditioning,
-    sample_joint_values,
-    sample_lengths,
-)
+from qdot.exercises.questions.inversion import RATE_SOURCES, THREE_DIGIT_TOLERANCE, Configuration
 from qdot.exercises.questions.redundancy import object_to_symbolic_angles
 from qdot.exercises.singularities.singularity import singular_set
 
-STATION_SPACING = 0.02
+SAMPLE_SPACING = 0.02
 """Distance between the points at which a line is examined (m)."""
 
 REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING, SINGULAR_CONDITIONING = 0.15, 0.05, 0.03
@@ -64,10 +51,9 @@ class WeldingLine(Configuration):
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
         """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
         end, line = float(s), self.make_line(chain, PRECISE_CONTEXT)
-        *_, last_station = self.make_line(chain).follow(
-            end / max(1, round(end / STATION_SPACING)) if end else 1.0, 1e-3, end
-        )
-        q = line.joints_at(line.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_station.joints])
+        step_length = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
+        *_, last_sample = self.make_line(chain).follow(step_length, 1e-3, end)
+        q = line.joints_at(line.arm.evaluate_number(s), [PRECISE_CONTEXT.mpf(value) for value in last_sample.joints])
         assert q is not None
         return q
 
@@ -75,23 +61,23 @@ class WeldingLine(Configuration):
         """Return the intermediate results at the distance s from A, to four digits, with angles in degrees."""
         line, q = self.make_line(chain, PRECISE_CONTEXT), self.compute_joint_values(chain, sp.sympify(s))
         distance, jacobian = line.arm.evaluate_number(sp.sympify(s)), line.arm.task_jacobian(q)
+        kinds = [joint.kind for joint in chain.joints]
+        joints = [PRECISE_CONTEXT.degrees(v) if kind == "R" else v for v, kind in zip(q, kinds, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
-            sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
-            _round(line.point(distance)),
-            _round(
-                [
-                    PRECISE_CONTEXT.degrees(v) if joint.kind == "R" else v
-                    for v, joint in zip(q, chain.joints, strict=True)
-                ]
-            ),
-            round_matrix(jacobian),
-            round_to_four_digits(determinant(jacobian)),
-            _round(
-                [rate_per_speed * line.arm.evaluate_number(self.speed) for rate_per_speed in line.joint_derivatives(q)]
-            ),
-            round_to_four_digits(min(sigma) / max(sigma)),
+            s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
+            point=_round(line.point(distance)),
+            joints=_round(joints),
+            jacobian=precise.round_matrix(jacobian),
+            determinant=precise.round_to_four_digits(precise.determinant(jacobian)),
+            rates=_round(self.compute_rates(line, q)),
+            conditioning=precise.round_to_four_digits(min(sigma) / max(sigma)),
         )
+
+    def compute_rates(self, line: StraightPath, q: Vector) -> Vector:
+        """Return the joint rates on the line at joint values q."""
+        speed = line.arm.evaluate_number(self.speed)
+        return [derivative * speed for derivative in line.joint_derivatives(q)]
 
     def compute_start(self, chain: Chain) -> sp.Matrix:
         """Return A, to four digits."""
@@ -103,7 +89,7 @@ class WeldingLine(Configuration):
 
     def compute_length(self, chain: Chain) -> sp.Float:
         """Return the distance from A to B, to four digits."""
-        return round_to_four_digits(self.make_line(chain, PRECISE_CONTEXT).length)
+        return precise.round_to_four_digits(self.make_line(chain, PRECISE_CONTEXT).length)
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
         """Return the intermediate results at five points between A and the distance `end`, denser towards the end."""
@@ -128,7 +114,7 @@ class ResultsAtPoint:
 
 
 def _round(values: Vector) -> sp.Matrix:
-    return round_matrix([[value] for value in values])
+    return precise.round_matrix([[value] for value in values])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,30 +160,24 @@ def _object_to_path(chain: Chain) -> str | None:
 
 def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for attempt in range(2 * PREFERRED_TRIES):
-        min_conditioning, min_length, max_length = (
-            (REGULAR_CONDITIONING, 25, 60) if attempt < PREFERRED_TRIES else (LESS_REGULAR_CONDITIONING, 15, 40)
-        )
+        is_preferred = attempt < PREFERRED_TRIES
+        min_conditioning = REGULAR_CONDITIONING if is_preferred else LESS_REGULAR_CONDITIONING
+        min_length, max_length = (25, 60) if is_preferred else (15, 40)
         seam = _sample_line(chain, rng, min_length, max_length, 1.3 * min_conditioning)
         if seam is None:
             continue
         line = seam.make_line(chain)
-        stations = list(line.follow(STATION_SPACING, min_conditioning))
-        if stations[-1:] and stations[-1].s > float(line.length) - STATION_SPACING:
+        samples = list(line.follow(SAMPLE_SPACING, min_conditioning))
+        if samples[-1:] and samples[-1].s > float(line.length) - SAMPLE_SPACING:
             last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
             return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last_step), last_step), 100))
     return None
 
 
 def _ask_rates_at(chain: Chain, seam: WeldingLine, s: sp.Rational) -> AnswerAndDetails:
-    line = seam.make_line(chain, PRECISE_CONTEXT)
-    rates = [
-        rate_per_speed * line.arm.evaluate_number(seam.speed)
-        for rate_per_speed in line.joint_derivatives(seam.compute_joint_values(chain, s))
-    ]
-    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
-    floor = 0.001 * float(max(map(abs, rates)))
-    details = DistanceDetails(seam=seam, distance=s, pose=seam.figure_values)
-    return Number(sp.Matrix(list(map(round_to_ten_digits, rates))), units, THREE_DIGIT_TOLERANCE, floor), details
+    rates = seam.compute_rates(seam.make_line(chain, PRECISE_CONTEXT), seam.compute_joint_values(chain, s))
+    answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
+    return answer, DistanceDetails(seam=seam, distance=s, pose=seam.figure_values)
 
 
 def _sample_line(
@@ -207,13 +187,11 @@ def _sample_line(
 
     `min_conditioning` is the minimum sigma_min/sigma_max of the initial configuration.
     """
-    lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
+    lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)
     displacement = [rng.integer(-max_length, max_length) for _ in chain.task]
     speed = sp.Rational(rng.integer(2, 8), 40)
-    if (
-        not min_length**2 <= sum(k * k for k in displacement) <= max_length**2
-        or compute_conditioning(chain, lengths, joints) < min_conditioning
-    ):
+    is_suitable = min_length**2 <= sum(k * k for k in displacement) <= max_length**2
+    if not is_suitable or inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None
     return WeldingLine(lengths, joints, _place_target(chain, lengths, joints, displacement), speed)
 
@@ -247,7 +225,7 @@ class RateLimitDetails(PathDetails):
 
 @dataclass(frozen=True)
 class LimitCrossing:
-    """The index of a joint, its rate limit, and the stations between which its rate first exceeds the limit."""
+    """The index of a joint, its rate limit, and the samples between which its rate first exceeds the limit."""
 
     joint: int
     limit: sp.Rational
@@ -256,30 +234,24 @@ class LimitCrossing:
 
 
 def _object_to_limit(chain: Chain) -> str | None:
-    objection = _object_to_path(chain)
-    return (
-        objection
-        if objection
-        else None
-        if singular_set(chain)
-        else ("it has no singular configuration for a path to approach")
-    )
+    if objection := _object_to_path(chain):
+        return objection
+    return None if singular_set(chain) else "it has no singular configuration for a path to approach"
 
 
 def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for attempt in range(2 * PREFERRED_TRIES):
-        seam = _sample_line_to_singularity(
-            chain, rng, REGULAR_CONDITIONING if attempt < PREFERRED_TRIES else LESS_REGULAR_CONDITIONING
-        )
+        min_conditioning = REGULAR_CONDITIONING if attempt < PREFERRED_TRIES else LESS_REGULAR_CONDITIONING
+        seam = _sample_line_to_singularity(chain, rng, min_conditioning)
         if seam is None:
             continue
-        stations = list(seam.make_line(chain).follow(STATION_SPACING, SINGULAR_CONDITIONING))
-        crossings = list(_find_crossings(stations, float(seam.speed)))
+        samples = list(seam.make_line(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
+        crossings = list(_find_crossings(samples, float(seam.speed)))
         if crossings:
             crossing = rng.choice(crossings)
-            s = round_to_ten_digits(_locate_crossing(chain, seam, crossing))
-            figure_values = seam.figure_values
-            details = RateLimitDetails(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=figure_values)
+            s = precise.round_to_ten_digits(_locate_crossing(chain, seam, crossing))
+            joint, pose = crossing.joint + 1, seam.figure_values
+            details = RateLimitDetails(seam=seam, joint=joint, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGIT_TOLERANCE, 1e-6), details
     return None
 
@@ -292,7 +264,7 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
     solved_components = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved_components or rng.integer_below(4) == 0:
         return _sample_line(chain, rng, 40, 120, 1.3 * min_conditioning)
-    lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
+    lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)
     singular_joints, solutions = dict(joints), rng.choice(solved_components).solutions or ()
     for q, values in solutions:
         singular_joints[q] = rng.choice(values).xreplace(lengths)
@@ -303,87 +275,62 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
         step_offset = rng.choice((-1, 1)) * rng.integer(min_steps, min_steps + 10)
         steps = _round_half_up(sp.N(singular_joints[q] * 36 / sp.pi, 30)) + step_offset
         joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
-    if compute_conditioning(chain, lengths, joints) < min_conditioning:
+    if inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None
     displacement = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
     target = _place_target(chain, lengths, singular_joints, displacement)
     return WeldingLine(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
-def _find_crossings(stations: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
+def _find_crossings(samples: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
     """Return the places at which a joint rate that grows towards a singularity first exceeds a round limit clearly."""
     crossings = []
-    for joint in range(len(stations[0].slopes) if stations else 0):
-        speeds = [abs(station.slopes[joint]) * speed for station in stations]
+    for joint in range(len(samples[0].slopes) if samples else 0):
+        speeds = [abs(sample.slopes[joint]) * speed for sample in samples]
         for tenths in range(3, 31):
             k = next((i for i, value in enumerate(speeds) if value > tenths / 10), len(speeds))
-            if _is_clear_crossing(stations, speeds, k, tenths / 10):
-                crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), stations[k - 1], stations[k]))
+            if _is_clear_crossing(samples, speeds, k, tenths / 10):
+                crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), samples[k - 1], samples[k]))
     return crossings
 
 
-def _is_clear_crossing(stations: Sequence[PathSample], speeds: Sequence[float], index: int, limit: float) -> bool:
-    """Return whether the limit is clearly exceeded between stations k - 1 and k.
+def _is_clear_crossing(samples: Sequence[PathSample], speeds: Sequence[float], index: int, limit: float) -> bool:
+    """Return whether the limit is clearly exceeded between samples k - 1 and k.
 
-    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before station
+    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before sample
     k. It grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at A.
     """
     if not 5 <= index < len(speeds) - 1 or limit < 2.5 * speeds[0]:
         return False
-    s = stations[index].s
+    s = samples[index].s
     is_growing = speeds[index - 2] < speeds[index - 1] < speeds[index] < speeds[index + 1]
-    is_steep = s * (speeds[index] - speeds[index - 1]) > 2.0 * STATION_SPACING * limit
-    max_speed_before = max(value for station, value in zip(stations, speeds, strict=True) if station.s <= 0.9 * s)
-    return (
-        is_growing
-        and is_steep
-        and max_speed_before < 0.95 * limit
-        and stations[index].conditioning < 0.5 * stations[0].conditioning
-    )
+    is_steep = s * (speeds[index] - speeds[index - 1]) > 2.0 * SAMPLE_SPACING * limit
+    max_speed_before = max(value for sample, value in zip(samples, speeds, strict=True) if sample.s <= 0.9 * s)
+    is_nearer_to_singularity = samples[index].conditioning < 0.5 * samples[0].conditioning
+    return is_growing and is_steep and max_speed_before < 0.95 * limit and is_nearer_to_singularity
 
 
 def _locate_crossing(chain: Chain, seam: WeldingLine, crossing: LimitCrossing) -> Any:
     """Return the distance at which the joint rate equals its limit, to 30 digits.
 
-    First it is solved in floating point, then refined.
+    First it is solved in floating point, then refined. Both use the secant method.
     """
-    station_before = crossing.before
-    approximate_s, approximate_joints = _solve_for_crossing(
-        seam, seam.make_line(chain), crossing, (station_before.s, crossing.after.s), station_before.joints
-    )
-    s, _ = _solve_for_crossing(
-        seam,
-        seam.make_line(chain, PRECISE_CONTEXT),
-        crossing,
-        (approximate_s - 1e-9, approximate_s + 1e-9),
-        approximate_joints,
-    )
-    return s
+    q: Vector = list(crossing.before.joints)
+    start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
 
-
-def _solve_for_crossing(
-    seam: WeldingLine,
-    line: StraightPath,
-    crossing: LimitCrossing,
-    start_values: tuple[float, float],
-    start_joints: Sequence[float],
-) -> tuple[Any, Vector]:
-    """Return the distance s at which |rate| = limit, and the joint values there.
-
-    It is found by the secant method, which begins with `start_values`.
-    """
-    context = line.context
-    speed, limit = line.arm.evaluate_number(seam.speed), line.arm.evaluate_number(crossing.limit)
-    q: Vector = [context.mpf(value) for value in start_joints]
-
-    def excess(s: Any) -> Any:
-        nonlocal q
+    def exceed_limit(line: StraightPath, s: Any) -> Any:
+        """Return by how much the rate at s exceeds its limit, and update the joint values."""
         joints = line.joints_at(s, q)
         assert joints is not None
-        q = joints
-        return abs(line.joint_derivatives(q)[crossing.joint]) * speed - limit
+        q[:] = joints
+        return abs(seam.compute_rates(line, q)[crossing.joint]) - line.arm.evaluate_number(crossing.limit)
 
-    return context.findroot(excess, [context.mpf(end) for end in start_values]), q
+    for context in (FLOAT_CONTEXT, PRECISE_CONTEXT):
+        q[:] = map(context.mpf, q)
+        excess = partial(exceed_limit, seam.make_line(chain, context))
+        s = context.findroot(excess, list(map(context.mpf, start_values)))
+        start_values = (s - 1e-9, s + 1e-9)
+    return s
 
 
 QUESTIONS = (

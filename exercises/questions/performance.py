@@ -10,38 +10,25 @@ from dataclasses import dataclass
 import sympy as sp
 
 from qdot.exercises.answer_types import Number
+from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.mpmath_kinematics import (
-    PRECISE_CONTEXT,
-    Vector,
-    determinant,
-    gram_matrix,
-    round_matrix,
-    round_to_four_digits,
-    round_to_ten_digits,
-)
+from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, Vector
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question
-from qdot.exercises.questions.inversion import (
-    THREE_DIGIT_TOLERANCE,
-    ConfigurationAndVelocity,
-    VelocityDetails,
-    evaluate_jacobian_precisely,
-    sample_situation,
-)
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, ConfigurationAndVelocity, VelocityDetails
 from qdot.exercises.questions.redundancy import object_to_mixed_joints, object_to_rank_loss_everywhere
 
 
 def _object_to_arm(chain: Chain) -> str | None:
     """Return the objection to arms whose w is always zero, is constant, or mixes units."""
     m, n = len(chain.task), chain.n
+    rows = ", ".join(chain.task)
     if n < m:
-        return (
-            f"it has {count_noun(n, 'joint')} for the {m} rows {', '.join(chain.task)}, so J J^T is singular everywhere"
-        )
+        return f"it has {count_noun(n, 'joint')} for the {m} rows {rows}, so J J^T is singular everywhere"
     if len({row[0] for row in chain.task}) > 1:
-        return f"its task {', '.join(chain.task)} has linear and angular rows, in different units"
+        return f"its task {rows} has linear and angular rows, in different units"
     if n > m and (objection := object_to_mixed_joints(chain)):
         return objection
     if all(joint.kind == "P" for joint in chain.joints):
@@ -62,10 +49,9 @@ def find_power_of_metres(chain: Chain) -> int:
 
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = sample_situation(chain, rng)
-    value = round_to_ten_digits(
-        PRECISE_CONTEXT.sqrt(determinant(gram_matrix(evaluate_jacobian_precisely(chain, situation))))
-    )
+    situation = inversion.sample_situation(chain, rng)
+    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))
+    value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
     power = find_power_of_metres(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
     return Number(sp.Matrix([value]), (unit,), THREE_DIGIT_TOLERANCE, 1e-9), _describe_measures(chain, situation, power)
@@ -84,8 +70,8 @@ def _describe_measures(chain: Chain, situation: ConfigurationAndVelocity, power:
     squares = sorted((value**2 for value in compute_singular_values(chain, situation)), reverse=True)
     return GramDetails(
         situation=situation,
-        gram=round_matrix(gram_matrix(evaluate_jacobian_precisely(chain, situation))),
-        eigenvalues=tuple(map(round_to_four_digits, squares)),
+        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, situation))),
+        eigenvalues=tuple(map(precise.round_to_four_digits, squares)),
         power=power,
         pose=situation.figure_values,
     )
@@ -93,14 +79,14 @@ def _describe_measures(chain: Chain, situation: ConfigurationAndVelocity, power:
 
 def compute_singular_values(chain: Chain, situation: ConfigurationAndVelocity) -> Vector:
     """Return the singular values of the task Jacobian at a situation's configuration, to 30 digits."""
-    jacobian = PRECISE_CONTEXT.matrix(evaluate_jacobian_precisely(chain, situation))
+    jacobian = PRECISE_CONTEXT.matrix(inversion.evaluate_jacobian_precisely(chain, situation))
     return list(PRECISE_CONTEXT.svd_r(jacobian, compute_uv=False))
 
 
 def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = sample_situation(chain, rng)
+    situation = inversion.sample_situation(chain, rng)
     sigma = compute_singular_values(chain, situation)
-    value = round_to_ten_digits(max(sigma) / min(sigma))
+    value = precise.round_to_ten_digits(max(sigma) / min(sigma))
     return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), _describe_measures(chain, situation)
 
 

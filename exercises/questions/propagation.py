@@ -14,15 +14,8 @@ from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import Working, propagate_linear_rows
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, ResultChoiceDetails
-from qdot.exercises.questions.base import (
-    Question,
-    make_column_substitution,
-    make_jacobian_labels,
-    make_length_objection,
-    make_rate_product_formula,
-    name_velocity_components,
-    object_to_point_before_last_link,
-)
+from qdot.exercises.questions import base
+from qdot.exercises.questions.base import Question
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,9 +39,14 @@ AXIS_NAMES = ("x", "y", "z")
 """The axes of a frame, which label the rows of vectors."""
 
 
+def _number(chain: Chain) -> range:
+    """Return the numbers of the joints."""
+    return range(1, chain.n + 1)
+
+
 def _name_axes(chain: Chain) -> tuple[str, ...]:
     """Return the names that a student may type for the joint axes in the arm's convention."""
-    return tuple(convention_of(chain).typed_axis(i) for i in range(1, chain.n + 1))
+    return tuple(map(convention_of(chain).typed_axis, _number(chain)))
 
 
 def _order_rows(chain: Chain) -> list[int]:
@@ -64,37 +62,34 @@ QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10",
         formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        substitution=make_column_substitution("axes", linear=propagate_linear_rows),
+        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
         column_names=_name_axes,
-        row_and_column_labels=lambda chain: (
-            AXIS_NAMES, [convention_of(chain).axis_name(joint) for joint in range(1, chain.n + 1)]
-        ),
-        too_long=make_length_objection("z"),
+        row_and_column_labels=lambda chain: (AXIS_NAMES, list(map(convention_of(chain).axis_name, _number(chain)))),
+        too_long=base.make_length_objection("z"),
     ),
     Question(
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
         formula=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
-        substitution=make_column_substitution("arms", linear=propagate_linear_rows),
-        row_and_column_labels=lambda chain: (
-            AXIS_NAMES, [convention_of(chain).vector_name(joint) for joint in range(1, chain.n + 1)]
-        ),
-        objection=object_to_point_before_last_link, too_long=make_length_objection("p_star"),
+        substitution=base.make_column_substitution("arms", linear=propagate_linear_rows),
+        row_and_column_labels=lambda chain: (AXIS_NAMES, list(map(convention_of(chain).vector_name, _number(chain)))),
+        objection=base.object_to_point_before_last_link, too_long=base.make_length_objection("p_star"),
     ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
         needs=("joint-axes", "position-vectors"), stage="geometric", row_order=_order_rows,
-        row_and_column_labels=make_jacobian_labels(lambda chain: convention_of(chain).velocity_names),
-        too_long=make_length_objection("geometric"), link_sums="columns of links", link_sum_rows=_find_linear_rows,
+        row_and_column_labels=base.make_jacobian_labels(lambda chain: convention_of(chain).velocity_names),
+        too_long=base.make_length_objection("geometric"), link_sums="columns of links", link_sum_rows=_find_linear_rows,
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", needs=("geometric-jacobian",),
-        formula=make_rate_product_formula("geometric", _order_rows), too_long=make_length_objection("geometric"),
-        entry_names=lambda chain, _: name_velocity_components(convention_of(chain).velocity_names),
+        formula=base.make_rate_product_formula("geometric", _order_rows),
+        too_long=base.make_length_objection("geometric"),
+        entry_names=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
         formula=_derive_link_velocity, make_details=_choose_link,
-        entry_names=lambda chain, _: name_velocity_components(TASK_ROWS),
+        entry_names=lambda chain, _: base.name_velocity_components(TASK_ROWS),
         objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
         ),

@@ -1,6 +1,6 @@
 """Questions on the rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import combinations
@@ -13,22 +13,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions import geometry
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
-from qdot.exercises.questions.geometry import (
-    Branch,
-    ConfigurationDetails,
-    ExactConfiguration,
-    compute_full_rank,
-    compute_lost_direction,
-    convert_to_sample,
-    evaluate_jacobian,
-    find_singular_configuration,
-    match_branches,
-    sample_displayable_configuration,
-    sample_regular_configuration,
-    sample_singular_configuration,
-    sample_singular_configurations,
-)
+from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, ExactConfiguration, Sampler
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, find_lost_motion, find_parallel_lines
 from qdot.exercises.questions.singular import object_unless_direction_lost, object_unless_singular
@@ -40,8 +27,6 @@ from qdot.exercises.singularities.singularity_kinds import can_establish_kind, c
 
 MAX_ROWS = 4
 """Maximum number of rows of a Jacobian whose null space is found by hand."""
-
-Sampler = Callable[[Chain, Stream], ExactConfiguration | None]
 
 KIND_SAMPLE_COUNT = 60
 """Number of configurations at which the kind of a branch (boundary or internal) is determined."""
@@ -56,42 +41,34 @@ def _find_sets_with_larger_rank_loss(generic: Chain) -> tuple[tuple[int, ...], .
     components = singular_set(generic) or ()
 
     def loses_more_than_one(indices: tuple[int, ...]) -> bool:
-        chosen_components = [components[i] for i in indices]
-        lost_counts = range(2, compute_full_rank(generic) + 1)
-        return any(
-            sample_singular_configuration(generic, chosen_components, Stream(f"deep/{indices}"), lost)
-            for lost in lost_counts
-        )
+        chosen, lost_ranks = [components[i] for i in indices], range(2, geometry.compute_full_rank(generic) + 1)
+        seed = f"deep/{indices}"
+        return any(geometry.sample_singular_configuration(generic, chosen, Stream(seed), lost) for lost in lost_ranks)
 
     index_sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
     return tuple(filter(loses_more_than_one, index_sets))
 
 
-_sample_formula_configuration = partial(sample_singular_configuration, needs_no_rounding=True, keeps_formulas=True)
+_sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no_rounding=True, keeps_formulas=True)
 
 
-def _sample_configuration_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
+def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
     generic, fill = structure(chain).chain, derive(chain).substitute_values
-    generic_components = singular_set(generic) or ()
+    generic_components, max_rank = singular_set(generic) or (), geometry.compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(generic)):
         matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
         if len(components) == len(indices):
-            configuration = _sample_formula_configuration(chain, components, rng)
-            if (
-                configuration is not None
-                and (clear_rank(evaluate_jacobian(chain, configuration)) or 0) < compute_full_rank(chain) - 1
-            ):
+            configuration = _sample_with_formulas(chain, components, rng)
+            if configuration is not None and (geometry.compute_rank(chain, configuration) or 0) <= max_rank:
                 return configuration
     return None
 
 
-_sample_exact_regular_configuration = partial(sample_regular_configuration, needs_no_rounding=True)
-_sample_configuration_with_rank_loss_one = partial(
-    find_singular_configuration, lost_rank=1, sample=_sample_formula_configuration
-)
+_sample_regular = partial(geometry.sample_regular_configuration, needs_no_rounding=True)
+_sample_with_single_rank_loss = partial(geometry.find_singular_configuration, lost_rank=1, sample=_sample_with_formulas)
 
 
 @dataclass(frozen=True)
@@ -111,19 +88,14 @@ class RankDetails(ConfigurationDetails):
 
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose how much rank is lost, if any, then sample an exact configuration. A rounded one would have full rank."""
-    samplers: tuple[Sampler, ...] = (
-        _sample_exact_regular_configuration,
-        _sample_configuration_with_rank_loss_one,
-        _sample_configuration_with_larger_rank_loss,
-    )
+    samplers: tuple[Sampler, ...] = (_sample_regular, _sample_with_single_rank_loss, _sample_with_larger_rank_loss)
     for sample in rng.permutation(samplers):
         configuration = sample(chain, rng)
         if configuration is not None:
-            jacobian = evaluate_jacobian(chain, configuration)
-            rank = clear_rank(jacobian)
+            jacobian = geometry.evaluate_jacobian(chain, configuration)
             facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, configuration))
-            answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
-            return answer, RankDetails(place=configuration, facts=facts, pose=configuration.figure_values)
+            answer = Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), 1e-9, 1e-9)
+            return answer, RankDetails(place=configuration, facts=facts)
     return None
 
 
@@ -139,42 +111,37 @@ def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
 
 def _find_vanishing_conditions(chain: Chain, configuration: ExactConfiguration) -> tuple[tuple[sp.Expr, ...], ...]:
     """Return the conditions of the components that contain a configuration."""
-    components = singular_set(chain) or ()
-    return tuple(
-        component.conditions
-        for component in components
-        if all(
-            abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20")
-            for condition in component.conditions
-        )
-    )
+
+    def holds(condition: sp.Expr) -> bool:
+        return bool(abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20"))
+
+    all_conditions = (component.conditions for component in singular_set(chain) or ())
+    return tuple(conditions for conditions in all_conditions if all(map(holds, conditions)))
 
 
 # --- lost direction, as a vector ---
 
 
 def _object_to_vector(chain: Chain) -> str | None:
-    objection = object_unless_direction_lost(chain)
-    if objection is None and len(chain.task) > MAX_ROWS:
+    if objection := object_unless_direction_lost(chain):
+        return objection
+    if len(chain.task) > MAX_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many for a null space by hand"
-    if objection is None and not _find_branches_with_vector(chain):
-        return "it has no singular configuration that loses exactly one direction"
-    return objection
+    has_branch = bool(_find_branches_with_vector(chain))
+    return None if has_branch else "it has no singular configuration that loses exactly one direction"
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction. If some have a formula for it, return only those."""
     generic = structure(chain).chain
-    single_loss_branches = [branch for branch in match_branches(chain) if loses_one_direction(generic, branch.generic)]
-    return [
-        branch for branch in single_loss_branches if lost_direction_formula(generic, branch.generic)
-    ] or single_loss_branches
+    branches = [branch for branch in geometry.match_branches(chain) if loses_one_direction(generic, branch.generic)]
+    return [branch for branch in branches if lost_direction_formula(generic, branch.generic)] or branches
 
 
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Return whether a sampled configuration of a structure on a component loses exactly one direction."""
-    return sample_singular_configuration(generic, (component,), Stream("one"), 1) is not None
+    return geometry.sample_singular_configuration(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
@@ -208,14 +175,11 @@ def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostDirectionDetails(lost=_describe_loss(chain, branch.component, formula))
-        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
+        configuration = geometry.sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is not None:
-            numbers = compute_lost_direction(chain, configuration).applyfunc(
-                lambda value: sp.Float(value, 10) if value else sp.S.Zero
-            )
-            return Direction(numbers, THREE_DIGIT_TOLERANCE), ConfigurationDetails(
-                place=configuration, pose=configuration.figure_values
-            )
+            direction = geometry.compute_lost_direction(chain, configuration)
+            numbers = direction.applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
+            return Direction(numbers, THREE_DIGIT_TOLERANCE), ConfigurationDetails(place=configuration)
     return None
 
 
@@ -240,27 +204,26 @@ class BranchConfigurations:
 def _describe_branch(chain: Chain, branch: Branch) -> BranchConfigurations | None:
     if branch.component.solutions is not None:
         return BranchConfigurations(branch.component.value_combinations()[0])
-    reading = describe_branch_in_words(structure(chain).chain, branch.generic)
-    if reading is None or len(branch.component.conditions) > 1 or reading.correct.kind != "on axis":
+    meanings = describe_branch_in_words(structure(chain).chain, branch.generic)
+    if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
         return None
-    return BranchConfigurations((), reading.correct.words, branch.component.conditions[0])
+    return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
 
 
 def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch, LostMotion]]:
     generic = structure(chain).chain
     return [
         (where, branch, motion)
-        for branch in match_branches(chain)
+        for branch in geometry.match_branches(chain)
         if (where := _describe_branch(chain, branch)) is not None
         and (motion := find_lost_motion(generic, branch.generic)) is not None
     ]
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    objection = object_unless_direction_lost(chain)
-    if objection is None and not _find_lost_motions(chain):
-        return "no line of the arm has a lost direction"
-    return objection
+    if objection := object_unless_direction_lost(chain):
+        return objection
+    return None if _find_lost_motions(chain) else "no line of the arm has a lost direction"
 
 
 @dataclass(frozen=True)
@@ -288,22 +251,20 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
         if len(chosen_lines) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen_lines):
             chosen_lines.append(line)
     answer, shuffled = shuffle_options(chosen_lines, chosen_lines[0], rng, lambda line: line.description)
-    return answer, LostMotionDetails(
-        asked=LostMotionQuestion(where, motion.moving_part, motion.holds_other_motion, tuple(shuffled))
-    )
+    question = LostMotionQuestion(where, motion.moving_part, motion.holds_other_motion, tuple(shuffled))
+    return answer, LostMotionDetails(asked=question)
 
 
 def find_lost_direction_formula(
     chain: Chain, configurations: BranchConfigurations
 ) -> tuple[LostDirectionAt, sp.Matrix] | None:
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
-    for branch in match_branches(chain) if configurations.values else ():
+    for branch in geometry.match_branches(chain) if configurations.values else ():
         if branch.component.solutions is not None and branch.component.value_combinations()[0] == configurations.values:
             formula = lost_direction_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
-                return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(
-                    derive(chain).substitute_values
-                )
+                direction = formula.direction.applyfunc(derive(chain).substitute_values)
+                return _describe_loss(chain, branch.component, formula), direction
     return None
 
 
@@ -313,10 +274,8 @@ def find_lost_direction_formula(
 @lru_cache(maxsize=1024)
 def describe_branch_in_words(generic: Chain, component: Component) -> BranchMeanings | None:
     """Return a description that fits all configurations of a structure's branch, or None if there is none."""
-    additional_samples = representative_samples(generic, component.pieces())
-    meanings = find_branch_meanings(
-        generic, sample_singular_configurations(generic, component, SAMPLE_COUNT), additional_samples
-    )
+    samples = geometry.sample_singular_configurations(generic, component, SAMPLE_COUNT)
+    meanings = find_branch_meanings(generic, samples, representative_samples(generic, component.pieces()))
     if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
@@ -327,24 +286,24 @@ def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
     if not can_establish_kind(generic):
         return None
-    kinds = set(classify_samples(generic, sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT)))
+    samples = geometry.sample_singular_configurations(generic, component, KIND_SAMPLE_COUNT)
+    kinds = set(classify_samples(generic, samples))
     return kinds.pop() if len(kinds) == 1 else None
 
 
 def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a description in words, in the given order, with that description."""
-    generic = structure(chain).chain
     for branch in order:
-        reading = describe_branch_in_words(generic, branch.generic)
-        if reading is not None:
-            yield branch, reading
+        meanings = describe_branch_in_words(structure(chain).chain, branch.generic)
+        if meanings is not None:
+            yield branch, meanings
 
 
 def _object_to_meaning(chain: Chain) -> str | None:
-    objection = object_unless_singular(chain)
-    if objection is None and next(_describe_branches_in_words(chain, match_branches(chain)), None) is None:
-        return "its singular configurations have no common feature that you can see in a drawing"
-    return objection
+    if objection := object_unless_singular(chain):
+        return objection
+    is_described = any(True for _ in _describe_branches_in_words(chain, geometry.match_branches(chain)))
+    return None if is_described else "its singular configurations have no common feature that you can see in a drawing"
 
 
 @dataclass(frozen=True)
@@ -369,30 +328,31 @@ class MeaningDetails(Details):
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
-    for branch, reading in _describe_branches_in_words(chain, rng.permutation(match_branches(chain))):
-        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
+    for branch, meanings in _describe_branches_in_words(chain, rng.permutation(geometry.match_branches(chain))):
+        configuration = geometry.sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
             continue
         kind = _find_kind_of_arm(chain, branch, configuration)
         kinds = ("boundary", "internal")
-        offered = [(reading.correct, kind)]
+        offered = [(meanings.correct, kind)]
         if kind is not None:
-            offered.append((reading.correct, kinds[kind == "boundary"]))
-        wrong_meanings = rng.permutation(reading.wrong)[: 4 - len(offered)]
+            offered.append((meanings.correct, kinds[kind == "boundary"]))
+        wrong_meanings = rng.permutation(meanings.wrong)[: 4 - len(offered)]
         offered += [(wrong_meaning, None if kind is None else rng.choice(kinds)) for wrong_meaning in wrong_meanings]
         answer, shuffled = shuffle_options(offered, offered[0], rng, _describe_meaning)
-        has_condition = branch.component.solutions is None
-        values = () if has_condition else branch.component.value_combinations()[0]
-        condition = branch.component.conditions[0] if has_condition else None
-        meaning_asked = MeaningQuestion(values, configuration if has_condition else None, condition, tuple(shuffled))
-        return answer, MeaningDetails(asked=meaning_asked)
+        if branch.component.solutions is None:
+            question = MeaningQuestion((), configuration, branch.component.conditions[0], tuple(shuffled))
+        else:
+            question = MeaningQuestion(branch.component.value_combinations()[0], None, None, tuple(shuffled))
+        return answer, MeaningDetails(asked=question)
     return None
 
 
 def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
     kind = find_common_kind(structure(chain).chain, branch.generic)
-    return kind if kind and classify_samples(chain, [convert_to_sample(chain, configuration)]) == [kind] else None
+    kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
+    return kind if kinds_of_arm == [kind] else None
 
 
 def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
@@ -419,5 +379,5 @@ QUESTIONS = (
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         source_questions=(),
     ),
-    Question("lost-motion", "Motion that is lost", "6.8", sample=_ask_motion, objection=_object_to_motion),
+    Question("lost-motion", "Lost motion", "6.8", sample=_ask_motion, objection=_object_to_motion),
 )  # fmt: skip

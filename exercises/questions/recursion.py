@@ -78,15 +78,12 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
 
 
 def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
-    fill, frame = derive(chain).substitute_values, rng.choice(_find_frames(chain))
-    steps = _derive_steps(structure(chain).chain)[:frame]
-    filled_steps = (
-        RecursionStep(
-            step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v))
-        )
-        for step in steps
+    fill, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
+    steps = (
+        RecursionStep(step.number, step.kind, *map(fill, (step.rotation, step.origin, step.omega, step.v)))
+        for step in _derive_steps(structure(chain).chain)[:frame]
     )
-    return RecursionDetails(frame=frame, steps=tuple(filled_steps))
+    return RecursionDetails(frame=frame, steps=tuple(steps))
 
 
 def _find_frames(chain: Chain) -> list[int]:
@@ -97,7 +94,7 @@ def _find_frames(chain: Chain) -> list[int]:
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
     step = _derive_steps(structure(chain).chain)[frame - 1]
-    return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).substitute_values))
+    return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 
 def _object_to_length(chain: Chain) -> str | None:

@@ -10,29 +10,18 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answer_types import Direction, Expression, Number
+from qdot.exercises.answer_types import Direction, Expression
+from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.mpmath_kinematics import (
-    FLOAT_CONTEXT,
-    PreciseArm,
-    Vector,
-    gram_matrix,
-    round_matrix,
-    round_to_ten_digits,
-    solve_linear,
-)
+from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
-from qdot.exercises.questions.inversion import (
-    THREE_DIGIT_TOLERANCE,
-    VelocityDetails,
-    evaluate_jacobian_precisely,
-    sample_situation,
-)
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, VelocityDetails
 
 MAX_TERMS = 12
 """Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
@@ -48,17 +37,12 @@ def object_unless_redundant(chain: Chain) -> str | None:
     """Return the objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
     m, n = len(chain.task), chain.n
     if n <= m:
-        return (
-            f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; the question needs more joints than rows"
-        )
+        task = ", ".join(chain.task)
+        return f"its Jacobian is {m} x {n} for the task {task}; the question needs more joints than rows"
     if objection := object_to_rank_loss_everywhere(chain):
         return objection
-    joints_without_effect = [
-        i
-        for i, column in enumerate(evaluate_jacobian_at_generic_configuration(chain).T, 1)
-        if np.abs(column).max() < ZERO_TOLERANCE
-    ]
-    return f"joint {joints_without_effect[0]} does not move the task at all" if joints_without_effect else None
+    has_effect = np.abs(evaluate_jacobian_at_generic_configuration(chain)).max(axis=0) >= ZERO_TOLERANCE
+    return None if has_effect.all() else f"joint {has_effect.argmin() + 1} does not move the task at all"
 
 
 def evaluate_jacobian_at_generic_configuration(chain: Chain) -> np.ndarray:
@@ -143,9 +127,8 @@ def factor_out_common_factors(chain: Chain) -> tuple[Factored, tuple[Factored, .
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
     common_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
-    shared_factors = Factored(
-        sp.gcd([minor.coefficient for minor in nonzero_minors]), tuple((f, p) for f, p in common_powers.items() if p)
-    )
+    coefficient = sp.gcd([minor.coefficient for minor in nonzero_minors])
+    shared_factors = Factored(coefficient, tuple((f, power) for f, power in common_powers.items() if power))
     return shared_factors, tuple(minor if minor.is_zero else minor.over(shared_factors) for minor in minors)
 
 
@@ -173,22 +156,18 @@ class MinimumNormDetails(VelocityDetails):
 
 
 def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    situation = sample_situation(chain, rng)
+    situation = inversion.sample_situation(chain, rng)
     arm = PreciseArm(chain, situation.lengths)
-    jacobian = evaluate_jacobian_precisely(chain, situation)
-    weights = solve_linear(gram_matrix(jacobian), [arm.evaluate_number(value) for value in situation.velocity.values()])
+    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+    gram = precise.gram_matrix(jacobian)
+    weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in situation.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
-    unit = "rad/s" if chain.joints[0].kind == "R" else "m/s"
-    floor = 0.001 * float(max(map(abs, rates)))
-    details = MinimumNormDetails(
+    return inversion.make_joint_rates(chain, rates, max(map(abs, rates))), MinimumNormDetails(
         situation=situation,
-        gram=round_matrix(gram_matrix(jacobian)),
-        weights=round_matrix([[weight] for weight in weights]),
+        gram=precise.round_matrix(gram),
+        weights=precise.round_matrix([[weight] for weight in weights]),
         pose=situation.figure_values,
     )
-    return Number(
-        sp.Matrix(list(map(round_to_ten_digits, rates))), (unit,) * chain.n, THREE_DIGIT_TOLERANCE, floor
-    ), details
 
 
 # --- self-motion ---
@@ -214,16 +193,13 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    if (
-        chain.n <= MAX_JOINTS
-        and sum(map(_count_terms, factor_out_common_factors(structure(chain).chain)[1])) <= MAX_TERMS / 2
-    ):
-        return Direction(write_self_motion(chain)), SelfMotionFormulaDetails(
-            situation=None, shared=_find_shared_factors(chain)
-        )
-    situation = sample_situation(chain, rng)
-    jacobian = evaluate_jacobian_precisely(chain, situation)
-    numbers = sp.Matrix(list(map(round_to_ten_digits, compute_null_vector(jacobian))))
+    generic = structure(chain).chain
+    if chain.n <= MAX_JOINTS and sum(map(_count_terms, factor_out_common_factors(generic)[1])) <= MAX_TERMS / 2:
+        details = SelfMotionFormulaDetails(situation=None, shared=_find_shared_factors(chain))
+        return Direction(write_self_motion(chain)), details
+    situation = inversion.sample_situation(chain, rng)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, situation)
+    numbers = sp.Matrix(list(map(precise.round_to_ten_digits, compute_null_vector(jacobian))))
     return Direction(numbers, THREE_DIGIT_TOLERANCE), VelocityDetails(situation=situation, pose=situation.figure_values)
 
 
@@ -234,7 +210,7 @@ def compute_null_vector(jacobian: list[Vector]) -> Vector:
     """
     n = len(jacobian[0])
     for k in range(n):
-        weights = solve_linear(gram_matrix(jacobian), [row[k] for row in jacobian])
+        weights = precise.solve_linear(precise.gram_matrix(jacobian), [row[k] for row in jacobian])
         projection = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
         if projection[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
             norm = sum(value**2 for value in projection) ** 0.5
@@ -262,7 +238,7 @@ QUESTIONS = (
         objection=_object_to_minimum_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
-        "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", needs=("jacobian",),
+        "least-norm-rates", "Minimum-norm joint rates", "6.7 for m < n", needs=("jacobian",),
         formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_minimum_norm_rates,
         typed_names=name_joint_rates, objection=_object_to_minimum_norm, is_made_of_jacobian=True,
     ),

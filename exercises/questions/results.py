@@ -48,7 +48,7 @@ def compute_answer(derivation: Working, part: Part) -> np.ndarray:
     """
     formula = QUESTIONS[part.kind].formula
     if formula is None:
-        raise TypeError(f"the answer to {part.kind!r} comes out of no derivation")
+        raise TypeError(f"the answer to {part.kind!r} is not computed by a derivation")
     answer = formula(derivation, part.details)
     answer = answer[:, None] if answer.ndim == 2 else answer
     for name, change in derivation.changes:

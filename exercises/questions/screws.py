@@ -28,22 +28,9 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import (
-    AnswerAndDetails,
-    Question,
-    make_jacobian_labels,
-    make_rate_product_formula,
-    make_size_objection,
-    name_velocity_components,
-    object_to_term_count,
-)
-from qdot.exercises.questions.inversion import (
-    MAX_SAMPLES,
-    THREE_DIGIT_TOLERANCE,
-    Configuration,
-    sample_joint_values,
-    sample_lengths,
-)
+from qdot.exercises.questions import base, inversion
+from qdot.exercises.questions.base import AnswerAndDetails, Question
+from qdot.exercises.questions.inversion import MAX_SAMPLES, THREE_DIGIT_TOLERANCE, Configuration
 from qdot.exercises.questions.reference import TextbookStages
 from qdot.exercises.questions.transforms import assemble_transform
 
@@ -205,11 +192,8 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
         arm = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
-    return (
-        rotation,
-        textbook_matrix(sp.Matrix.hstack(*columns)),
-        textbook_matrix(make_cross_product_matrix(point) * rotation),
-    )
+    point_times_rotation = textbook_matrix(make_cross_product_matrix(point) * rotation)
+    return rotation, textbook_matrix(sp.Matrix.hstack(*columns)), point_times_rotation
 
 
 def _has_oblique_angles(chain: Chain) -> bool:
@@ -326,20 +310,18 @@ def _describe_space(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
 def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Sample a configuration and joint rates for which the twist in {b} is not zero."""
     for _ in range(MAX_SAMPLES):
-        configuration = Configuration(sample_lengths(chain, rng), sample_joint_values(chain, rng))
+        configuration = Configuration(inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
         exact_twist = derive_body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
         twist = exact_twist.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
-            space_twist = convention_of(chain).reorder_twists(
-                derive_body_adjoint(chain).xreplace(configuration.values) * twist
-            )
+            adjoint = derive_body_adjoint(chain).xreplace(configuration.values)
+            space_twist = convention_of(chain).reorder_twists(adjoint * twist)
             numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
             floor = 0.001 * max(abs(float(value)) for value in numbers)
-            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocity_names)
-            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, floor), NumericTwistDetails(
-                place=configuration, rates=rates, twist=twist
-            )
+            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_rows(chain))
+            details = NumericTwistDetails(place=configuration, rates=rates, twist=twist)
+            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, floor), details
     return None
 
 
@@ -359,11 +341,8 @@ def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
 
 
 def _object_to_body(chain: Chain) -> str | None:
-    return (
-        None
-        if chain.point.frame == chain.n
-        else ("its point P does not move with the last link, as the body frame does")
-    )
+    moves_with_last_link = chain.point.frame == chain.n
+    return None if moves_with_last_link else "its point P does not move with the last link, as the body frame does"
 
 
 @lru_cache(maxsize=4096)
@@ -374,7 +353,7 @@ def _count_terms(chain: Chain, derive_result: Callable[[Chain], sp.Matrix]) -> i
 def _make_size_objection(
     description: str, derive_result: Callable[[Chain], sp.Matrix]
 ) -> Callable[[Chain], str | None]:
-    return make_size_objection(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
+    return base.make_size_objection(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
 
 
 _OBJECT_TO_POSE = _make_size_objection("the product of the exponentials of {n} joints", derive_body_pose)
@@ -382,11 +361,11 @@ _OBJECT_TO_BODY_JACOBIAN = _make_size_objection("the body Jacobian of {n} joints
 
 
 def _object_to_space(chain: Chain) -> str | None:
-    return object_to_term_count(_count_terms(chain, derive_space_jacobian))
+    return base.object_to_term_count(_count_terms(chain, derive_space_jacobian))
 
 
 def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
-    return name_velocity_components(convention_of(chain).velocity_names)
+    return base.name_velocity_components(_list_rows(chain))
 
 
 def _list_rows(chain: Chain) -> Sequence[str]:
@@ -424,27 +403,28 @@ QUESTIONS = (
         too_long=_make_size_objection("the adjoint of the pose of {n} joints", derive_body_adjoint),
     ),
     _make_body_question(
-        "changed-twist", "Twist changed from the body to the space frame", needs=("body-adjoint",),
+        "changed-twist", "Body twist in space-frame coordinates", needs=("body-adjoint",),
         sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist, too_long=_OBJECT_TO_POSE,
         source_questions=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
         "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_order_twist,
-        make_details=_describe_space, row_and_column_labels=make_jacobian_labels(_list_rows), too_long=_object_to_space,
+        make_details=_describe_space, too_long=_object_to_space,
+        row_and_column_labels=base.make_jacobian_labels(_list_rows),
     ),
     _make_body_question(
         "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
         stage="body jacobian", row_order=_order_twist, make_details=_describe_body_and_space,
-        row_and_column_labels=make_jacobian_labels(_list_rows), too_long=_OBJECT_TO_BODY_JACOBIAN,
+        row_and_column_labels=base.make_jacobian_labels(_list_rows), too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
     _make_screw_question(
         "space-twist", "Twist in the space frame", needs=("space-jacobian",),
-        formula=make_rate_product_formula("space jacobian", _order_twist), make_details=_describe_space,
+        formula=base.make_rate_product_formula("space jacobian", _order_twist), make_details=_describe_space,
         entry_names=_name_twist, too_long=_object_to_space,
     ),
     _make_body_question(
         "body-twist", "Twist in the body frame", needs=("body-jacobian",),
-        formula=make_rate_product_formula("body jacobian", _order_twist), make_details=_describe_body_and_space,
+        formula=base.make_rate_product_formula("body jacobian", _order_twist), make_details=_describe_body_and_space,
         entry_names=_name_twist, too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
 )  # fmt: skip

@@ -1,9 +1,8 @@
 """Questions on singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder omitted there)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 
 import numpy as np
 import sympy as sp
@@ -16,14 +15,9 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, values_by_name
+from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, make_stage_formula, shuffle_options
 from qdot.exercises.questions.geometry import sample_false_root
-from qdot.exercises.questions.inversion import (
-    compute_conditioning,
-    min_conditioning,
-    sample_joint_values,
-    sample_lengths,
-)
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
@@ -89,11 +83,10 @@ def find_components_with(chain: Chain, configurations: ConfigurationsOfOneKind) 
         if configurations.condition is not None:
             if configurations.condition in component.conditions:
                 components.append((component, component))
-        elif component.solutions is not None and all(
-            configurations.joints[q] in values for q, values in component.solutions
-        ):
-            given_solutions = tuple((q, (configurations.joints[q],)) for q, _ in component.solutions)
-            components.append((component, replace(component, solutions=given_solutions)))
+        elif component.solutions is not None:
+            given = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
+            if given in component.value_combinations():
+                components.append((component, component.at(given)))
     return components
 
 
@@ -151,7 +144,7 @@ def _sample_regular_configuration(
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
     for attempt in range(200):
-        joints = sample_joint_values(chain, rng)
+        joints = inversion.sample_joint_values(chain, rng)
         if roots and attempt < 150:  # later, accept any: perhaps no mistake leads far enough from a root
             joints |= sample_false_root(roots, {}, rng)
         is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
@@ -173,19 +166,15 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
 
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    minimum = 0.8 * min_conditioning(chain)
-    return all(compute_conditioning(chain, sample_lengths(chain, rng), joints) > minimum for _ in range(4))
+    minimum = 0.8 * inversion.min_conditioning(chain)
+    all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
+    return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
 
 
 def _sample_joint_values_on(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
     """Yield configurations of a component: its joint values, with new random values of the other joints each time."""
-    assert component.solutions is not None
-    joints = [joint for joint, _ in component.solutions]
-    combinations = [
-        dict(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
-    ]
-    for values in rng.permutation(combinations * 2):
-        yield {**sample_joint_values(chain, rng), **values}
+    for values in rng.permutation(component.value_combinations() * 2):
+        yield {**inversion.sample_joint_values(chain, rng), **dict(values)}
 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
@@ -216,17 +205,13 @@ def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> 
 
 @lru_cache(maxsize=4096)
 def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
-    numeric_values = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
     samples = []
     for lengths in _iterate_test_lengths(chain):
-        joint_values = [
-            numeric_values[k] if k in numeric_values else sp.N(value.xreplace(lengths))
-            for k, value in enumerate(values)
-        ]
-        if not all(joint_value.is_real for joint_value in joint_values):  # no such configuration with these lengths
+        joints = [sp.N(value.xreplace(lengths)) for value in values]
+        if not all(joint_value.is_real for joint_value in joints):  # no such configuration with these lengths
             return frozenset({None})
-        arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joint_values])))
+        arm = NumericChain(chain, values_by_name(lengths))
+        samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joints])))
     return frozenset(classify_samples(chain, samples))
 
 

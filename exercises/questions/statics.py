@@ -20,12 +20,8 @@ class LoadDetails(Details):
 
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
-    return {
-        f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
-            *(("force", "N") if row[0] == "v" else ("moment", "N m"))
-        )
-        for row in chain.task
-    }
+    loads = {"v": ("f", SymbolInfo("force", "N")), "w": ("m", SymbolInfo("moment", "N m"))}
+    return {f"{loads[row[0]][0]}{row[1]}": loads[row[0]][1] for row in chain.task}
 
 
 def _describe_load(chain: Chain, rng: Stream) -> LoadDetails:

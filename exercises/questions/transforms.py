@@ -5,28 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.arm import transforms
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.transforms import (
-    count_last_pose_terms,
-    count_tool_jacobian_terms,
-    frame_poses,
-    jacobian_in_tool_frame,
-    joint_vectors_in_tool_frame,
-)
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    Question,
-    make_jacobian_labels,
-    make_size_objection,
-    object_to_point_before_last_link,
-)
+from qdot.exercises.questions import base
+from qdot.exercises.questions.base import Question
 
 MAX_JOINTS = 5
-"""Maximum number of joints whose transforms are multiplied by hand. The result also has at most MOST_TERMS terms."""
+"""Maximum number of joints whose transforms are multiplied by hand. The result also has at most MAX_TERMS terms."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +73,7 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
 
 def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return the transforms T_{w,0} ... T_{w,n} of an arm, filled with its numbers."""
-    return tuple(pose.applyfunc(derive(chain).substitute_values) for pose in frame_poses(structure(chain).chain))
+    return tuple(map(derive(chain).substitute_matrix, transforms.frame_poses(structure(chain).chain)))
 
 
 def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
@@ -92,14 +82,14 @@ def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
 
 
 def _describe_columns(chain: Chain, rng: Stream) -> ToolJacobianDetails:
-    d, generic = derive(chain), structure(chain).chain
-    columns = (
-        ToolColumn(number, joint.kind, *(vector.applyfunc(d.substitute_values) for vector in vectors))
-        for number, (joint, vectors) in enumerate(
-            zip(generic.joints, joint_vectors_in_tool_frame(generic), strict=True), 1
-        )
-    )
+    fill, generic = derive(chain).substitute_matrix, structure(chain).chain
+    numbered = enumerate(zip(generic.joints, transforms.joint_vectors_in_tool_frame(generic), strict=True), 1)
+    columns = (ToolColumn(number, joint.kind, *map(fill, vectors)) for number, (joint, vectors) in numbered)
     return ToolJacobianDetails(columns=tuple(columns))
+
+
+def _derive_tool_jacobian(chain: Chain) -> sp.Matrix:
+    return derive(chain).substitute_matrix(transforms.jacobian_in_tool_frame(structure(chain).chain))
 
 
 def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -118,24 +108,20 @@ QUESTIONS = (
             "last origin": lambda chain: _list_poses(chain)[-1][:3, 3],
         },
         make_details=_describe_transforms, constant_last_row=("0", "0", "0", "1"),
-        too_long=make_size_objection(
+        too_long=base.make_size_objection(
             "the product of the transforms of {n} joints", MAX_JOINTS,
-            lambda chain: count_last_pose_terms(structure(chain).chain),
+            lambda chain: transforms.count_last_pose_terms(structure(chain).chain),
         ),
     ),
     Question(
         "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, required_feature=FRAMES,
         needs=("transform", "geometric-jacobian"), stage="tool jacobian",
-        textbook_stages={
-            "tool jacobian": lambda chain: jacobian_in_tool_frame(structure(chain).chain).applyfunc(
-                derive(chain).substitute_values
-            ),
-        },
-        make_details=_describe_columns, row_and_column_labels=make_jacobian_labels(lambda _: TASK_ROWS),
-        objection=object_to_point_before_last_link,
-        too_long=make_size_objection(
+        textbook_stages={"tool jacobian": _derive_tool_jacobian},
+        make_details=_describe_columns, row_and_column_labels=base.make_jacobian_labels(lambda _: TASK_ROWS),
+        objection=base.object_to_point_before_last_link,
+        too_long=base.make_size_objection(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,
-            lambda chain: count_tool_jacobian_terms(structure(chain).chain),
+            lambda chain: transforms.count_tool_jacobian_terms(structure(chain).chain),
         ),
     ),
 )  # fmt: skip

@@ -17,7 +17,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook_matrix
+from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
@@ -39,17 +39,12 @@ def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block in the coordinates of link 1, with equal determinant."""
     first_joint, rotation = generic.joints[0], rot_x(convention_of(generic).step_to_standard_frame(1)[0])
     point = frame_after(generic.joints[1:4]).origin
-    r_1 = sp.Matrix(
-        [first_joint.a, first_joint.d * sp.sin(first_joint.alpha), first_joint.d * sp.cos(first_joint.alpha)]
-    )  # in frame 1
-    axes_and_arms = [(sp.Matrix([0, sp.sin(first_joint.alpha), sp.cos(first_joint.alpha)]), r_1 + point)]
-    for i in (1, 2):
-        previous_frame = frame_after(generic.joints[1:i])
-        axes_and_arms.append((previous_frame.rotation * Z, point - previous_frame.origin))
-    columns = [
-        z.cross(arm) if joint.kind == "R" else z
-        for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
-    ]
+    z_0 = sp.Matrix([0, sp.sin(first_joint.alpha), sp.cos(first_joint.alpha)])  # in frame 1, like r_1
+    r_1 = sp.Matrix([first_joint.a, *(first_joint.d * z_0[1:, :])])
+    previous_frames = (frame_after(generic.joints[1:i]) for i in (1, 2))
+    axes_and_arms = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in previous_frames)]
+    joints_and_vectors = zip(generic.joints[:3], axes_and_arms, strict=True)
+    columns = [z.cross(arm) if joint.kind == "R" else z for joint, (z, arm) in joints_and_vectors]
     return textbook_matrix(rotation * sp.Matrix.hstack(*columns))
 
 
@@ -67,7 +62,7 @@ def derive_arm_block(chain: Chain) -> sp.Matrix:
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return _write_wrist_axes(structure(chain).chain).applyfunc(derive(chain).substitute_values)
+    return derive(chain).substitute_matrix(_write_wrist_axes(structure(chain).chain))
 
 
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
@@ -117,20 +112,16 @@ class WristAxisDetails(Details):
 
 def derive_blocks(chain: Chain) -> WristBlocks:
     """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
-    arm_structure, fill = structure(chain), derive(chain).substitute_values
-    wrist = derive_wrist_block(chain)
-    factors = (
-        substitute(factor, dict(arm_structure.values))
-        for factor, _ in _factor_determinants(arm_structure.chain)[0].factors
-    )
+    d, generic, wrist = derive(chain), structure(chain).chain, derive_wrist_block(chain)
+    factors = (d.substitute_values(factor) for factor, _ in _factor_determinants(generic)[0].factors)
     return WristBlocks(
-        derive_arm_block(chain),
-        _derive_arm_from_frame_1(arm_structure.chain).applyfunc(fill),
-        wrist,
-        wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
-        tuple(_drop_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
-        (_wrap_angle(-chain.offsets[4]), _wrap_angle(sp.pi - chain.offsets[4])),
-        all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
+        arm=derive_arm_block(chain),
+        arm_seen=d.substitute_matrix(_derive_arm_from_frame_1(generic)),
+        wrist=wrist,
+        expanded=wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
+        arm_zeros=tuple(_drop_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
+        straight=(_wrap_angle(-chain.offsets[4]), _wrap_angle(sp.pi - chain.offsets[4])),
+        in_line=all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
 
 
@@ -172,8 +163,7 @@ def object_unless_block_triangular(chain: Chain) -> str | None:
 
 def object_to_long_arm_block(chain: Chain) -> str | None:
     """Return the objection to arms whose block J11 is too long to work out by hand."""
-    entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
-    count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+    count = count_terms(derive_arm_block(structure(chain).chain))
     return f"its arm block has {count} terms, too many to work out by hand" if count > MAX_TERMS else None
 
 

@@ -132,7 +132,7 @@ def test_ids_are_read_and_written() -> None:
         ("planar-2r/7@modified", "convention 'modified-dh'"), ("planar-2r/7@craig", "convention 'modified-dh'"),
         ("planar-2r/7@zeros@modfied-dh", "convention 'modified-dh'"),
         ("planar-2r/7@modified_dh", "convention 'modified-dh'"), ("planar-2r/7@Scews", "convention 'screws'"),
-        ("planar-2r/7@Screws", "'planar-2r/7@screws' is meant"), ("Planar-2R/7", "'planar-2r/7' is meant"),
+        ("planar-2r/7@Screws", "write 'planar-2r/7@screws'"), ("Planar-2R/7", "write 'planar-2r/7'"),
         ("planar-2r/7@lenghts", "variation 'lengths'"),
         ("planar-2r/7@lengths+bse", "unknown variation 'bse' (did you mean 'base'?)"),
         ("planar-2r/7@x", "variations: chapter, lengths, zeros, frames, full"),
@@ -159,7 +159,7 @@ def test_a_convention_is_known_by_what_others_call_it() -> None:
         (ProblemId("planar-2r", 1, ("jacobi",)), "'jacobi'.*'jacobian'"),
         (ProblemId("planar-2r", 1, ("jacobian", "jacobian")), "twice"),
         (ProblemId("planar-3r", 1, ("determinant",)), "planar-3r: its Jacobian is 2 x 3"),
-        (ProblemId("planar-2r", 1, (), ENGINE + 1), "has engine"),
+        (ProblemId("planar-2r", 1, (), ENGINE + 1), "this qdot has version"),
     ],
 )
 def test_what_cannot_be_generated_is_said(identity: ProblemId, said: str) -> None:

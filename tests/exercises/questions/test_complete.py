@@ -5,7 +5,6 @@ from dataclasses import FrozenInstanceError, fields
 from functools import cache
 
 import pytest
-from qdot.exercises.short_questions.options import list_blames
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.numbers import ask_in_numbers
@@ -17,6 +16,7 @@ from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.short_questions import ASKED
+from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
 from qdot.grader.grading.follow_through import list_earlier_parts
 from tests.support.problems import told_in

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from qdot.exercises.short_questions.choice import FormulaOptions
 
 from qdot.exercises.answer_types import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
@@ -33,6 +32,7 @@ from qdot.exercises.questions.screws import (
     derive_space_jacobian,
 )
 from qdot.exercises.short_questions import QUIZZES
+from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, text_stages
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
