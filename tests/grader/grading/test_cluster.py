@@ -311,8 +311,8 @@ def test_a_worker_that_is_killed_in_the_middle_costs_nobody_anything(
 @pytest.mark.integration
 def test_a_worker_with_other_code_grades_nothing(folder: Path, address: str, tmp_path: Path) -> None:
     other = tmp_path / "other"
-    for name in ("qdot", "templates"):
-        shutil.copytree(ROOT / name, other / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for source, target in (("qdot", "qdot"), ("templates", "qdot/templates")):  # as in a wheel
+        shutil.copytree(ROOT / source, other / target, ignore=shutil.ignore_patterns("__pycache__"))
     with (other / "qdot" / "grader" / "judging" / "judge.py").open("a") as file:
         file.write("# changed\n")
     with worker(address, tmp_path / "third", other):

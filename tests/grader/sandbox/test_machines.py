@@ -55,7 +55,7 @@ with Sandbox(Limits(seconds=20, cell_seconds=8), ["watch"]) as sandbox:
         pid = sandbox._process.pid
         honest = sandbox.run(["h = 2"], ["h"])
         print(json.dumps(dict(
-            name=name, end=run.end, honest=honest.answers, behind=sandbox.left_behind,
+            name=name, end=run.end, honest=honest.answers, behind=sandbox.has_left_processes,
             same=sandbox._process.pid == pid, answers=run.answers,
         )))
 print(json.dumps(dict(left=os.listdir(tempfile.gettempdir()))))
