@@ -396,10 +396,8 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     parse("points", _check_points, points, len(questions))
     decimals = parse("decimals", read_decimals, entry.decimals, questions)
     credit = parse("credit", read_credit, entry.credit, questions)
-    return Slot(
-        f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order, decimals,
-        credit,
-    )  # fmt: skip
+    name, marking = f"p{index + 1}", (decimals, credit)
+    return Slot(name, family, questions, points, band, robot_digest, variation, convention, twist_order, *marking)
 
 
 def _read_variation(setting: str | list[str]) -> str:

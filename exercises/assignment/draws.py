@@ -181,10 +181,12 @@ def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, R
     return replace(assignment, redraws=changed)
 
 
+OnStudent = Callable[[], None]
+
+
 def certify_class(
-    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int,
-    on_student: Callable[[], None],
-) -> tuple[Assignment, list[FailedSlot]]:  # fmt: skip
+    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int, on_student: OnStudent
+) -> tuple[Assignment, list[FailedSlot]]:
     """Find certified problems for some students; return the assignment with the new draws, and the slots that failed.
 
     `on_student` is called after every student. Raises QdotError.

@@ -171,7 +171,7 @@ def _make_notebooks(
 ) -> "tuple[NotebookNode, NotebookNode]":
     """Return the notebook to release and the staff's notebook, with the same texts."""
     released = make_handout(assignment, student, problems)
-    make_solution = partial(solution_notebook, released_notebook=released)
+    make_solution = partial(solution_notebook, released=released)
     return released, _make_notebook(make_solution, assignment, student, problems)
 
 

@@ -43,8 +43,8 @@ class StackQuestion:
     title: str
     statement: str
     prompt: str
-    hints: tuple[str, ...]
     solution: str
+    hints: tuple[str, ...]
     arm_figure: Picture
     prompt_figure: Picture | None
     solution_figure: Picture | None
@@ -96,15 +96,16 @@ def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_par
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
     category_names = assignment.title, slot.name, f"{number}. {title}"
+    category = make_category_path(list(map(make_moodle_name, category_names)))
+    html_statement, html_prompt = _write_html(statement(problem, "")), _write_html(_write_prompt(problem, part))
+    part_hints = hints(problem, part) if assignment.hints else ()
+    prompt_figure = draw_prompt_figure(problem, part, part.name)
+    solution_figure = draw_solution_figure(problem, part, f"{part.name}-solution")
+    tests = (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else []))
     return StackQuestion(
-        stack_part, name=part.name, id=part.name, title=title, note=_describe_arm(problem),
-        category=make_category_path(list(map(make_moodle_name, category_names))),
-        statement=_write_html(statement(problem, "")), prompt=_write_html(_write_prompt(problem, part)),
-        hints=tuple(map(_write_html, hints(problem, part))) if assignment.hints else (),
-        solution=_write_html(worked_solution(problem, part)), arm_figure=draw_arm(problem),
-        prompt_figure=draw_prompt_figure(problem, part, part.name),
-        solution_figure=draw_solution_figure(problem, part, f"{part.name}-solution"),
-        tests=(*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else [])),
+        stack_part, part.name, part.name, category, _describe_arm(problem), title, html_statement, html_prompt,
+        _write_html(worked_solution(problem, part)), tuple(map(_write_html, part_hints)), draw_arm(problem),
+        prompt_figure, solution_figure, tests,
     )  # fmt: skip
 
 

@@ -42,14 +42,14 @@ def solution_notebook(
     student: str,
     problems: Problems,
     with_hints: bool = False,
-    released_notebook: "NotebookNode | None" = None,
+    released: "NotebookNode | None" = None,
 ) -> "NotebookNode":
     """Return the same notebook with the reference answers filled in and a worked solution for each part.
 
-    If the notebook `released_notebook` is given, statements and prompts with their figures are copied from it.
+    If the `released` notebook is given, statements and prompts with their figures are copied from it.
     """
-    existing_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook is not None else {}
-    return _notebook("solution", title, key, student, problems, with_hints, existing_texts)
+    texts = {cell.id: cell.source for cell in released.cells} if released is not None else {}
+    return _notebook("solution", title, key, student, problems, with_hints, texts)
 
 
 def notebook_text(notebook: Mapping[str, Any]) -> str:
@@ -82,13 +82,7 @@ def points_text(points: float) -> str:
 
 
 def _notebook(
-    kind: str,
-    title: str,
-    key: str,
-    student: str,
-    problems: Problems,
-    with_hints: bool,
-    existing_texts: Mapping[str, str] = {},
+    kind: str, title: str, key: str, student: str, problems: Problems, with_hints: bool, texts: Mapping[str, str] = {}
 ) -> "NotebookNode":
     import nbformat
     from nbformat.v4 import new_notebook
@@ -101,7 +95,7 @@ def _notebook(
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, FOLDED_CODE_METADATA))
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_problem_cells(kind, number, slot, problem, with_hints, existing_texts))
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, with_hints, texts))
     nbformat.validate(notebook)
     return notebook
 
@@ -128,14 +122,9 @@ def _answer_forms(problem: Problem) -> dict[str, dict[str, object]]:
 
 def _answer_form(problem: Problem, part: Part) -> dict[str, object]:
     question = ASKED[part.kind]
-    return {
-        "type": part.type,
-        "shape": list(part.shape or ()),
-        "units": list(part.answer.expected_units),
-        "labels": list(question.list_typed_names(problem.chain, part)),
-        "columns": list(question.column_names(problem.chain)),
-        "metres": find_power_of_metres(part),
-    }
+    labels, columns = question.list_typed_names(problem.chain, part), question.column_names(problem.chain)
+    form = {"type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units)}
+    return form | {"labels": list(labels), "columns": list(columns), "metres": find_power_of_metres(part)}
 
 
 def _problem_cells(
@@ -143,9 +132,9 @@ def _problem_cells(
 ) -> "Iterator[NotebookNode]":
     """Yield the cells of a problem; `existing_texts` has the texts of a released notebook by the ids of their cells."""
     statement_id = f"{slot}-statement"
-    opening = existing_texts.get(statement_id) or statement(
-        problem, f"{number} {problem.title}", figure_image(problem, slot)
-    )
+    opening = existing_texts.get(statement_id)
+    if not opening:
+        opening = statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
     yield _markdown(statement_id, opening)
     solutions = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
@@ -154,10 +143,9 @@ def _problem_cells(
         yield _markdown(question_id, existing_texts.get(question_id) or _prompt(label, slot, problem, part, with_hints))
         code_start = f"{answer_variable(slot, part.name)} = "
         start_length = len(code_start)
-        source = code_start + (
-            part.answer.placeholder(start_length) if kind == "student" else answer_code(problem, part, start_length)
-        )
-        code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
+        placeholder = part.answer.placeholder(start_length)
+        source = placeholder if kind == "student" else answer_code(problem, part, start_length)
+        code = _code(f"{slot}-{part.name}", code_start + source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if part.name in solutions:  # the typeset answer comes before its code
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
@@ -169,21 +157,11 @@ def _problem_cells(
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, with_hints: bool) -> str:
-    title = ASKED[part.kind].heading(problem.chain)
-    points = points_text(part.points)
-    prompt_text = prompt(problem, part)
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
-    part_hints = hints(problem, part) if with_hints else ()
-    return render(
-        "notebook/prompt.md.j2",
-        number=label,
-        title=title,
-        points=points,
-        prompt=prompt_text,
-        figure=figure,
-        hints=part_hints,
-    )
+    texts = {"prompt": prompt(problem, part), "figure": figure, "hints": hints(problem, part) if with_hints else ()}
+    title, points = ASKED[part.kind].heading(problem.chain), points_text(part.points)
+    return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)
 
 
 # --- cells ---

@@ -4,7 +4,6 @@ import json
 import re
 import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.common.errors import unknown_name
@@ -30,17 +29,19 @@ from qdot.exercises.writing.problem_texts import (
 )
 from qdot.exercises.writing.render import render
 
+Converter = Callable[[str], str]
+"""A function that writes Markdown in the markup of a format."""
 HINT_LEAD = "**Hint {}.** "
 """The beginning of a hint in formats in which hints can't be expanded."""
 
 
+Certificate = Mapping[str, Any]
+
+
 def show(
-    problem: Problem,
-    solution: bool = False,
-    format: str = "text",
-    certificate: Mapping[str, Any] | None = None,
+    problem: Problem, solution: bool = False, format: str = "text", certificate: Certificate | None = None,
     hinted: bool = False,
-) -> str:
+) -> str:  # fmt: skip
     """Return the problem as text, latex, html, json or ipynb, with reference answers and worked steps if `solution`.
 
     With `hinted`, three hints follow every prompt; JSON always has them. `certificate` is added to the JSON unchanged.
@@ -57,50 +58,27 @@ def show(
     return FORMATS[format](problem, solution, hinted)
 
 
-@dataclass(frozen=True)
-class _PartView:
-    """The texts of a part for a template, in the markup of the format."""
-
-    name: str
-    title: str
-    points: str
-    prompt: str
-    hints: list[str]
-    solution: str
-    code: str
-    figure: str
-    solution_figure: str
-
-
 def _part_views(
-    problem: Problem,
-    solution: bool,
-    with_hints: bool,
-    convert: Callable[[str], str],
-    hint_lead: str = "",
-    with_figures: bool = False,
-) -> list[_PartView]:
-    """Return the parts of a problem in the markup that `convert` writes; `hint_lead` is the beginning of each hint.
+    problem: Problem, solution: bool, hinted: bool, convert: Converter, hint_lead: str = "", with_figures: bool = False
+) -> list[dict[str, object]]:
+    """Return the texts of each part in the markup that `convert` writes; `hint_lead` is the beginning of each hint.
 
     Figures are included if `with_figures`.
     """
     solutions = worked_solutions(problem) if solution else {}
-    return [
-        _PartView(
-            part.name,
-            ASKED[part.kind].heading(problem.chain),
-            points_text(part.points),
-            convert(prompt(problem, part)),
-            [convert(hint_lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)]
-            if with_hints
-            else [],
-            convert(solutions[part.name]) if solution else "",
-            answer_code(problem, part) if solution else "",
-            part_svg(problem.chain, part, part.name) if with_figures else "",
-            solution_figure(problem, part, f"{part.name}-solution") if with_figures and solution else "",
-        )
-        for part in problem.parts
-    ]
+    views: list[dict[str, object]] = []
+    for part in problem.parts:
+        shown_hints = enumerate(hints(problem, part) if hinted else (), 1)
+        view: dict[str, object] = {"name": part.name, "title": ASKED[part.kind].heading(problem.chain)}
+        view |= {"points": points_text(part.points), "prompt": convert(prompt(problem, part))}
+        view["hints"] = [convert(hint_lead.format(index) + hint) for index, hint in shown_hints]
+        view["solution"] = convert(solutions[part.name]) if solution else ""
+        view["code"] = answer_code(problem, part) if solution else ""
+        view["figure"] = part_svg(problem.chain, part, part.name) if with_figures else ""
+        has_solution_figure = with_figures and solution
+        view["solution_figure"] = solution_figure(problem, part, f"{part.name}-solution") if has_solution_figure else ""
+        views.append(view)
+    return views
 
 
 def _footer(problem: Problem) -> str:
@@ -108,35 +86,23 @@ def _footer(problem: Problem) -> str:
 
 
 def _as_text(problem: Problem, solution: bool, with_hints: bool) -> str:
-    return render(
-        "notebook/problem.txt.j2",
-        title=f"{problem.title} ({problem.id})",
-        statement=to_text(statement(problem, "")),
-        figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
-        parts=_part_views(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD),
-        footer=_footer(problem),
-    )
+    parts = _part_views(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
+    texts = {"title": f"{problem.title} ({problem.id})", "statement": to_text(statement(problem, ""))}
+    figure = textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100)
+    return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_footer(problem))
 
 
 def _as_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
-    return render(
-        "notebook/problem.tex.j2",
-        title=escape_latex(problem.title),
-        statement=to_latex(statement(problem, "")),
-        figure=escape_latex(alt_text(problem.chain)),
-        parts=_part_views(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD),
-    )
+    parts = _part_views(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
+    title, figure = escape_latex(problem.title), escape_latex(alt_text(problem.chain))
+    latex_statement = to_latex(statement(problem, ""))
+    return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
 
 
 def _as_html(problem: Problem, solution: bool, with_hints: bool) -> str:
-    return render(
-        "notebook/problem.html.j2",
-        title=problem.title,
-        statement=to_html(statement(problem, "")),
-        figure=figure_svg(problem.chain),
-        parts=_part_views(problem, solution, with_hints, to_html, with_figures=True),
-        footer=_footer(problem),
-    )
+    parts = _part_views(problem, solution, with_hints, to_html, with_figures=True)
+    texts = {"title": problem.title, "statement": to_html(statement(problem, "")), "figure": figure_svg(problem.chain)}
+    return render("notebook/problem.html.j2", **texts, parts=parts, footer=_footer(problem))
 
 
 def _as_notebook(problem: Problem, solution: bool, with_hints: bool) -> str:
@@ -150,36 +116,20 @@ def _as_notebook(problem: Problem, solution: bool, with_hints: bool) -> str:
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
     """Return the problem as plain data according to docs/schemas/show.json; each part includes its `hints`."""
-    content: Json = {
-        "id": str(problem.id),
-        "family": problem.id.family,
-        "seed": problem.id.seed,
-        "variation": problem.id.variation,
-        "engine": problem.id.engine,
-        "title": problem.title,
-        "robot": robot_json(problem.chain),
-        "symbols": {name: symbol_json(info) for name, info in problem.symbols().items()},
-        "statement": statement(problem, ""),
-        "parts": [_part_json(problem, part, solution) for part in problem.parts],
-    }
+    content: Json = {"id": str(problem.id), "family": problem.id.family, "seed": problem.id.seed}
+    content |= {"variation": problem.id.variation, "engine": problem.id.engine, "title": problem.title}
+    symbols = {name: symbol_json(info) for name, info in problem.symbols().items()}
+    content |= {"robot": robot_json(problem.chain), "symbols": symbols, "statement": statement(problem, "")}
+    content["parts"] = [_part_json(problem, part, solution) for part in problem.parts]
     if certificate is not None:
         content["certificate"] = dict(certificate)
     return content
 
 
 def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
-    content: Json = {
-        "name": part.name,
-        "kind": part.kind,
-        "type": part.type,
-        "shape": None if part.shape is None else list(part.shape),
-        "prompt": prompt(problem, part),
-        "points": part.points,
-        "needs": list(part.needs),
-        "hints": list(hints(problem, part)),
-    }
-    content |= part.answer.options_json()
-    content |= part.answer.tolerance_json()
+    content: Json = {"name": part.name, "kind": part.kind, "type": part.type, "shape": part.shape and list(part.shape)}
+    content |= {"prompt": prompt(problem, part), "points": part.points, "needs": list(part.needs)}
+    content |= {"hints": list(hints(problem, part)), **part.answer.options_json(), **part.answer.tolerance_json()}
     if solution:
         content["reference"] = part.answer.as_json()
         content["solution"] = worked_solution(problem, part)

@@ -42,27 +42,17 @@ def site_record(problem: Problem) -> Json:
     "said": [[name, title, sentence, missing symbols, if any]]}
     """
     chain, sentences = problem.chain, MistakeSentences()
-    return {
-        "id": str(problem.id),
-        "family": problem.id.family,
-        "title": problem.title,
-        "difficulty": difficulty_band(chain),
-        "statement": to_html(statement(problem, "")),
-        "figure": figure_svg(chain),
-        "alt": alt_text(chain),
-        **arm_record(problem),
-        "parts": [_part(problem, part, sentences) for part in problem.parts],
-        "said": sentences.rows,
-    }
+    record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
+    record |= {"difficulty": difficulty_band(chain), "statement": to_html(statement(problem, ""))}
+    record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **arm_record(problem)}
+    parts = [_part(problem, part, sentences) for part in problem.parts]
+    return record | {"parts": parts, "said": sentences.rows}
 
 
 def arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `site_record`: {"robot", "symbols", "pose"}."""
-    return {
-        "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
-        "symbols": _symbols(problem),
-        "pose": figure_pose(problem.chain),
-    }
+    robot = {**robot_json(problem.chain), "values": _values(problem.chain)}
+    return {"robot": robot, "symbols": _symbols(problem), "pose": figure_pose(problem.chain)}
 
 
 def determinant_factors(chain: Chain) -> list[list[str]]:
@@ -92,30 +82,21 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
     """
     words = catalogue(language)
     title = words.arm_title(problem.chain.title)
-    return {
-        "title": title[0].upper() + title[1:],
-        "statement": to_html(statement(problem, "", language=language)),
-        "parts": [
-            {
-                "name": part.name,
-                "title": words.question(ASKED[part.kind].title),
-                "prompt": to_html(prompt(problem, part, language)),
-                "hints": [html_with_latex(hint) for hint in hints(problem, part, language)],
-                "options": _options(problem, part, language),
-            }
-            for part in problem.parts
-        ],
-        "said": [_translate_sentence(words, *row) for row in record["said"]],
-    }
+    parts = []
+    for part in problem.parts:
+        shown_hints = [html_with_latex(hint) for hint in hints(problem, part, language)]
+        texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
+        texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
+        parts.append(texts | {"options": _options(problem, part, language)})
+    said = [_translate_sentence(words, *row) for row in record["said"]]
+    html_statement = to_html(statement(problem, "", language=language))
+    return {"title": title[0].upper() + title[1:], "statement": html_statement, "parts": parts, "said": said}
 
 
 def translated_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
-    parts = [
-        {"name": part.name, "solution": html_with_latex(worked_solution(problem, part, language))}
-        for part in problem.parts
-    ]
-    return {"parts": parts}
+    solutions = {part.name: html_with_latex(worked_solution(problem, part, language)) for part in problem.parts}
+    return {"parts": [{"name": name, "solution": solution} for name, solution in solutions.items()]}
 
 
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
@@ -129,19 +110,12 @@ def solutions_record(problem: Problem) -> Json:
 
     {"id", "factors": as in `determinant_factors`, "parts": [{"name", "solution", "figure", "typed"}]}
     """
-    return {
-        "id": str(problem.id),
-        "factors": determinant_factors(problem.chain),
-        "parts": [
-            {
-                "name": part.name,
-                "solution": html_with_latex(worked_solution(problem, part)),
-                "figure": solution_figure(problem, part, f"{part.name}-solution"),
-                "typed": answer_code(problem, part),
-            }
-            for part in problem.parts
-        ],
-    }
+    parts = []
+    for part in problem.parts:
+        solution, figure = worked_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
+        record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
+        parts.append(record | {"typed": answer_code(problem, part)})
+    return {"id": str(problem.id), "factors": determinant_factors(problem.chain), "parts": parts}
 
 
 def html_with_latex(text: str) -> str:
@@ -166,10 +140,8 @@ def _symbols(problem: Problem) -> Json:
 
 def typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
-    allowed_roles = "rate", "velocity", "force"
-    return [
-        name for name, info in problem.symbols().items() if info.role in allowed_roles and f"`{name}`" in prompt_text
-    ]
+    names = (name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force"))
+    return [name for name in names if f"`{name}`" in prompt_text]
 
 
 def _values(chain: Chain) -> Json:
@@ -202,13 +174,8 @@ class MistakeSentences:
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
         if "told" in key:
-            return key | {
-                "told": [[self._index_of(mistake) for mistake in option_mistakes] for option_mistakes in key["told"]]
-            }
-        mistake_lists = {
-            name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in MISTAKE_LISTS if name in key
-        }
-        return key | mistake_lists
+            return key | {"told": [list(map(self._index_of, mistakes)) for mistakes in key["told"]]}
+        return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LISTS if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
         return [self._index_of(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
@@ -222,28 +189,15 @@ class MistakeSentences:
 
 
 def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
-    svg = part_svg(problem.chain, part, part.name)
-    key = sentences.shorten_key(make_key(problem, part))
-    prompt_text = prompt(problem, part)
-    return {
-        "name": part.name,
-        "kind": part.kind,
-        "title": ASKED[part.kind].title,
-        "type": part.type,
-        "shape": None if part.shape is None else list(part.shape),
-        "points": part.points,
-        "prompt": to_html(prompt_text),
-        "names": typed_names(problem, prompt_text),
-        "labels": list(ASKED[part.kind].list_typed_names(problem.chain, part)),
-        "columns": list(ASKED[part.kind].column_names(problem.chain)),
-        "grid": _grid(problem.chain, part),
-        "figure": svg,
-        "alt": part_alt(problem.chain, part) if svg else "",
-        "pose": _given_pose(problem.chain, part),
-        "hints": [html_with_latex(hint) for hint in hints(problem, part)],
-        "options": _options(problem, part),
-        "key": key,
-    }
+    chain, question, prompt_text = problem.chain, ASKED[part.kind], prompt(problem, part)
+    svg = part_svg(chain, part, part.name)
+    record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
+    record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
+    record |= {"names": typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
+    record |= {"columns": list(question.column_names(chain)), "grid": _grid(chain, part), "figure": svg}
+    record |= {"alt": part_alt(chain, part) if svg else "", "pose": _given_pose(chain, part)}
+    record |= {"hints": [html_with_latex(hint) for hint in hints(problem, part)], "options": _options(problem, part)}
+    return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
 def _grid(chain: Chain, part: Part) -> list[list[str]]:
