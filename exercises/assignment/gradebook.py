@@ -75,7 +75,7 @@ def read_export(path: Path) -> Export | None:
     header = [name.strip() for name in rows[0][1]]
     if _is_canvas(header, rows):
         return _read_canvas(path, header, rows)
-    columns = {key: _find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
+    columns = {key: find_column(header, names) for key, names in MOODLE_COLUMNS.items()}
     if columns["first"] is not None and columns["last"] is not None and header[0].lower() != "student":
         return _read_moodle(path, header, rows, columns)
     return None
@@ -100,7 +100,8 @@ def _due_cell(header: list[str], cells: tuple[str, ...]) -> dict[str, str]:
     return {"due": cells[header.index("due")]} if "due" in header else {}
 
 
-def _find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
+def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
+    """Return the index of the column that has one of these names, which are in lower case; None if there is none."""
     return next((index for index, name in enumerate(header) if name.lower() in names), None)
 
 

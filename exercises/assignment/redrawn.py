@@ -5,15 +5,13 @@ A draw is an attempt to generate a student's problem, with a seed of its own. Th
 file before any notebook, and every command that regenerates a class reads it.
 """
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.input_file import read_table
+from qdot.exercises.common.input_file import csv_text, read_table
 
 REDRAWN_FILE = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")
@@ -57,9 +55,9 @@ def write_redrawn(folder: Path, redraws: Redraws) -> None:
 
     Lines are sorted by student and slot.
     """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for (student, slot), redraw in sorted(redraws.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1])):
-        writer.writerow((student, slot, redraw.family, redraw.draw, " ".join(redraw.first_failure.split())))
-    write_atomically(folder / REDRAWN_FILE, out.getvalue())
+    ordered = sorted(redraws.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1]))
+    rows = (
+        (student, slot, redraw.family, redraw.draw, " ".join(redraw.first_failure.split()))
+        for (student, slot), redraw in ordered
+    )
+    write_atomically(folder / REDRAWN_FILE, csv_text([COLUMNS, *rows]))

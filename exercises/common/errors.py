@@ -1,6 +1,7 @@
 """Define `QdotError`, the one exception whose message is for the user, and build common messages."""
 
 import errno
+from collections.abc import Sequence
 
 
 class QdotError(Exception):
@@ -42,6 +43,21 @@ def count_noun(number: int, noun: str) -> str:
     ('1 student', '3 students')
     """
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def list_some(names: Sequence[str], count: int) -> str:
+    """Return the first `count` names as a list, and how many more there are.
+
+    >>> list_some(["ada", "bo", "cy", "di"], 2)
+    'ada, bo and 2 more'
+    """
+    more = f" and {len(names) - count} more" if len(names) > count else ""
+    return ", ".join(names[:count]) + more
+
+
+def shorten(text: str, max_length: int) -> str:
+    """Return the first characters of a text; " …" shows that some are left out."""
+    return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
 def most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:

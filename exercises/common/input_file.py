@@ -11,7 +11,7 @@ import io
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -296,6 +296,13 @@ def csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[in
         if any(cell.strip() for cell in row):
             yield row_lines[-1], row
         row_lines.append(reader.line_num + 1 + skipped)
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV text with commas and one line for each row."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def _separator(header: str) -> str:

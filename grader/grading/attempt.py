@@ -26,7 +26,7 @@ from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, printable_name
 from qdot.grader.submissions.submission import (
-    MetadataNote,
+    Notes,
     StudentFiles,
     Submission,
     explain_wrong_assignment,
@@ -79,63 +79,52 @@ class SearchFailed(Exception):
 def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Attempt]:
     """Return a student's attempts, the most likely first. If any file can be read, the unreadable ones are omitted.
 
-    Raises NotFoundOut if the search for the files failed.
+    Raises SearchFailed if the search for the files failed.
     """
     if student_files.failure:
         raise SearchFailed(student_files.failure)
-    if student_files.ungraded_reason:
-        return [
-            replace(
-                _unreadable_attempt(student_files.files[0], student_files.ungraded_reason),
-                over_limit=student_files.over_limit,
-            )
-        ]
-    likely_paths, note = select_likely_notebooks(student_files.files)
+    files, reason = student_files.files, student_files.ungraded_reason
+    if reason:
+        return [_unreadable_attempt(files[0], reason, student_files.over_limit)]
+    likely_paths, note = select_likely_notebooks(files)
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
-    attempts = [_read_attempt(student_files, path, assignment_key) for path in likely_paths]
+    read = partial(_read_attempt, student_files, assignment_key)
+    attempts = [read(path) for path in likely_paths]
     if not any(attempt.submission for attempt in attempts):
-        other_attempts = (
-            _read_attempt(student_files, path, assignment_key)
-            for path in student_files.files[:MAX_FILES_TRIED]
-            if path not in likely_paths
-        )
-        attempts += [attempt for attempt in other_attempts if attempt.submission][:1]
+        other_paths = [path for path in files[:MAX_FILES_TRIED] if path not in likely_paths]
+        attempts += [attempt for attempt in map(read, other_paths) if attempt.submission][:1]
     readable_attempts = [attempt for attempt in attempts if attempt.submission]
     failure_reasons = [attempt.unreadable_reason for attempt in attempts if not attempt.submission]
-    if not readable_attempts:
-        return attempts[:1]
-    return [
-        replace(
-            attempt,
-            notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failure_reasons),
-        )
-        for attempt in readable_attempts
-    ]
+
+    def add_notes(attempt: Attempt) -> Attempt:
+        name = printable_name(attempt.file.name)
+        return replace(attempt, notes=tuple(f"{why}; {name} was graded instead" for why in failure_reasons))
+
+    return list(map(add_notes, readable_attempts)) or attempts[:1]
 
 
 MAX_FILES_TRIED = 10
 """Maximum number of files that are tried if no likely notebook can be read."""
 
 
-def _read_attempt(student_files: StudentFiles, path: Path, assignment_key: str) -> Attempt:
+def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) -> Attempt:
     try:
-        submission_content = read_submission(path, assignment_key, student_files.files)
+        submission = read_submission(path, assignment_key, student_files.files)
     except Unreadable as error:
-        return replace(_unreadable_attempt(path, str(error)), over_limit=isinstance(error, OverLimit))
-    submission = replace(
-        submission_content, notes=(*student_files.notes, *submission_content.notes), late=student_files.late
-    )
+        return _unreadable_attempt(path, str(error), isinstance(error, OverLimit))
+    notes = (*student_files.notes, *submission.notes)
+    submission = replace(submission, notes=notes, late=student_files.late)
     if student_files.received is not None:
         submission = replace(submission, received=student_files.received, time_source=student_files.platform)
     return Attempt(path, submission.received, submission)
 
 
-def _unreadable_attempt(path: Path, reason: str) -> Attempt:
+def _unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Attempt:
     try:
         received = modification_time(path.lstat())
     except OSError:
         received = datetime.datetime.fromtimestamp(0, datetime.UTC)
-    return Attempt(path, received, None, reason)
+    return Attempt(path, received, None, reason, over_limit=over_limit)
 
 
 def marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
@@ -184,44 +173,40 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Note
     """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
     submission = None if attempt is None else attempt.submission
-    ungraded_reason: str | None = "nothing was handed in"
-    notes, answers = list[MetadataNote](), Answers(Run())
-    seed = f"{assignment.secret}/{'' if submission is None else submission.sha256}"
+    sha256 = None if submission is None else submission.sha256
+    seed = f"{assignment.secret}/{sha256 or ''}"
+    ungraded_reason: str | None = "nothing was submitted"
+    answers, notes = Answers(Run()), Notes()
     if attempt is not None:
         if attempt.over_limit:
             raise OverLimit(attempt.unreadable_reason)
-        notes += [MetadataNote(note, note) for note in attempt.notes]
+        notes += [(note, note) for note in attempt.notes]
         ungraded_reason = attempt.unreadable_reason
     if submission is not None:
-        notes += [MetadataNote(note, note) for note in submission.notes if note]
+        notes += [(note, note) for note in submission.notes]
         ungraded_reason = explain_wrong_assignment(submission, assignment)
         if ungraded_reason is None:
             answers = run_notebook(grader.sandbox, submission, problems, seed)
             notes += find_oddities(submission, assignment, student)
-            notes += [MetadataNote(note, note) for note in answers.notes if note]
-            notes += [MetadataNote(f"refused: {stop}") for stop in answers.forbidden_stops if stop not in answers.notes]
+            notes += [(note, note) for note in answers.notes]
+            notes += [(f"refused: {stop}", "") for stop in answers.forbidden_stops if stop not in answers.notes]
     is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
     credit, allowance = Fraction(0) if is_other_students else assignment.follow_through, TimeBudgets()
     results = list[ProblemResult]()
     for slot, problem in problems:
         reasons = {part.name: ungraded_reason or answers.reason_missing(slot, part.name) for part in problem.parts}
-        is_copied = partial(grader.class_answers.is_correct_for_another, problem, slot)
-        rules = MarkingRules(credit, is_copied)
+        rules = MarkingRules(credit, partial(grader.class_answers.is_correct_for_another, problem, slot))
         verdicts = mark(
             problem, answers.texts_by_part(slot, problem), reasons, secret=assignment.secret, points_seed=seed,
             rules=rules, allowance=allowance,
         )  # fmt: skip
-        results.append(
-            ProblemResult(str(problem.id), slot, tuple(make_part_result(slot, verdict) for verdict in verdicts))
-        )
+        parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
+        results.append(ProblemResult(str(problem.id), slot, parts))
     return NotebookMarks(
-        sha256=None if submission is None else submission.sha256,
-        obstacle=ungraded_reason,
-        notes=tuple(note.student_message for note in notes if note.student_message),
-        staff_notes=tuple(note.staff_message for note in notes),
-        made_from=marking_versions(assignment, student),
-        problems=tuple(results),
-    )
+        sha256=sha256, obstacle=ungraded_reason, made_from=marking_versions(assignment, student),
+        notes=tuple(student_note for _, student_note in notes if student_note),
+        staff_notes=tuple(staff_note for staff_note, _ in notes if staff_note), problems=tuple(results),
+    )  # fmt: skip
 
 
 def run_notebook(
@@ -252,11 +237,8 @@ def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
         if crash_count == 2:
             break
     if crash_count < 2 or sandbox.run((), ()).end != "done":  # not the notebook's fault: out of memory or disk space
-        if sandbox.not_started_reason:
-            detail = f" ({sandbox.not_started_reason})"
-        else:
-            detail = "; is there memory, and room on the disk?"
-        raise RuntimeError(f"the process that runs notebooks ends by itself{detail}")
+        reason = sandbox.not_started_reason or "check the free memory and the free space on the disk"
+        raise RuntimeError(f"the process that runs notebooks ends by itself: {reason}")
     return result
 
 
@@ -268,22 +250,13 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
     """Return the result of a part with this verdict; the key of its group begins with `slot`."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
-        name=verdict.part,
-        outcome=judgement.outcome,
-        over_limit=judgement.over_limit,
-        points=verdict.points,
-        max_points=verdict.max_points,
-        reason=judgement.reason,
+        name=verdict.part, outcome=judgement.outcome, over_limit=judgement.over_limit, points=verdict.points,
+        max_points=verdict.max_points, reason=judgement.reason, certificate=judgement.certificate,
         mistake=None if diagnosis is None else diagnosis.names or None,
-        advice=None if diagnosis is None else diagnosis.says,
-        followed_from=verdict.followed_from,
-        follows=verdict.follows,
-        attempt=verdict.attempt,
+        advice=None if diagnosis is None else diagnosis.says, followed_from=verdict.followed_from,
+        follows=verdict.follows, attempt=verdict.attempt, answer=verdict.answer, entries=judgement.entries,
         group=None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group),
-        certificate=judgement.certificate,
-        answer=verdict.answer,
-        entries=judgement.entries,
-    )
+    )  # fmt: skip
 
 
 def mark_ungraded(
@@ -291,41 +264,27 @@ def mark_ungraded(
 ) -> NotebookMarks:  # fmt: skip
     """Return marks without points for a notebook that exceeded a limit or that qdot failed to grade."""
     staff_reason = (cause if over_limit else f"qdot could not grade this ({cause})") + "; it has no mark yet"
-    reason = f"{staff_reason}, tell your instructor"
-
-    def make_ungraded_part(name: str, max_points: float) -> PartResult:
-        outcome = Outcome.UNGRADED
-        return PartResult(
-            name=name, outcome=outcome, over_limit=over_limit, points=None, max_points=max_points, reason=reason
-        )
-
+    reason = f"{staff_reason}. Please tell your instructor"
+    ungraded_part = partial(PartResult, outcome=Outcome.UNGRADED, over_limit=over_limit, points=None, reason=reason)
+    problems = []
+    for slot in assignment.slots:
+        questions = zip(slot.questions, slot.max_points, strict=True)
+        parts = tuple(ungraded_part(name=name, max_points=points) for name, points in questions)
+        problems.append(ProblemResult(str(assignment.identity(slot, student)), slot.name, parts))
     return NotebookMarks(
         sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
-        obstacle=reason,
-        staff_notes=(staff_reason,),
-        made_from=marking_versions(assignment, student),
-        problems=tuple(
-            ProblemResult(
-                str(assignment.identity(slot, student)),
-                slot.name,
-                tuple(map(make_ungraded_part, slot.questions, slot.max_points)),
-            )
-            for slot in assignment.slots
-        ),
-    )
+        obstacle=reason, staff_notes=(staff_reason,), made_from=marking_versions(assignment, student),
+        problems=tuple(problems),
+    )  # fmt: skip
 
 
 # --- a notebook without a class ---
 
 
 def grade_notebook(
-    path: Path | str,
-    problems: Mapping[str, Problem],
-    *,
-    secret: str | None = None,
-    limits: Limits | None = None,
+    path: Path | str, problems: Mapping[str, Problem], *, secret: str | None = None, limits: Limits | None = None,
     strict: bool = False,
-) -> dict[str, list[Verdict]]:
+) -> dict[str, list[Verdict]]:  # fmt: skip
     r"""Run a notebook in the sandbox and return the verdicts on its answers, by slot ("p1", "p2", …).
 
     `secret` seeds the points at which answers are compared, as in `mark`. `limits` are seconds and memory. With

@@ -5,10 +5,8 @@ the assignment, and the versions of problems and grader. A rerun uses the stored
 """
 
 import contextlib
-import csv
 import datetime
 import hashlib
-import io
 import json
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -28,6 +26,7 @@ from qdot.exercises.common.files import (
     write_atomically,
     write_error,
 )
+from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import (
@@ -41,33 +40,24 @@ from qdot.grader.grading.attempt import (
 )
 from qdot.grader.grading.cluster import Cluster, connect
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.final_result import GradedNotebook, final_result
-from qdot.grader.grading.overrides import Overrides, read_overrides
+from qdot.grader.grading.final_result import GradedNotebook, final_result, ungraded_notebook, ungraded_result
+from qdot.grader.grading.overrides import read_overrides
 from qdot.grader.grading.result import NotebookMarks, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.cells import printable_name
 from qdot.grader.submissions.submission import StudentFiles, find_files_of_student
 
-CRASH_REASON = "its process was ended twice by the system, probably for want of memory"
+CRASH_REASON = "the system ended its process twice, probably because memory ran out"
 
 
-@dataclass(frozen=True)
-class GradingTask:
-    """A student to grade, and the files that the student submitted; None if there are none."""
-
-    student: str
-    files: StudentFiles | None
+GradingTask = tuple[str, StudentFiles | None]
+"""A student to grade, and the files that the student submitted; None if there are none."""
 
 
 def grade_class(
-    assignment: Assignment,
-    submissions: Mapping[str, StudentFiles],
-    jobs: int,
-    limits: Limits,
-    on_result: Callable[[Result], None] = lambda _: None,
-    students: Sequence[Student] | None = None,
-    executor: str = "",
-) -> list[Result]:
+    assignment: Assignment, submissions: Mapping[str, StudentFiles], jobs: int, limits: Limits,
+    on_result: Callable[[Result], None] = lambda _: None, students: Sequence[Student] | None = None, executor: str = "",
+) -> list[Result]:  # fmt: skip
     """Grade the roster, or only these `students` of it, and return the results in that order.
 
     `on_result` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills
@@ -77,29 +67,30 @@ def grade_class(
     """
     overrides = read_overrides(assignment)
     chosen_students = assignment.roster if students is None else students
-    tasks = [GradingTask(student.id, submissions.get(student.id)) for student in chosen_students]
+    tasks = [(student.id, submissions.get(student.id)) for student in chosen_students]
     cache = cache_folder(assignment.folder)
     make_folder(cache)
-    results, costs = [], [("student", "seconds", "megabytes")]
-    cache_paths = [
-        marks_path(cache, task.student, file) for task in tasks for file in (task.files.files if task.files else [None])
-    ]
+    results, costs = list[Result](), [("student", "seconds", "megabytes")]
+    files_of = {student: files.files if files else (None,) for student, files in tasks}
+    paths = [marks_path(cache, student, file) for student, files in files_of.items() for file in files]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
-    with clean_up_after(cache_paths), flush_disks_after():
-        notebooks_by_student = (
-            _grade_on_cluster(executor, tasks, assignment, limits, cache)
-            if executor
-            else ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, (assignment, limits, cache), mark_lost)
-        )
-        with contextlib.closing(notebooks_by_student) as submitted_notebooks:
-            for student, handed_in in zip(chosen_students, submitted_notebooks, strict=True):
-                results.append(_final_result_or_ungraded(assignment, student, handed_in, overrides))
-                costs.append((student.id, *_format_cost(handed_in)))
-                on_result(results[-1])
+    with clean_up_after(paths), flush_disks_after():
+        if executor:
+            graded = _grade_on_cluster(executor, tasks, assignment, limits, cache)
+        else:
+            setup = (assignment, limits, cache)
+            graded = ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
+        with contextlib.closing(graded):
+            for student, notebooks in zip(chosen_students, graded, strict=True):
+                try:
+                    result = final_result(assignment, student, notebooks, overrides)
+                except Exception as error:  # an error for one student must not stop the class
+                    result = ungraded_result(assignment, student, notebooks[0].file, error)
+                results.append(result)
+                costs.append((student.id, *_format_cost(notebooks)))
+                on_result(result)
     if students is None:
-        table = io.StringIO()
-        csv.writer(table, lineterminator="\n").writerows(costs)
-        write_atomically(assignment.folder / "graded" / "costs.csv", table.getvalue(), 0o600)
+        write_atomically(assignment.folder / "graded" / "costs.csv", csv_text(costs), 0o600)
     return results
 
 
@@ -148,10 +139,8 @@ def lock_folder(folder: Path) -> Iterator[None]:
                 try:
                     lock(file.fileno(), wait=False)
                 except BlockingIOError:
-                    folder = path.parent.parent
-                    raise QdotError(
-                        f"{folder} is being graded by another 'qdot grade'; wait until it is done"
-                    ) from None
+                    message = f"another 'qdot grade' is grading {path.parent.parent}; wait until it is done"
+                    raise QdotError(message) from None
             yield
         finally:
             _locked_files.discard(file.fileno())
@@ -184,10 +173,8 @@ class _StoredMarks:
 class _GradingWorker:
     """Grades students' notebooks in a local sandbox or on a cluster, and stores the marks in the cache folder."""
 
-    def __init__(
-        self, assignment: Assignment, limits: Limits, cache_path: Path, cluster: Cluster | None = None
-    ) -> None:
-        self.assignment, self._limits, self._cache_path, self._cluster = assignment, limits, cache_path, cluster
+    def __init__(self, assignment: Assignment, limits: Limits, cache: Path, cluster: Cluster | None = None) -> None:
+        self.assignment, self._limits, self._cache_path, self._cluster = assignment, limits, cache, cluster
         if cluster is None:
             sandbox = Sandbox(limits, strict=assignment.sandbox == "strict")
             self._grader = Grader(assignment, sandbox, ClassAnswers(assignment))
@@ -197,19 +184,18 @@ class _GradingWorker:
 
     def grade(self, task: GradingTask) -> list[GradedNotebook]:
         """Return a student's notebooks in the order received; only the attempts that may count are marked."""
-        if task.files is None:
-            return [GradedNotebook(marked=self._mark(task.student, None))]
-        attempts = read_attempts(task.files, self.assignment.key)
+        student, files = task
+        if files is None:
+            return [GradedNotebook(marked=self._mark(student, None))]
+        attempts = read_attempts(files, self.assignment.key)
         counting_attempts = _counting_attempts(self.assignment, attempts)
-        graded_notebooks = []
+        notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
-            submission = attempt.submission
-            marked = self._mark(task.student, attempt) if attempt in counting_attempts else None
+            submission, name = attempt.submission, printable_name(attempt.file.name)
+            marked = self._mark(student, attempt) if attempt in counting_attempts else None
             lateness = ("file", None) if submission is None else (submission.time_source, submission.late)
-            graded_notebooks.append(
-                GradedNotebook(printable_name(attempt.file.name), attempt.received, marked, *lateness)
-            )
-        return graded_notebooks
+            notebooks.append(GradedNotebook(name, attempt.received, marked, *lateness))
+        return notebooks
 
     def _mark(self, student: str, attempt: Attempt | None) -> NotebookMarks:
         """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
@@ -218,9 +204,8 @@ class _GradingWorker:
         if self._cluster is None:
             marked = grade_safely(self._grader, student, attempt)
         else:
-            marked = self._cluster.mark(student, attempt) or mark_ungraded(
-                self.assignment, student, attempt, CRASH_REASON
-            )
+            marks_from_cluster = self._cluster.mark(student, attempt)
+            marked = marks_from_cluster or mark_ungraded(self.assignment, student, attempt, CRASH_REASON)
         self.store_marks(student, attempt, marked)
         return marked
 
@@ -249,7 +234,7 @@ class _GradingWorker:
 
 
 def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
-    """Grade a student's notebooks like `_Worker.grade`; an error leaves only this student UNGRADED.
+    """Grade a student's notebooks like `_GradingWorker.grade`; an error leaves only this student UNGRADED.
 
     Raises QdotError for a problem that concerns the whole class, such as a full disk.
     """
@@ -261,16 +246,6 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
         if (cause := open_files_error(error)) is not None:
             raise cause from None
         return _mark_failed(worker.assignment, task, describe_error(error))
-
-
-def _final_result_or_ungraded(
-    assignment: Assignment, student: Student, notebooks: Sequence[GradedNotebook], overrides: Overrides
-) -> Result:
-    try:
-        return final_result(assignment, student, notebooks, overrides)
-    except Exception as error:  # an error for one student must not stop the class
-        marked = mark_ungraded(assignment, student.id, None, describe_error(error))
-        return final_result(assignment, student, [GradedNotebook(notebooks[0].file, marked=marked)])
 
 
 def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -285,8 +260,9 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
 
 def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
     """Return an UNGRADED notebook for a student whom qdot failed to grade, or whose processes all crashed."""
-    file = printable_name(task.files.files[0].name) if task.files and task.files.files else ""
-    return [GradedNotebook(file, marked=mark_ungraded(assignment, task.student, None, reason))]
+    student, files = task
+    file = printable_name(files.files[0].name) if files and files.files else ""
+    return [ungraded_notebook(assignment, student, file, reason)]
 
 
 def marks_path(cache_path: Path, student: str, file: Path | None) -> Path:
@@ -316,7 +292,7 @@ def parse_time(text: str) -> datetime.datetime:
     try:
         return with_zone(datetime.datetime.fromisoformat(text))
     except ValueError:
-        raise QdotError(f"{text!r} is no time; write it as in 2027-01-15T23:59:00+01:00") from None
+        raise QdotError(f"{text!r} is not a time; expected a time as in 2027-01-15T23:59:00+01:00") from None
 
 
 def find_student_files(
@@ -324,7 +300,7 @@ def find_student_files(
 ) -> StudentFiles | None:
     """Return a student's files from a path, which is a notebook or a folder that contains it. Raises QdotError."""
     if not path.exists():
-        raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
+        raise QdotError(f"{path} does not exist; expected the student's notebook, or a folder that contains it")
     return find_files_of_student(path, assignment.key, time_source if received else "", received)
 
 

@@ -86,21 +86,19 @@ def read_certificate(path: Path, assignment: str, student: str) -> StudentCertif
         return None
     except pydantic.ValidationError as error:
         first_error = error.errors()[0]
-        location = ".".join(map(str, first_error["loc"]))
-        raise _unreadable_certificate(
-            path, f"{location}: {first_error['msg']}" if location else first_error["msg"]
-        ) from None
+        words = filter(None, (".".join(map(str, first_error["loc"])), first_error["msg"]))
+        raise _unreadable_certificate(path, ": ".join(words)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable_certificate(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
     if (certificate.assignment, certificate.student) != (assignment, student):
-        raise _unreadable_certificate(path, f"it is that of {certificate.student} for {certificate.assignment!r}")
+        raise _unreadable_certificate(path, f"it belongs to {certificate.student} and {certificate.assignment!r}")
     return certificate
 
 
 def _unreadable_certificate(path: Path, reason: str) -> QdotError:
     return QdotError(
-        f"{path} can't be read as this student's certificate ({reason}): nothing says what was handed out. Restore it "
-        "from a backup; failing that, delete it, run 'qdot generate' and hand its notebook out anew"
+        f"{path} is not a valid certificate of this student ({reason}), so qdot does not know what was released. "
+        "Restore it from a backup. If there is none, delete it, run 'qdot generate' and release the notebook again"
     )
 
 
@@ -108,12 +106,12 @@ def describe_missing(path: Path, notebook: Path) -> str:
     """Return the message on a missing certificate, which depends on whether the notebook exists."""
     if not notebook.is_file():
         return (
-            f"neither {path} nor {notebook} is there. If nothing was handed out yet, 'qdot generate' writes both; if "
-            "it was, restore both from a backup"
+            f"{path} and {notebook} are missing. If nothing was released yet, run 'qdot generate' to write both. "
+            "Otherwise restore both from a backup"
         )
     return (
-        f"{path} is missing: nothing says what was handed out. Restore it from a backup; 'qdot generate' writes "
-        "notebook and certificate from what the problems are now, to be handed out anew"
+        f"{path} is missing, so qdot does not know what was released. Restore it from a backup. 'qdot generate' would "
+        "write a new notebook and certificate from the current problems, which you would have to release again"
     )
 
 
@@ -155,20 +153,19 @@ def find_notebook_failures(path: Path, certificate: StudentCertificate) -> list[
         if not isinstance(_as_mapping(notebook).get("cells"), list):
             raise ValueError("it has no cells")
     except (FileNotFoundError, NotADirectoryError):
-        message = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
+        message = f"{path} is missing, so it can't be compared with its certificate; restore it from a backup"
         return [Failure(FailureKind.NO_NOTEBOOK, f"{student}: {message}")]
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or error
-        message = f"{path} can't be read as a notebook ({reason}); restore it from a backup"
+        message = f"{path} is not a valid notebook ({reason}); restore it from a backup"
         return [Failure(FailureKind.ALTERED, f"{student}: {message}")]
     alterations_by_slot: dict[str, list[str]] = {}
     for cell, difference in find_alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
         alterations_by_slot.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
-    message = f"{student}: {path} is not as it was handed out, restore it from a backup: "
+    message = f"{student}: {path} has changed since its release, restore it from a backup: "
     return [
-        Failure(FailureKind.ALTERED, message + ", ".join(alterations), slot)
-        for slot, alterations in alterations_by_slot.items()
+        Failure(FailureKind.ALTERED, message + ", ".join(cells), slot) for slot, cells in alterations_by_slot.items()
     ]
 
 
@@ -177,12 +174,9 @@ def find_alterations(
 ) -> list[tuple[str, str]]:
     """Return the names of the cells that differ from the recorded digests, each with a word for the difference."""
     present_cells = dict(present_digests)
-    digests = Counter(digest for _, digest in present_digests)
-    differences = {
-        name: "changed" if name in present_cells else "gone"
-        for name, digest in recorded_digests.items()
-        if not digests[digest]
-    }
+    digests = {digest for _, digest in present_digests}
+    changed = [name for name, digest in recorded_digests.items() if digest not in digests]
+    differences = {name: "changed" if name in present_cells else "missing" for name in changed}
     unmatched_counts = Counter(recorded_digests.values())
     for name, digest in present_digests:
         unmatched_counts[digest] -= 1

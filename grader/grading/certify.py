@@ -16,23 +16,15 @@ from qdot.exercises.assignment.release import Certifier, certificate_path, noteb
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.singularities.difficulty import difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
-from qdot.grader.grading.certificates import (
-    Failure,
-    FailureKind,
-    ProblemRecord,
-    StudentCertificate,
-    cell_digests,
-    describe_missing,
-    find_notebook_failures,
-    read_certificate,
-)
+from qdot.grader.grading import certificates
+from qdot.grader.grading.certificates import Failure, FailureKind, ProblemRecord, StudentCertificate
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 
@@ -70,7 +62,7 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
     for part in problem.parts:
         judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
-            failures.append(f"{part.name}: the reference itself is judged {judgement.outcome}: {judgement.reason}")
+            failures.append(f"{part.name}: the reference answer is judged {judgement.outcome}: {judgement.reason}")
     return failures
 
 
@@ -98,7 +90,7 @@ def certificate_text(
         assignment=assignment.key,
         student=student,
         edition=assignment.edition_of(student),
-        notebook=dict(cell_digests(notebook)),
+        notebook=dict(certificates.cell_digests(notebook)),
         problems=dict(records),
     ).text
 
@@ -115,8 +107,7 @@ def list_tasks(assignment: Assignment) -> list[VerificationTask]:
 
     Students who are no longer on the roster are included, because their problems were also released.
     """
-    students = [student.id for student in assignment.roster]
-    students += find_former_students(assignment)
+    students = [*(student.id for student in assignment.roster), *find_former_students(assignment)]
     return [task for student in students for task in list_tasks_of_student(assignment, student)]
 
 
@@ -133,31 +124,25 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Verifica
     """Return a student's problems: first those in the assignment's slots, then those in slots since removed."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
-    failures_by_slot = {
-        slot: tuple(failure for failure in failures if failure.slot in ("", slot))
-        for slot in [*(slot.name for slot in assignment.slots), *records]
-    }
+
+    def failures_of(slot: str) -> list[Failure]:
+        return [failure for failure in failures if failure.slot in ("", slot)]
+
     tasks = []
     for slot in assignment.slots:
-        record = records.pop(slot.name, None)
-        task = VerificationTask(
-            assignment.identity(slot, student), slot.family, record, student, failures_by_slot[slot.name]
-        )
+        record, slot_failures = records.pop(slot.name, None), failures_of(slot.name)
         if certificate and record is None:
             path = certificate_path(assignment, student)
-            message = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
-            task = replace(task, file_failures=(Failure(FailureKind.UNCERTIFIED, message), *task.file_failures))
-        tasks.append(task)
+            message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
+            slot_failures.insert(0, Failure(FailureKind.UNCERTIFIED, message))
+        identity = assignment.identity(slot, student)
+        tasks.append(VerificationTask(identity, slot.family, record, student, tuple(slot_failures)))
     for name, record in records.items():
-        task = VerificationTask(
-            replace(ProblemId.parse(record.problem), questions=record.questions),
-            student=student,
-            is_in_assignment=False,
-        )
-        failure = task.make_failure(
-            FailureKind.CHANGED, f"it was handed out as {name}, and is not in assignment.toml any more"
-        )
-        tasks.append(replace(task, file_failures=(failure, *failures_by_slot[name])))
+        identity = replace(ProblemId.parse(record.problem), questions=record.questions)
+        task = VerificationTask(identity, student=student, is_in_assignment=False)
+        message = f"it was released as {name}, which is no longer in assignment.toml"
+        failure = task.make_failure(FailureKind.CHANGED, message)
+        tasks.append(replace(task, file_failures=(failure, *failures_of(name))))
     return tasks
 
 
@@ -165,28 +150,28 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
     """Return a student's certificate (None if it can't be read), and the failures of certificate and notebook."""
     path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
-        certificate = read_certificate(path, assignment.key, student)
+        certificate = certificates.read_certificate(path, assignment.key, student)
     except QdotError as error:
         return None, [Failure(FailureKind.DAMAGED, f"{student}: {error}")]
     if certificate is None:
-        return None, [Failure(FailureKind.UNCERTIFIED, f"{student}: {describe_missing(path, notebook)}")]
-    return certificate, find_notebook_failures(notebook, certificate)
+        return None, [Failure(FailureKind.UNCERTIFIED, f"{student}: {certificates.describe_missing(path, notebook)}")]
+    return certificate, certificates.find_notebook_failures(notebook, certificate)
 
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return a failure for each difference between a problem and its record."""
     current = digests(problem)
     if record.problem != str(problem.id):
-        message = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
+        message = f"{record.problem} was released instead, because the assignment or the secret has changed"
         return [task.make_failure(FailureKind.CHANGED, message)]
     if record.sha256 != current.sha256:
         changed_parts = [name for name, digest in current.parts.items() if record.parts.get(name) != digest]
         changed_parts += [name for name in record.parts if name not in current.parts]
         difference = "the arm" if record.arm != current.arm else ", ".join(changed_parts) or "its digest"
-        message = f"no longer the problem that was handed out: {difference} changed since qdot {record.qdot}"
+        message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
         return [task.make_failure(FailureKind.CHANGED, message)]
     if (record.arm, record.parts, set(record.questions)) != (current.arm, current.parts, set(current.parts)):
-        message = "its certificate contradicts itself: it was altered; restore it from a backup"
+        message = "its certificate contradicts itself, because it was altered; restore it from a backup"
         return [task.make_failure(FailureKind.DAMAGED, message)]
     return []
 
@@ -197,8 +182,8 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
         return list(task.file_failures)
     if record is not None and record.engine != ENGINE:
         message = (
-            f"made by engine {record.engine} of qdot {record.qdot}; this version has engine {ENGINE} and can't say "
-            "whether it is the same problem; verify with that version"
+            f"engine {record.engine} of qdot {record.qdot} generated it, but this version has engine {ENGINE}. "
+            "It can't compare the problems; verify with that version"
         )
         return [task.make_failure(FailureKind.OTHER_ENGINE, message), *task.file_failures]
     try:
@@ -208,7 +193,7 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
     except (RuntimeError, QdotError) as error:
         failures = [task.make_failure(FailureKind.UNSOUND, str(error))]
     except Exception as error:  # an error in one problem must not stop the verification of the others
-        message = f"qdot itself failed: {type(error).__name__}: {error}; please report it"
+        message = f"qdot failed: {type(error).__name__}: {error}; please report this error"
         failures = [task.make_failure(FailureKind.UNSOUND, message)]
     return [*failures, *task.file_failures]
 
@@ -217,9 +202,5 @@ def verify_all(
     tasks: Sequence[VerificationTask], jobs: int
 ) -> Generator[tuple[VerificationTask, list[Failure]], None, None]:
     """Verify problems on several processes; yield each in order with its failures, the most serious first."""
-    with closing(ordered_map(_verify_task, tasks, jobs, _prepare_nothing, ())) as failures:
+    with closing(ordered_map(_verify_task, tasks, jobs, keep_state, (None,))) as failures:
         yield from zip(tasks, failures, strict=True)
-
-
-def _prepare_nothing() -> None:
-    """Do nothing, because the processes that verify problems need no preparation."""

@@ -4,13 +4,14 @@ import keyword
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeGuard
 
 import sympy as sp
 
 from qdot.exercises.answer_types import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import setup_cell_for_names
@@ -63,25 +64,23 @@ def check_notebook(path: Path) -> CheckedNotebook:
         raise QdotError(str(error)) from None
     parts = guess_parts(submission.cells, tuple(ASKED))
     if not parts:
-        raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
+        raise QdotError(f"{path} has no answer cells; check that it is a notebook that qdot generated")
     with Sandbox(warm_up=False) as sandbox:
         setup = setup_cell_for_names(_claimed_symbols(submission))
+        run = partial(sandbox.run, setup=setup, modules=submission.modules)
         try:
-            answers = find_answers(
-                submission.cells,
-                parts,
-                lambda cells, names: sandbox.run(cells, names, setup=setup, modules=submission.modules),
-            )
+            answers = find_answers(submission.cells, parts, run)
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
-        answer = answers.run.answers.get(answer_variable(slot, kind))
-        if answer is None:
-            rows.append(CheckedAnswer(part, False, answers.reasons[answer_variable(slot, kind)]))
+        name = answer_variable(slot, kind)
+        if name in answers.run.answers:
+            form = claimed_form(submission.qdot_metadata, slot, kind)
+            rows.append(_check_answer(part, answers.run.answers[name], form))
         else:
-            rows.append(_check_answer(part, answer, claimed_form(submission.qdot_metadata, slot, kind)))
+            rows.append(CheckedAnswer(part, False, answers.reasons[name]))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
@@ -94,14 +93,9 @@ def _claim_for_slot(claims: Mapping[str, object], claim_name: str, slot: str) ->
 def _claimed_symbols(submission: Submission) -> list[str]:
     """Return the symbols that a notebook's metadata claim for its problems, without invalid names."""
     claim = submission.qdot_metadata.get("symbols")
-    name_lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
-    valid_names = {
-        name
-        for names in name_lists
-        for name in names
-        if isinstance(name, str) and re.fullmatch(r"[a-z]{1,20}\d{0,3}", name)
-    }
-    return sorted(name for name in valid_names if not keyword.iskeyword(name))[:MAX_SYMBOLS]
+    lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
+    texts = {name for names in lists for name in names if isinstance(name, str) and not keyword.iskeyword(name)}
+    return sorted(name for name in texts if re.fullmatch(r"[a-z]{1,20}\d{0,3}", name))[:MAX_SYMBOLS]
 
 
 MAX_SYMBOLS = 100
@@ -121,9 +115,8 @@ def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Expected
     answer = _example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
     if answer is None or not _is_name_list(labels) or not _is_name_list(columns) or metres not in (None, *range(7)):
         return None
-    return ExpectedForm(
-        answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres
-    )
+    domain = Domain(dict.fromkeys(symbols, "signed"))
+    return ExpectedForm(answer, domain, tuple(joints), tuple(labels), tuple(columns), metres)
 
 
 SIZE_BOUND = 100
@@ -157,16 +150,18 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_function_table(text):
-        return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
+        return CheckedAnswer(part, True, "a Python function, which qdot calls when it grades the answer")
     if expected is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
     parsed = read_any(text) if expected is None else read_in_form(expected, text)
     if parsed.refusal is not None:
         is_blank = parsed.refusal.outcome is Outcome.MISSING
         return CheckedAnswer(part, False, "left blank" if is_blank else parsed.refusal.reason)
-    if unknown := _describe_unknown_symbols(parsed, expected):
+    has_known_symbols = expected is not None and expected.answer.takes_symbols and not expected.answer.is_set
+    unknown = describe_unknown_symbols(parsed, expected.domain) if expected and has_known_symbols else ""
+    if unknown:
         return CheckedAnswer(part, False, unknown)
-    excerpt = text if len(text) <= 300 else text[:300] + " …"
+    excerpt = shorten(text, 300)
     if parsed.tree is not None and has_blank(parsed.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_set:
@@ -183,17 +178,9 @@ def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
     return not is_list and parsed.tree is not None and combine_with_and(parsed.tree, expected.joints) is not None
 
 
-def _describe_unknown_symbols(parsed: ParsedAnswer, expected: ExpectedForm | None) -> str:
-    """Return a message on symbols that the problem doesn't define, or "". Conditions may introduce symbols."""
-    if expected is None or not expected.answer.takes_symbols or expected.answer.is_set:
-        return ""
-    return describe_unknown_symbols(parsed, expected.domain)
-
-
 def _describe_shape(parsed: ParsedAnswer) -> str:
     """Return the shape of a matrix of expressions as text; "" for anything else, such as a list of conditions."""
-    if parsed.tree is None or parsed.tree.kind != "list" or parsed.rows is None or len(parsed.entries) < 2:
-        return ""
-    if any(entry.kind in STATEMENT_KINDS for entry in parsed.entries):
+    is_list = parsed.tree is not None and parsed.tree.kind == "list" and len(parsed.entries) > 1
+    if not is_list or parsed.rows is None or any(entry.kind in STATEMENT_KINDS for entry in parsed.entries):
         return ""
     return f"{len(parsed.rows)} x {len(parsed.rows[0])} matrix "

@@ -3,11 +3,12 @@
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path, PurePath
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
 from qdot.exercises.assignment.release import notebook_path
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.grader.grading.certify import find_former_students
 from qdot.grader.submissions.layouts import find_only_folder
 from qdot.grader.submissions.submission import MAX_DEPTH, StudentFiles, Submission, SubmissionFolder, read_submission
@@ -31,13 +32,13 @@ def load_class(folder: Path) -> Assignment:
         find_former_students(assignment), [name for name in paths if name not in released_files]
     )
     if respelled:
-        students = "1 student" if len(respelled) == 1 else f"{len(respelled)} students"
+        students = count_noun(len(respelled), "student")
         raise QdotError(
             f"{folder / 'roster.csv'}: {students} would get other problems than those in {folder / 'released'}, so "
-            f"nothing was done. {_advise_restoring(respelled)}"
+            f"qdot stopped. {_advise_restoring(respelled)}"
         )
     submissions = [submission for _, submission in read_sample(assignment, released_files, list(paths))]
-    remedy = "; or delete this folder, if nobody has these notebooks"
+    remedy = ", or delete this folder if no student has these notebooks"
     check_secret(assignment, submissions, folder / "released", remedy)
     return assignment
 
@@ -59,15 +60,17 @@ def check_class(
         )
     absent_students = [student for student in ids if student not in submissions.by_student]
     if respelled := _match_respelled_identifiers(unknown_names, absent_students):
-        problem = f"work of {len(respelled)} would be of nobody, so nothing was graded"
+        problem = (
+            f"the submissions of {count_noun(len(respelled), 'student')} would have no owner, so nothing was graded"
+        )
         raise QdotError(f"{named_path}: {problem}. {_advise_restoring(respelled)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _claims_by_student(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
+        others = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
         raise QdotError(
-            f"{named_path}: {len(keys)} of {len(sample)} notebooks belong to another assignment "
-            f"({_list_names(sorted(set(keys)))}) than {assignment.key!r}, so nothing was graded. Is this the right "
-            "folder?"
+            f"{named_path}: {len(keys)} of {len(sample)} notebooks belong to {others}, so nothing was graded. Is this "
+            "the right folder?"
         )
     owners = {student: owner for student, owner in _claims_by_student(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):
@@ -91,11 +94,11 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
     if 2 * wrong > len(marks):
         source = assignment.folder / SECRET_FILE
         source_name = str(source) if source.exists() else f"${SECRET_VARIABLE}"
+        notebooks = "the notebook was" if len(marks) == 1 else f"{wrong} of {len(marks)} notebooks were"
         raise QdotError(
-            f"{path}: {'the notebook was' if len(marks) == 1 else f'{wrong} of {len(marks)} notebooks were'} made with "
-            f"another secret than the one in {source_name}, so "
-            "nothing was done: every student would be marked on problems that they never saw. Put the secret "
-            f"there that the notebooks were made with{remedy}"
+            f"{path}: {notebooks} generated with another secret than that in {source_name}. qdot stopped, because it "
+            "would grade problems that the students never saw. Restore the secret with which the notebooks were "
+            f"generated{remedy}"
         )
 
 
@@ -103,24 +106,19 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     """Return the message on notebooks that other students than their owners submitted, with advice."""
     respelled = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
     if len(respelled) < len(owners) and set(owners.values()) <= set(ids):
-        pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:MAX_NAMES_LISTED]]
-        more = f", and {len(owners) - MAX_NAMES_LISTED} more" if len(owners) > MAX_NAMES_LISTED else ""
+        pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
         return (
-            f"are in the folders, or under the names, of other students in roster.csv ({', '.join(pairs)}{more}), so "
-            "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
+            f"have the folder or the name of another student ({list_some(pairs, MAX_NAMES_LISTED)}), so nothing was "
+            "graded. Were folders or files renamed or mixed up? Move each notebook back to its own student"
         )
+    cause = "Is this the right class and the right folder?"
     if len(respelled) == len(owners):
-        cause = f"{SPREADSHEET_HINT} Write these into roster.csv as they were: {_list_pairs(respelled)}."
-    else:
-        cause = "Is this the class, and the folder, that the notebooks were handed out to?"
-    return (
-        "were handed out to students of other identifiers than those they are found with, so nothing was graded. "
-        f"{cause}"
-    )
+        cause = _advise_restoring(respelled)
+    return f"name other students than the folders and files that contain them, so nothing was graded. {cause}"
 
 
 SPREADSHEET_HINT = (
-    "They differ by leading zeros, case or the way in which letters are encoded; a spreadsheet removes zeros."
+    "The identifiers differ in leading zeros, case or the encoding of letters; spreadsheets remove zeros."
 )
 
 
@@ -129,27 +127,22 @@ def _describe_likely_cause(strangers: Sequence[str], ids: Sequence[str], assignm
     if respelled := _match_respelled_identifiers(strangers, ids):
         return _advise_restoring(respelled)
     if f"{assignment_key}.ipynb" in strangers:
-        return (
-            f"Whose notebook is {assignment_key}.ipynb? Put it into a folder named after the student: "
-            f"STUDENT/{assignment_key}.ipynb"
-        )
+        name = f"{assignment_key}.ipynb"
+        return f"{name} does not name its student. Put it into a folder named after the student: STUDENT/{name}"
     archives = [name for name in strangers if name.lower().endswith(ARCHIVE_ENDINGS)]
     if archives and 2 * len(archives) >= len(strangers):
-        return (
-            f"It has {_list_names(archives)}, and an archive in it is opened only if it is named after a student. "
-            "Unpack it, and grade the folder that was in it"
-        )
+        return f"qdot opens an archive only if its name is that of a student. Unpack {_list_names(archives)} first"
     matches = {name: student for name in strangers if (student := _find_student_in_name(name, ids))}
     if 2 * len(matches) >= len(strangers) > 0 and len(set(matches.values())) == len(matches):
         name, student = next(iter(matches.items()))
-        ending = PurePath(name).suffix
+        ending = PurePath(name).suffix if PurePath(name).suffix[1:].isalnum() else ""
         return (
-            f"{len(matches)} of {len(strangers)} have more in their names than the student's identifier. Rename them: "
-            f"{name!r} to {student + (ending if ending[1:].isalnum() else '')!r}, for example"
+            f"{len(matches)} of {len(strangers)} names contain more than the student's identifier. Rename them, for "
+            f"example {name!r} to {student + ending!r}"
         )
     return (
-        f"It has {_list_names(strangers)}; the roster has {_list_names(ids)}. Is this the right class? If a platform "
-        "names its files otherwise, add its identifiers to roster.csv as a column (docs/submissions.md)"
+        f"It contains {_list_names(strangers)}; the roster has {_list_names(ids)}. Is this the right class? If a "
+        "platform uses other identifiers, add them to roster.csv as a column (docs/submissions.md)"
     )
 
 
@@ -182,7 +175,7 @@ def _match_respelled_identifiers(strangers: Sequence[str], ids: Sequence[str]) -
 def _advise_restoring(renamed: Mapping[str, str]) -> str:
     return (
         f"{SPREADSHEET_HINT} Write the identifiers into roster.csv as they were when the notebooks were generated: "
-        f"{_list_pairs(renamed)}."
+        f"{list_some([f'{now} → {before}' for now, before in renamed.items()], MAX_NAMES_LISTED)}."
     )
 
 
@@ -193,11 +186,9 @@ def read_sample(
     students = [student for student in ids if student in files and files[student].files]
     for student in students[:: -(-len(students) // SAMPLE_SIZE) or 1]:
         file = files[student].files[0]
-        try:
+        with suppress(Exception):  # the error is reported when this student is graded
             if file.suffix == ".ipynb" and file.stat().st_size <= MAX_FILE_SIZE:
                 yield student, read_submission(file, assignment.key)
-        except Exception:  # noqa: S112 - the error is reported when this student is graded
-            continue
 
 
 def _normalize(identifier: str) -> str:
@@ -205,14 +196,5 @@ def _normalize(identifier: str) -> str:
     return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
 
 
-def _list_pairs(renamed: Mapping[str, str]) -> str:
-    pairs = [f"{now} → {before}" for now, before in list(renamed.items())[:MAX_NAMES_LISTED]]
-    return ", ".join(pairs) + (
-        f" and {len(renamed) - MAX_NAMES_LISTED} more" if len(renamed) > MAX_NAMES_LISTED else ""
-    )
-
-
 def _list_names(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:MAX_NAMES_LISTED])) + (
-        f" and {len(names) - MAX_NAMES_LISTED} more" if len(names) > MAX_NAMES_LISTED else ""
-    )
+    return list_some(list(map(repr, names)), MAX_NAMES_LISTED)

@@ -42,7 +42,7 @@ IDLE_TIMEOUT = 300.0
 """Seconds after which an idle worker drops the assignment."""
 DASK_LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
 """Dask's loggers, which are silenced because they print a traceback for errors that qdot reports in one line."""
-RESUME_HINT = "what has been graded is stored: run the same command again to continue"
+RESUME_HINT = "the results so far are stored; run the same command again to continue"
 SAME_VERSIONS_HINT = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 
@@ -63,7 +63,7 @@ class WorkerBrief:
 def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["Cluster"]:
     """Yield the cluster of a Dask scheduler, ready to grade notebooks. Raises QdotError if it can't be used."""
     if not re.fullmatch(ADDRESS_PATTERN, address):
-        raise QdotError(f"--executor {address!r} is no address of a Dask scheduler; one is tcp://10.0.0.5:8786")
+        raise QdotError(f"--executor {address!r}: expected the address of a Dask scheduler, as in tcp://10.0.0.5:8786")
     try:
         from distributed import Client
         from distributed.versions import VersionMismatchWarning
@@ -75,7 +75,7 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
         try:
             client = Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
-            raise QdotError(f"no Dask scheduler answers at {address} as it should: {_first_line(error)}") from None
+            raise QdotError(f"qdot can't connect to a Dask scheduler at {address}: {_first_line(error)}") from None
         with client:
             yield Cluster(client, address, make_brief(assignment, limits))
 
@@ -84,13 +84,10 @@ def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment."""
     roster = tuple(Student(student.id) for student in assignment.roster)
     redrawn = sorted((*place, redraw.draw) for place, redraw in assignment.redraws.items())
-    content = (
-        assignment.edition, assignment.marking_digest, assignment.secret, assignment.sandbox, limits, roster, redrawn
-    )  # fmt: skip
+    settings = assignment.edition, assignment.marking_digest, assignment.secret, assignment.sandbox
+    digest = hashlib.sha256(repr((*settings, limits, roster, redrawn)).encode()).hexdigest()
     anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=())
-    return WorkerBrief(
-        hashlib.sha256(repr(content).encode()).hexdigest(), compute_code_digest(), anonymous_assignment, limits
-    )
+    return WorkerBrief(digest, compute_code_digest(), anonymous_assignment, limits)
 
 
 class Cluster:
@@ -111,16 +108,14 @@ class Cluster:
         """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
         if attempt is not None and attempt.submission is not None:
             # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
-            claims = {
-                name: claim if isinstance(claim, str | None) else True
-                for name, claim in attempt.submission.qdot_metadata.items()
-            }
+            items = attempt.submission.qdot_metadata.items()
+            claims = {name: claim if isinstance(claim, str | None) else True for name, claim in items}
             attempt = replace(attempt, submission=replace(attempt.submission, qdot_metadata=claims))
         marked = self._try_to_mark(student, attempt)
-        if marked is None:
-            with self._retry_lock:
-                marked = self._try_to_mark(student, attempt)
-        return marked
+        if marked is not None:
+            return marked
+        with self._retry_lock:
+            return self._try_to_mark(student, attempt)
 
     def _try_to_mark(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
         try:
@@ -132,9 +127,9 @@ class Cluster:
             if type(error).__name__ == "KilledWorker":
                 return None
             if type(error).__name__ in ("CancelledError", "FutureCancelledError"):
-                raise QdotError(f"the connection to the workers is gone; {RESUME_HINT}") from None
+                raise QdotError(f"the connection to the workers was lost; {RESUME_HINT}") from None
             reason = f"{type(error).__name__}: {_first_line(error)}"
-            raise QdotError(f"the workers can't do what they are asked ({reason}); {SAME_VERSIONS_HINT}") from None
+            raise QdotError(f"the workers can't grade ({reason}); {SAME_VERSIONS_HINT}") from None
         if warning and warning not in self._reported_warnings:
             self._reported_warnings.add(warning)
             note(f"worker {worker}: {warning}")
@@ -157,17 +152,16 @@ class Cluster:
             try:
                 workers, self._last_asked = self._client.nthreads(), now
             except (OSError, RuntimeError) as error:
-                message = f"the Dask scheduler at {self._address} is gone ({_first_line(error)}); {RESUME_HINT}"
+                reason = _first_line(error)
+                message = f"the Dask scheduler at {self._address} no longer answers ({reason}); {RESUME_HINT}"
                 raise QdotError(message) from None
             if workers:
                 self._last_seen, self._had_workers = now, True
             elif now > self._last_seen + (WORKER_RETURN_TIMEOUT if self._had_workers else FIRST_WORKER_TIMEOUT):
-                raise QdotError(
-                    f"all workers of {self._address} are gone; {RESUME_HINT}"
-                    if self._had_workers
-                    else f"the Dask scheduler at {self._address} has no workers; start some: "
-                    f"dask worker {self._address} --nthreads 1 --nworkers auto"
-                )
+                command = f"dask worker {self._address} --nthreads 1 --nworkers auto"
+                lost = f"all workers of {self._address} have left; {RESUME_HINT}"
+                missing = f"the Dask scheduler at {self._address} has no workers; start some: {command}"
+                raise QdotError(lost if self._had_workers else missing)
 
 
 @contextmanager
@@ -206,11 +200,9 @@ def mark_on_worker(brief: WorkerBrief, student: str, attempt: Attempt | None) ->
     """
     machine = platform.node()
     if brief.code_digest != compute_code_digest():
-        versions = f"it has qdot {qdot_version()} on Python {platform.python_version()}"
-        raise QdotError(
-            f"worker {machine}: its code or its libraries are not those of the grading machine ({versions}); "
-            f"{SAME_VERSIONS_HINT}"
-        )
+        versions = f"qdot {qdot_version()} and Python {platform.python_version()}"
+        problem = f"its code or libraries ({versions}) differ from those of the grading machine"
+        raise QdotError(f"worker {machine}: {problem}; {SAME_VERSIONS_HINT}")
     with _grading_lock:
         try:
             if _worker_state.get("name") != brief.content_digest:
@@ -255,9 +247,7 @@ def _drop_unless_busy() -> None:
 
 @cache
 def _drop_at_exit() -> None:
-    Finalize(
-        None, drop_assignment, exitpriority=10
-    )  # unlike atexit, Finalize also works in multiprocessing's processes
+    Finalize(None, drop_assignment, exitpriority=10)  # atexit doesn't work in multiprocessing's processes
 
 
 def drop_assignment() -> None:

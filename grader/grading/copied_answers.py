@@ -1,7 +1,7 @@
 """Detect answers that are correct for another student's problem; they earn no follow-through points."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -44,25 +44,20 @@ class ClassAnswers:
         if key not in self._fingerprints:
             self._fingerprints[key] = {self._fingerprint_of(chain, part) for chain in self._chains(slot)}
         entries = [entry for row in rows for entry in row]
-        symbol_names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
-        symbols = problem.symbols().items()
-        given_values = {
-            name: float(info.value) for name, info in symbols if name in symbol_names and info.value is not None
-        }
+        names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
+        numbers = {name: float(info.value) for name, info in problem.symbols().items() if info.value is not None}
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
-        candidates = (
-            evaluate(program, self._shared_values(symbol_names, known), SAMPLE_COUNT)[0].real
-            for known in (given_values, {})
+        candidates = (self._shared_values(names, known) for known in (numbers, {}))
+        return any(
+            _digest_values(evaluate(program, values, SAMPLE_COUNT)[0].real) in self._fingerprints[key]
+            for values in candidates
         )
-        return any(_digest_values(values) in self._fingerprints[key] for values in candidates)
 
-    def _chains(self, slot: Slot) -> list[Chain]:
-        chains = []
+    def _chains(self, slot: Slot) -> Iterator[Chain]:
         for student in self._assignment.roster:
             with suppress(QdotError, RuntimeError):  # a student without this problem has no answer to copy
-                chains.append(self._chain(slot, student.id))
-        return chains
+                yield self._chain(slot, student.id)
 
     def _chain(self, slot: Slot, student: str) -> Chain:
         assignment = self._assignment
@@ -84,10 +79,8 @@ class ClassAnswers:
 
     def _shared_value(self, name: str) -> np.ndarray:
         if name not in self._sampled_values:
-            samples = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[
-                name
-            ]
-            self._sampled_values[name] = samples[-SAMPLE_COUNT:]
+            stream = Stream(f"{self._assignment.secret}/copies/{name}")
+            self._sampled_values[name] = Domain({name: "angle"}).sample({name}, 10, stream)[name][-SAMPLE_COUNT:]
         return self._sampled_values[name]
 
 

@@ -8,10 +8,12 @@ import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.grader.grading.attempt import mark_ungraded
+from qdot.exercises.common.errors import list_some
+from qdot.grader.grading.attempt import describe_error, mark_ungraded
 from qdot.grader.grading.marking import sum_points
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
 from qdot.grader.grading.result import (
@@ -50,48 +52,43 @@ def final_result(
     The graded notebook with the most points counts; if several have the most, the first of them does. For this choice,
     a part that qdot failed to grade counts as full marks, so that the failure shows and no other attempt hides it.
     """
-    results = {
-        i: _result_if_counting(assignment, student, graded, graded.marked, overrides)
-        for i, graded in enumerate(notebooks)
-        if graded.marked
-    }
+    if_counting = partial(_result_if_counting, assignment, student, overrides)
+    results = {i: if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
     chosen = max(results, key=lambda i: _max_possible_points(results[i]))
     result = results[chosen]
     if len(notebooks) == 1:
         return result
     other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen]
-    more_words = f" and {len(other_files) - MAX_FILES_LISTED} more" if len(other_files) > MAX_FILES_LISTED else ""
     reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
         tied = sum(graded.received == notebooks[chosen].received for graded in notebooks)
-        reason = (
-            ", the last" if tied == 1 else f", of the last {tied}, received at the same time, the likeliest by name"
-        )
-    note = (
-        f"{len(notebooks)} notebooks were read; {notebooks[chosen].file} counts{reason}, "
-        f"not {', '.join(other_files[:MAX_FILES_LISTED])}{more_words}"
-    )
+        many = f", of the last {tied}, received at the same time, the likeliest by name"
+        reason = ", the last" if tied == 1 else many
+    listing = list_some(other_files, MAX_FILES_LISTED)
+    note = f"you submitted {len(notebooks)} notebooks; {notebooks[chosen].file} counts{reason}, not {listing}"
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
+    scores = [results[i].score if i in results else None for i in range(len(notebooks))]
     attempts = tuple(
-        SubmittedNotebook(graded.file, _iso_time(graded.received), results[i].score if i in results else None)
-        for i, graded in enumerate(notebooks)
+        SubmittedNotebook(graded.file, _iso_time(graded.received), score)
+        for graded, score in zip(notebooks, scores, strict=True)
     )
     notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
     return replace(result, attempts=attempts, notes=notes, staff_notes=staff_notes)
 
 
-def ungraded_result(assignment: Assignment, result: Result, reason: str) -> Result:
-    """Return a result without marks, to replace one that qdot itself failed to report."""
-    student = next(student for student in assignment.roster if student.id == result.student)
-    file = "" if result.submission is None else result.submission.file
-    return final_result(
-        assignment, student, [GradedNotebook(file, marked=mark_ungraded(assignment, student.id, None, reason))]
-    )
+def ungraded_notebook(assignment: Assignment, student: str, file: str, reason: str) -> GradedNotebook:
+    """Return a notebook without marks, for a student whom qdot failed to grade."""
+    return GradedNotebook(file, marked=mark_ungraded(assignment, student, None, reason))
+
+
+def ungraded_result(assignment: Assignment, student: Student, file: str, error: Exception) -> Result:
+    """Return a result without marks, to replace one that qdot itself failed to compute or report."""
+    return final_result(assignment, student, [ungraded_notebook(assignment, student.id, file, describe_error(error))])
 
 
 def _result_if_counting(
-    assignment: Assignment, student: Student, graded: GradedNotebook, marked: NotebookMarks, overrides: Overrides
+    assignment: Assignment, student: Student, overrides: Overrides, graded: GradedNotebook, marked: NotebookMarks
 ) -> Result:
     """Return the result that the student gets if this notebook counts."""
     student_overrides = overrides.by_student.get(student.id, {})
@@ -109,29 +106,18 @@ def _result_if_counting(
         for problem in marked.problems
     )
     parts = [part for problem in problems for part in problem.parts]
-    points_before_penalty = sum_points(part.points for part in parts)
-    late = (
-        None if graded.flagged_late is False else _lateness(assignment, student, graded.received, points_before_penalty)
-    )
-    score = (
-        points_before_penalty if late is None else _subtract_share(points_before_penalty, Fraction(str(late.penalty)))
-    )
+    points = sum_points(part.points for part in parts)
+    late = None if graded.flagged_late is False else _lateness(assignment, student, graded.received, points)
+    score = points if late is None else _subtract_share(points, Fraction(str(late.penalty)))
     total_override = student_overrides.get(TOTAL_PART)
     submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.time_source)
     return Result(
-        student=student.id,
-        assignment=assignment.key,
-        submission=submission if graded.file else None,
+        student=student.id, assignment=assignment.key, submission=submission if graded.file else None,
         score=score if total_override is None or total_override.points is None else total_override.points,
-        max_score=sum_points(part.max_points for part in parts),
-        late=late,
-        override=None if total_override is None else total_override.applied_to(score),
-        obstacle=marked.obstacle,
-        notes=marked.notes,
-        staff_notes=marked.staff_notes,
-        made_from=marked.made_from,
-        problems=problems,
-    )
+        max_score=sum_points(part.max_points for part in parts), late=late,
+        override=None if total_override is None else total_override.applied_to(score), obstacle=marked.obstacle,
+        notes=marked.notes, staff_notes=marked.staff_notes, made_from=marked.made_from, problems=problems,
+    )  # fmt: skip
 
 
 def _lateness(

@@ -17,6 +17,7 @@ the feedback says that the later answer follows from it, but it earns nothing (`
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -48,7 +49,7 @@ SAMPLE_COUNT = 6
 
 @dataclass(frozen=True)
 class FollowThrough:
-    """The judgement on an answer against the result that follows from a wrong answer to the part `list_earlier_parts`.
+    """The judgement on an answer against the result that follows from a wrong answer to the part `earlier_part`.
 
     If it follows from an answer that is no attempt at this arm, `non_attempt` is that part, and the answer earns
     nothing.
@@ -73,14 +74,9 @@ def never_copied(part: Part, rows: Rows) -> bool:
 
 
 def find_follow_through(
-    problem: Problem,
-    part: Part,
-    answers: Mapping[str, ParsedAnswer],
-    wrong_parts: Sequence[str],
-    seed: str,
-    is_copied: IsCopied = never_copied,
-    attempts: Collection[str] | None = None,
-) -> FollowThrough | None:
+    problem: Problem, part: Part, answers: Mapping[str, ParsedAnswer], wrong_parts: Sequence[str], seed: str,
+    is_copied: IsCopied = never_copied, attempts: Collection[str] | None = None,
+) -> FollowThrough | None:  # fmt: skip
     """Return the best judgement on an answer against what follows from earlier wrong answers, or None.
 
     `answers` maps the name of each part to its answer. `wrong_parts` lists the earlier parts with wrong answers.
@@ -176,11 +172,8 @@ class _Context:
         rows = parsed_answer.rows
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
-        if (
-            any(parsed_answer.blanks)
-            or not self._is_known(parsed_answer)
-            or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
-        ):
+        is_long = sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES
+        if is_long or any(parsed_answer.blanks) or not self._is_known(parsed_answer):
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
@@ -195,20 +188,14 @@ class _Context:
     def _is_copy(self, part: Part, rows: Rows) -> bool:
         """Return whether rows equal the answer to another part at random configurations."""
         values = self._evaluate(rows)
-        for name, parsed_answer in self.answers.items():
-            if (
-                name == part.name
-                or not parsed_answer.rows
-                or not self._is_known(parsed_answer)
-                or len(parsed_answer.text) > 10 * MAX_NODES
-            ):
+        for name, other in self.answers.items():
+            is_short = bool(other.rows) and len(other.text) <= 10 * MAX_NODES
+            if name == part.name or not is_short or not self._is_known(other):
                 continue
-            try:
-                other_values = self._evaluate(parsed_answer.rows)
-            except ParseError:  # its entries contain statements or blanks
-                continue
-            if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
-                return True
+            with suppress(ParseError):  # its entries contain statements or blanks
+                other_values = self._evaluate(other.rows or ())
+                if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
+                    return True
         return False
 
     def _evaluate(self, rows: Rows) -> np.ndarray:
@@ -228,15 +215,13 @@ class _Context:
 
         def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(
-                    np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples) <= tolerance * largest
-                )
+                changes = np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples)
+                return not np.all(changes <= tolerance * largest)
 
         joints = {q.name for q in self.problem.chain.q}
         used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
-        influential_symbols = {
-            name for name in used_symbols if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)
-        }
+        moved_values = {name: {**self.values, name: 0.83 * self.values[name] + 0.11} for name in used_symbols}
+        influential_symbols = {name for name, values in moved_values.items() if differs(values, 1e-9)}
         values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
         return Traits(
             bool(np.isfinite(values_at_samples).all()),
@@ -252,9 +237,8 @@ class _Context:
         """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
         question = QUESTIONS[part.kind]
         compute_rows = question.zero_formula or question.formula
-        if compute_rows is None or (
-            question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
-        ):
+        is_long = question.is_long_in_formulas and any(len(rows) > MAX_ROWS for rows in source_rows.values())
+        if compute_rows is None or is_long:
             return None
         try:
             if part.answer.is_numeric:
@@ -263,9 +247,8 @@ class _Context:
                 working = _substitute(numeric_working(self.problem.chain, values), numeric_rows)
                 return compute_rows(working, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in source_rows.items()}
-            rows = TreeArithmetic.rows(
-                compute_rows(_substitute(tree_working(self.problem.chain), tree_rows), part.details)
-            )
+            working = _substitute(tree_working(self.problem.chain), tree_rows)
+            rows = TreeArithmetic.rows(compute_rows(working, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
         except ParseError:
             return None
@@ -349,16 +332,5 @@ class Traits:
         It may depend on one symbol less than the reference.
         """
         is_full = not reference.nonzero_entry_count or 2 * self.nonzero_entry_count > reference.nonzero_entry_count
-        return (
-            self.is_finite
-            and self.is_periodic
-            and self.other_symbol_count >= reference.other_symbol_count - 1
-            and is_full
-        )
-
-
-def list_earlier_parts(part: Part) -> Iterator[str]:
-    """Yield the names of the parts on which a part may build."""
-    if part.kind in QUESTIONS:
-        for sources in QUESTIONS[part.kind].derivation_sources:
-            yield from sources
+        has_symbols = self.other_symbol_count >= reference.other_symbol_count - 1
+        return self.is_finite and self.is_periodic and has_symbols and is_full

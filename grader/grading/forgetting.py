@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from qdot.exercises.assignment.assignment import Student, read_roster, read_rost
 from qdot.exercises.assignment.gradebook import normalize_identifier
 from qdot.exercises.assignment.redrawn import REDRAWN_FILE
 from qdot.exercises.assignment.store import STORE_FOLDER as STORE
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import csv_rows, read_table
 from qdot.exercises.common.json_form import from_json
@@ -53,9 +53,9 @@ class ForgettingPlan:
             yield f"  remove   {self._relative_path(path)}"
         for path, content in self.new_table_contents.items():
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
-            yield f"  shorten  {self._relative_path(path)} by {lines} {'line' if lines == 1 else 'lines'}"
+            yield f"  shorten  {self._relative_path(path)} by {count_noun(lines, 'line')}"
         for path_text, advice in self.mentions:
-            yield f"  stays    {path_text}: {advice}"
+            yield f"  check    {path_text}: {advice}"
 
     def carry_out(self) -> None:
         """Remove the files and shorten the tables. Raises QdotError; after an error, the command can be run again."""
@@ -64,9 +64,8 @@ class ForgettingPlan:
                 try:
                     remove_path(path)
                 except OSError as error:
-                    raise QdotError(
-                        f"{error.filename or path} can't be removed: {error.strerror}; run the same command again"
-                    ) from None
+                    name = error.filename or path
+                    raise QdotError(f"{name} can't be removed: {error.strerror}; run the same command again") from None
             for path, content in self.new_table_contents.items():
                 write_atomically(path, content, path.stat().st_mode & 0o777)
 
@@ -79,9 +78,8 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
 
     `name` is an identifier in the roster, or a name or e-mail address that only one student has.
     """
-    folders = [folder] if (folder / "assignment.toml").is_file() else sorted(
-        path.parent for path in folder.glob("*/assignment.toml")
-    )  # fmt: skip
+    is_assignment = (folder / "assignment.toml").is_file()
+    folders = [folder] if is_assignment else sorted(path.parent for path in folder.glob("*/assignment.toml"))
     if not folders:
         raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
     rosters = {assignment: _read_roster_if_present(assignment) for assignment in folders}
@@ -110,7 +108,7 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
         names = ((student, {student.name.casefold(), student.email.casefold()}) for student in roster)
         matching_students = {student.id: student for student, aliases in names if identifier.casefold() in aliases}
     if len(matching_students) > 1:
-        raise QdotError(f"{name!r} may be {' or '.join(sorted(matching_students))}; give the identifier")
+        raise QdotError(f"{name!r} fits {' and '.join(sorted(matching_students))}; enter the identifier")
     if matching_students:
         return next(iter(matching_students.values()))
     if not identifier or {"/", "\\"} & set(identifier) or identifier.startswith("."):
@@ -128,10 +126,10 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
         return None
     # Files in the cache don't name their student; qdot can recreate both the cache and the report.
     removed += [path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()]
-    handled_paths = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(
-        shortened
-    )
-    mentions = [(path.relative_to(folder).as_posix(), "it may belong to this student or another") for path in doubtful]
+    inside = {path for top in removed if top.is_dir() for path in top.rglob("*")}
+    handled_paths = {*removed, *inside, *shortened}
+    advice = "it may belong to this student or to another one"
+    mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful]
     mentions += _find_mentions(folder, student, handled_paths)
     return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
 
@@ -154,17 +152,13 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         other_lines = [line for line in lines if _read_student(line) != student]
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
-    tables: list[tuple[Path, Callable[[Path], list[tuple[int, dict[str, str]]]]]] = [
-        *((folder / name, lambda path: read_table(path, "student", "student")) for name in (
-            "graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REDRAWN_FILE, f"submitted/{NOT_FETCHED_FILE}",
-        )),
-        (folder / ROSTER_FILE, read_roster_table),
-    ]  # fmt: skip
-    for path, read in tables:
-        if path.is_file():
-            rows = {number for number, cells in read(path) if normalize_identifier(cells.get("student", "")) == student}
-            if rows:
-                yield path, remove_table_rows(path.read_bytes(), rows)
+    not_fetched = f"submitted/{NOT_FETCHED_FILE}"
+    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REDRAWN_FILE, not_fetched, ROSTER_FILE)
+    for path in (folder / name for name in names if (folder / name).is_file()):
+        rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
+        numbers = {number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student}
+        if numbers:
+            yield path, remove_table_rows(path.read_bytes(), numbers)
 
 
 @dataclass(frozen=True)
@@ -195,11 +189,8 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
     row_starts: list[int] = []
     for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
         pass
-    other_lines = (
-        line
-        for number, line in enumerate(lines, 1)
-        if max((begin for begin in row_starts if begin <= number), default=0) not in line_numbers
-    )
+    starts = [max((begin for begin in row_starts if begin <= number), default=0) for number in range(1, len(lines) + 1)]
+    other_lines = [line for line, start in zip(lines, starts, strict=True) if start not in line_numbers]
     return "".join(other_lines).encode(encoding)
 
 
@@ -213,12 +204,12 @@ def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> 
             continue
         path_text = path.relative_to(folder).as_posix()
         if path.name.lower().endswith(UNSEARCHABLE_ENDINGS):
-            yield path_text, "it can't be searched; remove it or make it again"
+            yield path_text, "qdot can't search it; remove it or make it again"
         elif pattern is not None and _file_contains(path, pattern):
             remedy = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
             yield path_text, f"it names this student{remedy}"
     if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
-        yield ".git", "git keeps everything that was committed"
+        yield ".git", "Git stores everything that was ever committed"
 
 
 def _file_contains(path: Path, pattern: re.Pattern[bytes]) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import remove_leftovers, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.grader.grading.marking import format_points, map_max_points, sum_points
@@ -63,18 +63,18 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
     path = results_path(assignment)
     advice = f"run: qdot grade {assignment.folder}"
     if not path.exists():
-        raise QdotError(f"{path}: there is no such file; nothing has been graded, {advice}")
+        raise QdotError(f"{path} does not exist, because nothing has been graded; {advice}")
     previous = {result.student: (line, result) for line, result in _read_previous_lines(assignment)}
     roster = tuple(student for student in assignment.roster if student.id in previous)
     if not roster:
-        raise QdotError(f"{path}: no student of the roster is in it; {advice}")
+        raise QdotError(f"{path} contains no student of the roster; {advice}")
     max_points = list(map_max_points(assignment).items())
     results = []
     for line, result in (previous[student.id] for student in roster):
         if as_json(result) != json.loads(line):
-            raise QdotError(f"{path}: the result of {result.student} is of another version of qdot; {advice}")
+            raise QdotError(f"{path}: another version of qdot wrote the result of {result.student}; {advice}")
         if [(name, part.max_points) for name, part in result.parts.items()] != max_points:
-            raise QdotError(f"{path}: assignment.toml was changed after grading; {advice}")
+            raise QdotError(f"{path}: assignment.toml has changed since the grading; {advice}")
         results.append(result)
     return replace(assignment, roster=roster), results
 
@@ -137,8 +137,10 @@ def describe_reasons(previous: Result, current: Result | None) -> str:
     reasons = _find_grading_reasons(previous, current)
     if previous.overrides != current.overrides:
         reasons.append("override")
-    if _received_time(previous) == _received_time(current):
-        if _late_rule(previous) != _late_rule(current):
+    received = [result.submission and result.submission.received for result in (previous, current)]
+    late_rules = [result.late and (result.late.due, result.late.penalty) for result in (previous, current)]
+    if received[0] == received[1]:
+        if late_rules[0] != late_rules[1]:
             reasons.append("late rule")
     elif previous.late != current.late and not reasons:
         reasons.append("received at another time")
@@ -148,9 +150,10 @@ def describe_reasons(previous: Result, current: Result | None) -> str:
 def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
-    if _counting_file(previous) != _counting_file(current):
+    files = [result.submission and (result.submission.file, result.submission.sha256) for result in (previous, current)]
+    if files[0] != files[1]:
         if current.submission is None:
-            reasons.append("submission gone")
+            reasons.append("submission missing")
         else:
             earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
             is_known = (current.submission.file, current.submission.received) in earlier_attempts
@@ -161,19 +164,6 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     if (before.engine, before.grader) != (after.engine, after.grader):
         reasons.append("grader changed")
     return reasons
-
-
-def _counting_file(result: Result) -> tuple[str, str | None] | None:
-    return None if result.submission is None else (result.submission.file, result.submission.sha256)
-
-
-def _received_time(result: Result) -> str | None:
-    return None if result.submission is None else result.submission.received
-
-
-def _late_rule(result: Result) -> tuple[str, float] | None:
-    """Return the deadline and the penalty of late work; None if the work is on time."""
-    return None if result.late is None else (result.late.due, result.late.penalty)
 
 
 # --- changed marks ---
@@ -198,36 +188,27 @@ def find_mark_changes(previous_results: Mapping[str, Result], results: Sequence[
 
 
 def _find_changes_of_student(student: str, previous: Result, current: Result) -> list[MarkChange]:
-    old_overrides, new_overrides = previous.overrides, current.overrides
-    grading_reasons = ", ".join(_find_grading_reasons(previous, current)) or "graded again"
     changes = []
     for part in dict.fromkeys((*current.parts, *previous.parts)):
-        old_points, new_points = (
+        before, after = (
             _points_text(parts[part].points) if part in parts else "–" for parts in (previous.parts, current.parts)
         )
-        if old_points != new_points:
-            is_overridden = old_overrides.get(part) != new_overrides.get(part)
-            changes.append(
-                MarkChange(
-                    student,
-                    part,
-                    old_points,
-                    new_points,
-                    _describe_override(part, previous, current) if is_overridden else grading_reasons,
-                )
-            )
+        if before != after:
+            changes.append(MarkChange(student, part, before, after, _describe_part_reason(part, previous, current)))
     if changes or previous.score != current.score:
         before, after = _points_text(previous.score), _points_text(current.score)
         changes.append(MarkChange(student, "", before, after, describe_reasons(previous, current)))
     return changes
 
 
-def _describe_override(part: str, previous: Result, current: Result) -> str:
-    """Return a description of the override that was added or removed.
+def _describe_part_reason(part: str, previous: Result, current: Result) -> str:
+    """Return the reason for the changed mark of a part: an override that was added or removed, or the grader.
 
     If a student's answer changes, the override of its previous group no longer applies.
     """
     old_override, new_override = previous.overrides.get(part), current.overrides.get(part)
+    if old_override == new_override:
+        return ", ".join(_find_grading_reasons(previous, current)) or "graded again"
     override = new_override or old_override
     if override is None or override.group is None:
         return "override"
@@ -243,22 +224,19 @@ def _points_text(points: float | None) -> str:
 def describe_mark_changes(previous_results: Mapping[str, Result], results: Sequence[Result]) -> str:
     """Return the comparison of a run with the previous one, as `qdot grade --diff` prints it."""
     if not previous_results:
-        return "nothing to compare with: this is the first run"
+        return "there is nothing to compare with, because this is the first run"
     changes = find_mark_changes(previous_results, results)
     if not changes:
-        return "no mark moved since the last run"
-    rows = [(move.student, move.part or "total", move.before, move.after) for move in changes]
+        return "no mark has changed since the last run"
+    rows = [(each.student, each.part or "total", each.before, each.after, each.reason) for each in changes]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
-        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {was:>{widths[2]}} → {now:<{widths[3]}}  {move.reason}"
-        for move, (student, part, was, now) in zip(changes, rows, strict=True)
+        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {before:>{widths[2]}} → {after:<{widths[3]}}  {reason}"
+        for student, part, before, after, reason in rows
     ]
     old_sum, new_sum = (sum_points(result.score for result in run) for run in (previous_results.values(), results))
-    students = len({move.student for move in changes})
-    change = sum_points((new_sum, -old_sum))
-    marks = "1 student's mark" if students == 1 else f"{students} students' marks"
-    sign = "+" if change >= 0 else "−"
-    summary = (
-        f"{marks} moved since the last run; all points together {format_points(old_sum)} → {format_points(new_sum)}"
-    )
-    return "\n".join([*lines, f"{summary} ({sign}{format_points(abs(change))})"])
+    students, change = len({each.student for each in changes}), sum_points((new_sum, -old_sum))
+    marks = f"marks of {count_noun(students, 'student')} changed since the last run"
+    difference = f"{'+' if change >= 0 else '−'}{format_points(abs(change))}"
+    total = f"total points {format_points(old_sum)} → {format_points(new_sum)} ({difference})"
+    return "\n".join([*lines, f"{marks}; {total}"])

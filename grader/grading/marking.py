@@ -91,9 +91,8 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
     """
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
-    judgement = give_partial_credit(
-        AnswerToCredit(problem, part, parsed, seed), judge_parsed(problem, part, parsed, seed)
-    )
+    answer = AnswerToCredit(problem, part, parsed, seed)
+    judgement = give_partial_credit(answer, judge_parsed(problem, part, parsed, seed))
     return Fraction(judgement.share).limit_denominator(1000)
 
 
@@ -148,23 +147,16 @@ class _ProblemMarking:
 
         If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
         """
-        part_names = [other.name for other in self.problem.parts]
-        wrong_parts = [name for name in part_names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
-        earlier_parts = [name for name in wrong_parts if part_names.index(name) < part_names.index(part.name)]
+        names = [other.name for other in self.problem.parts]
+        wrong_parts = [name for name in names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
+        earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
         if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
-        followed, seed = None, self.seeds[part.name]
+        followed, seed, is_copied = None, self.seeds[part.name], self.rules.is_copied
+        answers, attempts = self.parsed_answers, self.attempt_parts
         try:
             with self.allowance.judging.spend():
-                followed = find_follow_through(
-                    self.problem,
-                    part,
-                    self.parsed_answers,
-                    earlier_parts,
-                    seed,
-                    self.rules.is_copied,
-                    self.attempt_parts,
-                )
+                followed = find_follow_through(self.problem, part, answers, earlier_parts, seed, is_copied, attempts)
         except OutOfTime:
             self.judgements[part.name] = _out_of_time_judgement(self.allowance.judging)
         except RecursionError:  # formulas nested deeper than in any real answer
@@ -215,40 +207,33 @@ def _verdict_by_points(
 ) -> Verdict:  # fmt: skip
     """Return the verdict on a wrong answer, with its own points or those for follow-through, whichever are more."""
     points = share_of_points(part.points, judgement.share)
-    followed_points = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
-    if followed is not None and followed.non_attempt is not None:
-        if followed.judgement.outcome is Outcome.CORRECT:
-            judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt_reason(followed.non_attempt)}")
-    elif followed is not None and followed_points > points:
-        follows_words = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
+    verdict = Verdict(part.name, judgement, points, part.points, answer, diagnosis)
+    if followed is None:
+        return verdict
+    follows_completely = followed.judgement.outcome is Outcome.CORRECT
+    if followed.non_attempt is not None:
         reason = (
-            f"this {follows_words} from your own answer to {followed.earlier_part!r}, which is not right, and earns "
-            f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
+            f"{judgement.reason}; it follows from your own answer to {followed.non_attempt!r}, but this earns nothing: "
+            "less than half of that answer fits this arm, and no single known mistake explains it"
         )
-        judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-        follows = _entry_flags(part, followed.judgement)
-        return Verdict(
-            part.name,
-            judgement,
-            followed_points,
-            part.points,
-            answer,
-            diagnosis,
-            followed.earlier_part,
-            follows=follows,
-        )
-    return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
-
-
-def _no_attempt_reason(earlier_part: str) -> str:
-    return (
-        f"it follows from your own answer to {earlier_part!r}, and earns nothing by that: less than half of that "
-        "answer is of this arm, and no single known mistake gives it"
+        return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
+    followed_points = share_of_points(part.points, followed.judgement.share, credit)
+    if followed_points <= points:
+        return verdict
+    reason = (
+        f"this follows{'' if follows_completely else ' in part'} from your own answer to {followed.earlier_part!r}, "
+        f"which is not right, and earns {float(credit):.0%} of the points; compared with the solution: "
+        f"{judgement.reason}"
+    )
+    judgement, follows = replace(judgement, outcome=Outcome.PARTIAL, reason=reason), _entry_flags(part, followed)
+    return replace(
+        verdict, judgement=judgement, points=followed_points, followed_from=followed.earlier_part, follows=follows
     )
 
 
-def _entry_flags(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:
-    """Return for each entry of an answer whether it is correct; None if the answer has no separate entries."""
+def _entry_flags(part: Part, followed: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
+    """Return for each entry of an answer whether it follows; None if the answer has no separate entries."""
+    judgement = followed.judgement
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
         return judgement.entries
     rows, columns = part.shape or (0, 0)
@@ -257,9 +242,11 @@ def _entry_flags(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ..
 
 def map_max_points(assignment: Assignment) -> dict[str, float]:
     """Return the maximum points of every part by its name in the assignment, for example "p1.jacobian"."""
-    slots = assignment.slots
-    names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]
-    return dict(zip(names, (points for slot in slots for points in slot.max_points), strict=True))
+    return {
+        f"{slot.name}.{question}": points
+        for slot in assignment.slots
+        for question, points in zip(slot.questions, slot.max_points, strict=True)
+    }
 
 
 def share_of_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
@@ -302,12 +289,13 @@ def _search(budget: Budget, search: Callable[..., SearchResult], *arguments: obj
 
 def _out_of_time_judgement(budget: Budget) -> Judgement:
     reason = (
-        f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
-        "no mark yet, tell your instructor"
+        f"judging the answers of this notebook takes more than {budget.seconds:g} s of processor time; this answer has "
+        "no mark yet. Please tell your instructor"
     )
     return Judgement(Outcome.UNGRADED, 0.0, reason, over_limit=True)
 
 
 def _failure_judgement(error: Exception) -> Judgement:
-    reason = f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
-    return Judgement(Outcome.UNGRADED, 0.0, reason[:500])
+    cause = f"{type(error).__name__}: {error}"[:400]
+    reason = f"qdot failed on this answer ({cause}); it has no mark yet. Please tell your instructor"
+    return Judgement(Outcome.UNGRADED, 0.0, reason)

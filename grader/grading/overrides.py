@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, list_some, unknown_name
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
@@ -80,35 +80,31 @@ def read_overrides(assignment: Assignment) -> Overrides:
     for number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
         line = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
-            raise QdotError(f"{line}: it has no cell for part or points; the columns are {HEADER}")
+            raise QdotError(f"{line}: there is no cell for part or points; the columns are {HEADER}")
         student, part, points, comment, group = (
             unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)
         )
         if group and student:
-            raise QdotError(
-                f"{line}: it names the student {student!r} and the group {group!r}; a line is for one or the other, "
-                "so leave one of the two cells empty"
-            )
+            names = f"the student {student!r} and the group {group!r}"
+            raise QdotError(f"{line}: this line names {names}; name only one of them, and leave the other cell empty")
         if group:
             part, group = _parse_group(line, part, group, list(max_points))
         elif student not in students:
-            raise QdotError(f"{line}: no student {student!r} is in roster.csv")
+            raise QdotError(f"{line}: roster.csv has no student {student!r}")
         if part not in max_points:
             raise _unknown_part(line, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
         if (first_line := first_lines.setdefault((student, group or part), number)) != number:
-            raise QdotError(f"{line}: {target} is set on line {first_line} already")
+            raise QdotError(f"{line}: {target} was already set on line {first_line}")
+        if group and not points and not comment:
+            raise QdotError(f"{line}: there are neither points nor a comment for {target}; enter at least one of them")
+        new_points = None if group and not points else _parse_points(line, part, points, max_points[part])
         if group:
-            if not points and not comment:
-                raise QdotError(f"{line}: neither points nor a comment is given for {target}; give one, or both")
-            override_points = _parse_points(line, part, points, max_points[part]) if points else None
-            by_group[group] = Override(override_points, comment, group)
+            by_group[group] = Override(new_points, comment, group)
         else:
-            override_points = _parse_points(line, part, points, max_points[part])
-            by_student.setdefault(student, {})[part] = Override(override_points, comment)
-    return Overrides(
-        by_student, by_group, {group: number for (student, group), number in first_lines.items() if not student}
-    )
+            by_student.setdefault(student, {})[part] = Override(new_points, comment)
+    group_lines = {group: number for (student, group), number in first_lines.items() if not student}
+    return Overrides(by_student, by_group, group_lines)
 
 
 def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_groups: Sequence[str]) -> list[str]:
@@ -124,14 +120,11 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         close_matches = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
         hint = f" (did you mean {group_key(part, close_matches[0])!r}?)" if close_matches else ""
-        hidden_count = len(part_groups) - MAX_GROUPS_LISTED
-        key_words = ", ".join(part_groups[:MAX_GROUPS_LISTED]) + (
-            f" and {hidden_count} more, which `qdot report` shows" if hidden_count > 0 else ""
-        )
-        known_groups = f"groups of {part}: {key_words}" if part_groups else f"no answer to {part} is in a group"
+        listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
+        known_groups = listing if part_groups else f"no answer to {part} is in a group"
         notes.append(
-            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: no answer of this class is "
-            f"in the group {group!r}{hint}, so the line does nothing yet; {known_groups}"
+            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: the group {group!r} has no "
+            f"answers in this class{hint}, so this line has no effect yet; {known_groups}"
         )
     return notes
 
@@ -144,14 +137,14 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
         raise QdotError(
-            f"{location}: group = {group!r}: it is a key as `qdot report` shows it, a part and {KEY_LENGTH} letters, "
+            f"{location}: group = {group!r}: expected a key that `qdot report` shows, a part and {KEY_LENGTH} letters, "
             f"as in {group_key(part_names[0], 'kqvxwz')}"
         )
     if part_of_group and part_of_group not in part_names:
         raise _unknown_part(location, part_of_group, part_names)
     if part_of_group and part and part_of_group != part:
         raise QdotError(
-            f"{location}: the group {group!r} is of the part {part_of_group}, and the line names {part}; leave it empty"
+            f"{location}: the group {group!r} belongs to {part_of_group}, but the line names {part}; leave part empty"
         )
     part = part_of_group or part
     return part, group_key(part, letters.lower())
@@ -159,7 +152,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
 
 def _unknown_part(location: str, part: str, all_names: Sequence[str]) -> QdotError:
     part_names = tuple(name for name in all_names if name != TOTAL_PART)
-    return QdotError(f"{location}: {unknown_name('part', part, part_names)}; or empty, for the student's total")
+    return QdotError(f"{location}: {unknown_name('part', part, part_names)}; empty means the student's total")
 
 
 def _parse_points(location: str, part: str, text: str, max_points: float) -> float:
@@ -170,9 +163,9 @@ def _parse_points(location: str, part: str, text: str, max_points: float) -> flo
         return share_of_points(max_points, 1.0, Fraction(percentage[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
         raise QdotError(
-            f"{location}: points = {text!r}: it is a number from 0 to {max_points:g}, with at most four decimals, as "
-            "in 1.5, or a share of them, as in 50 %"
+            f"{location}: points = {text!r}: expected a number from 0 to {max_points:g} with at most four decimals, as "
+            "in 1.5, or a percentage, as in 50 %"
         )
     if float(number_text) > max_points:
-        raise QdotError(f"{location}: points = {text}: {part or 'the total'} has {max_points:g} points at most")
+        raise QdotError(f"{location}: points = {text}: {part or 'the total'} has at most {max_points:g} points")
     return float(number_text)

@@ -5,11 +5,11 @@ symbols depend on the configuration.
 """
 
 from collections.abc import Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
-from itertools import combinations, product
+from itertools import chain, combinations, product
+from operator import and_
 
 import numpy as np
 import sympy as sp
@@ -70,21 +70,15 @@ class AnswerToCredit:
 
     def sample(self, seed: str) -> dict[str, np.ndarray]:
         """Return random configurations of one arm, whose constants are all positive."""
-        samples = self.domain.sample(
-            set(self.domain.roles), READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{seed}")
-        )
+        count, stream = READABLE_POINTS + SAMPLE_COUNT, Stream(f"{self.seed}/{seed}")
         return {  # the first samples have readable values and are omitted, because factors may be zero there
             name: column[READABLE_POINTS:] if name in self.varying else np.full(SAMPLE_COUNT, abs(column[-1]))
-            for name, column in samples.items()
+            for name, column in self.domain.sample(set(self.domain.roles), count, stream).items()
         }
 
 
-@dataclass(frozen=True)
-class _PartialCredit:
-    """A share of a part's points, and the reason for it."""
-
-    share: Fraction
-    reason: str
+ShareAndReason = tuple[Fraction, str]
+"""A share of a part's points, and the reason for it."""
 
 
 def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
@@ -95,24 +89,22 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
-    part = answer.part
-    if answer.part.effective_credit.rule == "whole" or part.answer.counts_up_to_a_factor:
+    part, rules = answer.part, answer.part.effective_credit
+    if rules.rule == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
-    share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
+    share, reason, credit = Fraction(judgement.share).limit_denominator(1000), judgement.reason, None
     if part.answer.is_symbolic and part.shape is not None:
         judgement, share = _count_entries(answer, judgement, share)
-    credit = None
     if part.answer.is_symbolic:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
-    if answer.part.effective_credit.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
+    if rules.is_by_mistakes and max(share, credit[0] if credit else 0) < MISTAKE_FACTOR:
         credit = _credit_one_mistake(answer, is_copied) or credit
-    if credit is not None and credit.share > share:
-        share = credit.share
-        reason_words = f"{credit.reason}, which earns {share * answer.part.effective_credit.factor}; {reason}"
-        judgement = replace(judgement, reason=reason_words)
-    return _with_share(judgement, share * answer.part.effective_credit.factor)
+    if credit is not None and credit[0] > share:
+        share = credit[0]
+        judgement = replace(judgement, reason=f"{credit[1]}, which earns {share * rules.factor}; {reason}")
+    return _with_share(judgement, share * rules.factor)
 
 
 def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
@@ -137,11 +129,9 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     if answer.part.effective_credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(are_correct)
-        judgement = replace(
-            judgement, reason=f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
-        )
-    entry_matches = [same for row in entries for same in row]
-    if share and any(varies) and not any(same and moves for same, moves in zip(entry_matches, varies, strict=True)):
+        reason = f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
+        judgement = replace(judgement, reason=reason)
+    if share and any(varies) and not any(map(and_, chain.from_iterable(entries), varies)):
         reason = f"none of the entries that depend on the configuration is right; {judgement.reason}"
         return replace(judgement, reason=reason), Fraction(0)
     return judgement, share
@@ -156,7 +146,7 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
 # --- correct except for signs or a common factor ---
 
 
-def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> _PartialCredit | None:
+def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> ShareAndReason | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
     The factor is a constant. It may also be the determinant if the reference is divided by it. If the expected entries
@@ -170,43 +160,33 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> _Part
         return None
     wrong_indices = list(range(len(expected)))
     if judgement.entries is not None:
-        wrong_indices = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
+        wrong_indices = [k for k, same in enumerate(chain.from_iterable(judgement.entries)) if not same]
     expected = [expected[k] for k in wrong_indices]
     if parsed.table is not None:
-        factor = _find_factor_of_values(parsed.table, wrong_indices, expected, domain, answer.problem.constants)
+        factor = _find_factor_of_values(parsed.table, wrong_indices, expected, answer.problem)
     elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):
         return None
     else:
         entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
         factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
-        may_lack_divisor = factor is None and answer.part.effective_credit.is_by_mistakes
-        if (
-            may_lack_divisor
-            and (det := find_determinant_in_denominator(answer.problem.chain, part, domain.roles)) is not None
-        ):
+        may_lack_divisor = factor is None and part.effective_credit.is_by_mistakes
+        det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
+        if det is not None:
             expected = [multiply_nodes(entry, det) for entry in expected]
             factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
             factor = factor and replace(factor, changes_size=True)
     if factor is None or (factor.changes_size and not set().union(*map(find_names, expected)) & varying):
         return None
-    sign_words = "its sign" if part.shape is None else "signs"
-    words = [
-        word
-        for word, is_wrong in ((sign_words, factor.is_negative), ("a common factor", factor.changes_size))
-        if is_wrong
-    ]
+    words = [("its sign" if part.shape is None else "signs")] * factor.is_negative
+    words += ["a common factor"] * factor.changes_size
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
-    return _PartialCredit(share, f"right but for {' and '.join(words)}")
+    return share, f"right but for {' and '.join(words)}"
 
 
 def _find_factor_of_values(
-    table: FunctionValues,
-    entry_indices: Sequence[int],
-    expected: Sequence[Node],
-    domain: Domain,
-    constants: AbstractSet[str],
+    table: FunctionValues, entry_indices: Sequence[int], expected: Sequence[Node], problem: Problem
 ) -> ConstantFactor | None:
     """Return the factor by which a function's values differ from the reference, apart from signs; None without one.
 
@@ -220,53 +200,52 @@ def _find_factor_of_values(
         ratios = table.values.T[list(entry_indices)] / reference
     sign_differs = ratios[:, 0].real < 0
     ratios = np.where(sign_differs[:, None], -ratios, ratios)
-    if not np.all(np.isfinite(ratios)) or not np.allclose(ratios, ratios[0], rtol=RELATIVE_TOLERANCE, atol=0):
+    if not np.all(np.isfinite(ratios)) or not _are_equal(ratios, ratios[0]):
         return None
-    is_negative = bool(sign_differs.any())
-    lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.arguments)
+    is_negative, roles = bool(sign_differs.any()), problem.domain().roles
+    lengths = sorted(name for name in problem.constants & set(table.arguments) if isinstance(roles.get(name), str))
     for powers in product((0, 1, -1), repeat=min(len(lengths), MAX_LENGTHS)):
         quotient = ratios[0]
         for name, power in zip(lengths, powers, strict=False):
             quotient = quotient * table.arguments[name] ** power
-        if abs(quotient[0]) > RELATIVE_TOLERANCE and np.allclose(
-            quotient, quotient[0], rtol=RELATIVE_TOLERANCE, atol=0
-        ):
+        if abs(quotient[0]) > RELATIVE_TOLERANCE and _are_equal(quotient, quotient[0]):
             return ConstantFactor(is_negative, any(powers) or abs(abs(quotient[0]) - 1) > RELATIVE_TOLERANCE)
     return None
+
+
+def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
+    return np.allclose(values, other_values, rtol=RELATIVE_TOLERANCE, atol=0)
 
 
 # --- factors of a product ---
 
 
-def _credit_factors(answer: AnswerToCredit) -> _PartialCredit | None:
+def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
     Only factors that depend on the configuration count. A wrong factor counts as a missing one and an extra one. The
     constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
-    part, domain = answer.part, answer.domain
-    if not is_product(part) or answer.part.effective_credit.rule not in ("", "factors"):
+    part, names = answer.part, frozenset(answer.domain.roles)
+    if not is_product(part) or part.effective_credit.rule not in ("", "factors"):
         return None
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
     (reference,) = part.answer.entries()
-    expected_factors = [
-        parse_reference(expression_text(factor), frozenset(domain.roles)) for factor in _list_factors(reference)
-    ]
-    expected_factors = [factor for factor in expected_factors if find_names(factor) & answer.varying]
+    all_factors = [parse_reference(expression_text(factor), names) for factor in _list_factors(reference)]
+    expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying]
     (entry,) = answer.parsed.entries
     given_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying]
     if not given_factors or max(len(given_factors), len(expected_factors)) > MAX_FACTORS:
         return None
     counts = range(MAX_WRONG_FACTORS + 1)
-    error_counts = sorted(product(counts, counts), key=lambda way: (max(way), way))[1:]
+    error_counts = sorted(product(counts, counts), key=lambda pair: (max(pair), pair))[1:]
     for missing, surplus in error_counts:
         share = share_of_product(len(expected_factors), missing, surplus)
         if share and _is_product_without(answer, given_factors, expected_factors, missing, surplus):
-            surplus_words = f", and {count_noun(surplus, 'other')}" if surplus > missing else ""
-            correct_count = len(expected_factors) - missing
-            summary = f"{correct_count} of {count_noun(len(expected_factors), 'factor')} with joints"
-            return _PartialCredit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{surplus_words}")
+            summary = f"{len(expected_factors) - missing} of {count_noun(len(expected_factors), 'factor')} with joints"
+            others = f" and {count_noun(surplus, 'other')}" if surplus > missing else ""
+            return share, f"the answer has {summary}{others}"
     return None
 
 
@@ -280,38 +259,28 @@ def _list_factors(reference: sp.Expr) -> list[sp.Expr]:
 
 
 def _is_product_without(
-    answer: AnswerToCredit,
-    answer_factors: Sequence[Node],
-    expected_factors: Sequence[Node],
-    missing_count: int,
-    surplus_count: int,
+    answer: AnswerToCredit, factors: Sequence[Node], expected: Sequence[Node], missing_count: int, surplus_count: int
 ) -> bool:
     """Return whether some factors of an answer and some of the expected ones have equal products, up to a constant.
 
-    `surplus_count` factors of the answer, `answer_factors`, are omitted, and `missing_count` of the expected factors.
+    `surplus_count` factors of the answer are omitted, and `missing_count` of the expected factors.
     """
-    domain, varying, seed = answer.domain, answer.varying, f"{answer.seed}/factors"
-    values = evaluate(compile_program([*answer_factors, *expected_factors]), answer.sample("factors"), SAMPLE_COUNT)[0]
-    choices = product(
-        combinations(range(len(answer_factors)), len(answer_factors) - surplus_count)
-        if surplus_count < len(answer_factors)
-        else (),
-        combinations(range(len(expected_factors)), len(expected_factors) - missing_count),
-    )
-    for given_indices, expected_indices in choices:
+    if surplus_count >= len(factors):
+        return False
+    domain, seed = answer.domain, f"{answer.seed}/factors"
+    all_values = evaluate(compile_program([*factors, *expected]), answer.sample("factors"), SAMPLE_COUNT)[0]
+    values, expected_values = all_values[: len(factors)], all_values[len(factors) :]
+    subsets = combinations(range(len(factors)), len(factors) - surplus_count)
+    expected_subsets = combinations(range(len(expected)), len(expected) - missing_count)
+    for indices, expected_indices in product(subsets, expected_subsets):
         with np.errstate(all="ignore"):
-            ratio = values[list(given_indices)].prod(axis=0) / values[
-                [len(answer_factors) + k for k in expected_indices]
-            ].prod(axis=0)
-        if (
-            np.all(np.isfinite(ratio))
-            and abs(ratio[0]) > 0
-            and np.allclose(ratio, ratio[0], rtol=RELATIVE_TOLERANCE, atol=0)
-        ):
-            given_product = reduce(multiply_nodes, (answer_factors[k] for k in given_indices), ONE)
-            expected_product = reduce(multiply_nodes, (expected_factors[k] for k in expected_indices), ONE)
-            is_equal = compare_entries([given_product], [expected_product], domain, f"{seed}/same").is_correct[0]
-            if is_equal or find_constant_factor([given_product], [expected_product], domain, varying, seed) is not None:
+            ratio = values[list(indices)].prod(axis=0) / expected_values[list(expected_indices)].prod(axis=0)
+        if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and _are_equal(ratio, ratio[0]):
+            given_product = reduce(multiply_nodes, (factors[k] for k in indices), ONE)
+            expected_product = reduce(multiply_nodes, (expected[k] for k in expected_indices), ONE)
+            pair = [given_product], [expected_product]
+            is_equal = compare_entries(*pair, domain, f"{seed}/same").is_correct[0]
+            if is_equal or find_constant_factor(*pair, domain, answer.varying, seed) is not None:
                 return True
     return False
 
@@ -319,7 +288,7 @@ def _is_product_without(
 # --- numbers ---
 
 
-def _credit_except_signs(answer: AnswerToCredit) -> _PartialCredit | None:
+def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
     """Return the credit for several numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
@@ -330,13 +299,13 @@ def _credit_except_signs(answer: AnswerToCredit) -> _PartialCredit | None:
     error = np.minimum(np.abs(values - expected), np.abs(values + expected))
     if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= tolerance) or np.any(error > tolerance):
         return None
-    return _PartialCredit(share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
+    return share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs"
 
 
 # --- one known mistake ---
 
 
-def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _PartialCredit | None:
+def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAndReason | None:
     """Return the credit for an answer in which one known mistake explains all wrong entries, however many."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
@@ -345,7 +314,7 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Partial
         return None
     if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
-    return _PartialCredit(MISTAKE_FACTOR, "one mistake gives all that is wrong")
+    return MISTAKE_FACTOR, "one mistake gives all that is wrong"
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:

@@ -61,20 +61,17 @@ class Host:
         variables = {name: value for name, value in os.environ.items() if not name.startswith("QDOT_")}
         count = int(variables.get("GIT_CONFIG_COUNT") or 0)
         credentials = base64.b64encode(f"{self.login}:{self.token}".encode()).decode()
-        return {
-            **variables, "GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1),
-            f"GIT_CONFIG_KEY_{count}": f"http.{self.server_url}/.extraheader",
-            f"GIT_CONFIG_VALUE_{count}": f"Authorization: Basic {credentials}",
-        }  # fmt: skip
+        variables |= {"GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1)}
+        variables[f"GIT_CONFIG_KEY_{count}"] = f"http.{self.server_url}/.extraheader"
+        variables[f"GIT_CONFIG_VALUE_{count}"] = f"Authorization: Basic {credentials}"
+        return variables
 
 
 def find_host(name: str, environment: Mapping[str, str]) -> Host:
     """Return GitHub or GitLab, as described by the environment variables of its jobs. Raises QdotError."""
     token = environment.get(TOKEN_VARIABLE, "").strip()
     if not token:
-        raise QdotError(
-            f"{TOKEN_VARIABLE} is not set; it is the token by which students' repositories are read (docs/ci.md)"
-        )
+        raise QdotError(f"{TOKEN_VARIABLE} is not set; set it to a token that may read the repositories (docs/ci.md)")
 
     def read_setting(variable: str, default: str = "") -> str:
         return (environment.get(variable) or default).rstrip("/")
@@ -84,14 +81,8 @@ def find_host(name: str, environment: Mapping[str, str]) -> Host:
         api = read_setting("GITHUB_API_URL", "https://api.github.com")
         return Host(server, api, read_setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _list_github_pushes, token)
     server = read_setting("CI_SERVER_URL", "https://gitlab.com")
-    return Host(
-        server,
-        read_setting("CI_API_V4_URL", f"{server}/api/v4"),
-        read_setting("CI_PROJECT_NAMESPACE"),
-        "oauth2",
-        _list_gitlab_pushes,
-        token,
-    )
+    api = read_setting("CI_API_V4_URL", f"{server}/api/v4")
+    return Host(server, api, read_setting("CI_PROJECT_NAMESPACE"), "oauth2", _list_gitlab_pushes, token)
 
 
 def _list_github_pushes(host: Host, repository: str, branch: str) -> Iterator[Push]:
@@ -126,11 +117,8 @@ def _send_request(host: Host, url: str) -> tuple[Any, str]:
         try:
             with urllib.request.urlopen(request, timeout=REQUEST_TIMEOUT) as answer:  # noqa: S310
                 return json.loads(answer.read()), answer.headers.get("Link") or ""
-        except urllib.error.HTTPError as error:
-            if error.code < 500 or pause is None:
-                raise
-        except OSError:
-            if pause is None:
+        except OSError as error:
+            if pause is None or (isinstance(error, urllib.error.HTTPError) and error.code < 500):
                 raise
         time.sleep(pause)
     raise AssertionError("the last attempt returns or raises")

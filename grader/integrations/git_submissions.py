@@ -1,18 +1,17 @@
-"""Fetch what students have pushed to their repositories, as it was at the deadline, and hand back feedback.
+"""Fetch students' repositories as of the deadline, and push feedback to them.
 
     python -I -m qdot.grader.integrations.git_submissions collect DIR --on github
         fills DIR/submitted, listed in DIR/graded/collected.csv
     python -I -m qdot.grader.integrations.git_submissions hand-back DIR --on github
-        puts feedback into the branch `feedback` of each
+        pushes feedback to the branch `feedback` of each repository
 
-The grading job runs this with the staff's token. Nothing that was fetched is run. The server, not the repository, says
-when a push came in (`git_hosts`).
+The grading job runs this with the staff's token. No fetched file is executed. The times of pushes come from the server,
+not from the repository (`git_hosts`).
 """
 
 import argparse
 import csv
 import datetime
-import io
 import os
 import re
 import shutil
@@ -20,9 +19,8 @@ import subprocess
 import sys
 import tempfile
 import urllib.error
-from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
 
@@ -31,6 +29,7 @@ from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.console import note, printable, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.batch import find_student
 from qdot.grader.grading.history import read_last_results
 from qdot.grader.integrations.git_hosts import Host, Push, find_host
@@ -96,9 +95,7 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
 
     Raises QdotError if no repository could be fetched; previously fetched files then remain.
     """
-    repositories = [
-        (find_student(assignment, name), repository) for name, repository in _read_repositories(assignment, host)
-    ]
+    repositories = [(find_student(assignment, name), url) for name, url in _read_repositories(assignment, host)]
     for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # from a run that was killed
         shutil.rmtree(leftover, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work:
@@ -108,32 +105,22 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
             collected = list(threads.map(lambda each: _collect_one(assignment, host, fetched, *each), repositories))
         for each in collected:
             if each.unreached:
-                note(f"{each.student}: {each.repository} can't be fetched, and has no mark: {each.unreached}")
+                note(f"{each.student}: qdot can't fetch {each.repository}, so there is no mark: {each.unreached}")
             elif each.left_out:
-                note(f"{each.student}: {each.repository} is left out: {each.left_out}")
-        unreached = [{"student": each.student, "why": each.unreached} for each in collected if each.unreached]
+                note(f"{each.student}: {each.repository} has nothing to grade: {each.left_out}")
+        unreached = [(each.student, each.unreached) for each in collected if each.unreached]
         if len(unreached) == len(collected):
-            raise QdotError(
-                "no repository could be fetched: are the names in repositories.csv right, and the token valid?"
-            )
+            raise QdotError("no repository could be fetched; check the names in repositories.csv and the token")
         if unreached:
-            (fetched / NOT_FETCHED_FILE).write_text(_format_csv(["student", "why"], unreached), encoding="utf-8")
+            table = csv_text([("student", "why"), *unreached])
+            (fetched / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
         submitted = assignment.folder / "submitted"
         if submitted.exists():
             submitted.rename(Path(work, "before"))
         fetched.rename(submitted)
-    table = _format_csv([name.name for name in fields(CollectedRepository)], map(asdict, collected))
+    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, collected)])
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
     return collected
-
-
-def _format_csv(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
-    """Return a table as CSV text."""
-    table = io.StringIO()
-    writer = csv.DictWriter(table, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return table.getvalue()
 
 
 def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
@@ -143,7 +130,7 @@ def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, st
         rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
         pairs = [(row["student"].strip(), row["repository"].strip()) for row in rows]
     except (OSError, ValueError, KeyError, AttributeError):
-        raise QdotError(f"{path} is to be a table with the columns repository and student") from None
+        raise QdotError(f"{path}: expected a table with the columns repository and student") from None
     owner = f"{host.owner}/" if host.owner else "OWNER/"
     return [(student, repository.replace("OWNER/", owner, 1)) for student, repository in pairs if student]
 
@@ -158,7 +145,7 @@ def _collect_one(
     try:
         head = _run_git(host, "ls-remote", "--symref", host.repository_url(repository), "HEAD").split()
         if head[:1] != ["ref:"]:
-            raise _NothingToGrade("nothing was ever pushed to it")
+            raise _NothingToGrade("nothing was pushed to it")
         collected = replace(collected, branch=head[1].removeprefix("refs/heads/"))
         push = _find_counting_push(host, repository, collected.branch, until, accepts_late=assignment.late is None)
         collected = replace(collected, commit=push.commit, pushed=push.received.isoformat())
@@ -181,12 +168,12 @@ def _find_counting_push(
         in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
         counting_push = in_time or (last_push if accepts_late else None)
     except urllib.error.HTTPError as error:
-        why = f"the server answers {error.code} {error.reason}"
-        raise _HostUnreachable(f"when it was pushed to is not known: {why}") from None
+        reason = f"the server answers {error.code} {error.reason}"
+        raise _HostUnreachable(f"the times of its pushes are unknown: {reason}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _HostUnreachable(f"when it was pushed to is not known: {error}") from None
+        raise _HostUnreachable(f"the times of its pushes are unknown: {error}") from None
     if counting_push is None:
-        raise _NothingToGrade(f"the server knows of no push to {branch}{f' until {until}' if until else ''}")
+        raise _NothingToGrade(f"the server has no push to {branch}{f' until {until}' if until else ''}")
     return counting_push
 
 
@@ -196,16 +183,14 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
     If the server no longer has the commit, the student has replaced it by a forced push.
     """
     safe_options = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
+    fetch_options = ("--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules")
     folder.mkdir()
     _run_git(host, *safe_options, "init", "--quiet")
     try:
-        _run_git(
-            host, *safe_options, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
-            host.repository_url(repository), push.commit,
-        )  # fmt: skip
+        _run_git(host, *safe_options, "fetch", *fetch_options, host.repository_url(repository), push.commit)
     except _HostUnreachable as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
-            raise _NothingToGrade(f"the commit that counts is no longer there: {error}") from None
+            raise _NothingToGrade(f"the commit that counts no longer exists: {error}") from None
         raise
     _run_git(host, *safe_options, "checkout", "--quiet", "--detach", push.commit)
     shutil.rmtree(folder / ".git")
@@ -237,7 +222,7 @@ ERROR_LINE = re.compile("(remote|error|fatal|ERROR):")
 """The beginning of the line in which git reports an error."""
 
 
-# --- handing back ---
+# --- returning feedback ---
 
 
 def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
@@ -251,24 +236,23 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     def push_feedback(student: str, repository: str) -> CollectedRepository:
         with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as work:
             page = assignment.folder / "graded" / "feedback" / f"{student}.html"
+            error_text = ""
             try:
                 Path(work, "README.md").write_text(make_summary(graded, [by_student[student]]), encoding="utf-8")
                 shutil.copyfile(page, Path(work, "feedback.html"))
                 _push_folder(host, repository, work)
             except (OSError, _HostUnreachable) as error:
-                return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=str(error))
-        return CollectedRepository(student, repository, FEEDBACK_BRANCH)
+                error_text = str(error)
+        return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=error_text)
 
-    fetched = [
-        (student, repository)
-        for student, repository in _read_repositories(assignment, host)
-        if student in by_student and (assignment.folder / "submitted" / student).is_dir()
-    ]
+    submitted = assignment.folder / "submitted"
+    graded_students = [name for name in by_student if (submitted / name).is_dir()]
+    fetched = [each for each in _read_repositories(assignment, host) if each[0] in graded_students]
     with ThreadPoolExecutor(MAX_PARALLEL) as threads:
         pushed = list(threads.map(lambda each: push_feedback(*each), fetched))
     for each in pushed:
         if each.unreached:
-            note(f"{each.student}: feedback can't be pushed to {each.repository}: {each.unreached}")
+            note(f"{each.student}: qdot can't push the feedback to {each.repository}: {each.unreached}")
     return pushed
 
 
@@ -279,16 +263,8 @@ def _push_folder(host: Host, repository: str, folder: str) -> None:
     _run_git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK_BRANCH}")
     _run_git(host, "-C", folder, "add", "--all")
     _run_git(host, "-C", folder, *author, "commit", "--quiet", "--message", "Feedback", **times)
-    _run_git(
-        host,
-        "-C",
-        folder,
-        "push",
-        "--quiet",
-        "--force",
-        host.repository_url(repository),
-        f"HEAD:refs/heads/{FEEDBACK_BRANCH}",
-    )
+    target = (host.repository_url(repository), f"HEAD:refs/heads/{FEEDBACK_BRANCH}")
+    _run_git(host, "-C", folder, "push", "--quiet", "--force", *target)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -297,9 +273,8 @@ def main(arguments: list[str] | None = None) -> int:
     It is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. A repository that
     can't be fetched doesn't stop the grading of others; `qdot grade` then exits with 2, because a mark is missing.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m qdot.grader.integrations.git_submissions", description=(__doc__ or "").splitlines()[0]
-    )
+    program, description = "python -m qdot.grader.integrations.git_submissions", (__doc__ or "").splitlines()[0]
+    parser = argparse.ArgumentParser(prog=program, description=description)
     parser.add_argument("task", choices=("collect", "hand-back"))
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--on", choices=("github", "gitlab"), required=True)
@@ -314,9 +289,9 @@ def main(arguments: list[str] | None = None) -> int:
     left_out = sum(bool(item.left_out) for item in repositories)
     done_count = len(repositories) - unreached - left_out
     if options.task == "collect":
-        say(f"{done_count} repositories fetched, {left_out} left out, {unreached} could not be fetched")
+        say(f"{done_count} repositories fetched, {left_out} without work to grade, {unreached} could not be fetched")
         return 0
-    say(f"{done_count} repositories given their feedback, {unreached} not")
+    say(f"feedback pushed to {done_count} repositories, {unreached} failed")
     return int(bool(unreached))
 
 

@@ -60,7 +60,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise QdotError(f"{path} can't be read: {error}") from None
     if not isinstance(content, dict) or not isinstance(content.get("users"), list) or not content["users"]:
-        raise QdotError(f"{path} names no users")
+        raise QdotError(f"{path} does not name the users who submitted")
     return content
 
 
@@ -70,20 +70,18 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
     If a group submitted, it is the member whose notebook it is.
     """
     roster = Roster(assignment.roster)
-    owners: dict[str, None] = {}
+    owners = set[str]()
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
         owner = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
-        if len(owner.students) == 1 and not owner.reason:
-            owners[owner.students[0]] = None
+        owners |= set(owner.students) if owner.is_certain else set()
     if len(owners) > 1:
-        owners = {name: None for name in owners if name in _claimed_students(assignment, submission)}
+        owners &= _claimed_students(assignment, submission)
     if len(owners) != 1:
         user_names = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
-        raise QdotError(
-            f"{user_names}: not surely one student of roster.csv; add the e-mail address there, and export again"
-        )
-    return find_student(assignment, next(iter(owners)))
+        advice = "add the e-mail address to roster.csv, and export again"
+        raise QdotError(f"{user_names}: qdot can't tell which student of roster.csv this is; {advice}")
+    return find_student(assignment, owners.pop())
 
 
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
@@ -96,12 +94,9 @@ def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
     """Return Gradescope's deadline for this student, including extensions; None if there is none."""
-    user_assignments = [user.get("assignment") for user in metadata.get("users") or ()]
-    for source in (*user_assignments, metadata.get("assignment")):
-        deadline = parse_time(source.get("due_date")) if isinstance(source, dict) else None
-        if deadline is not None:
-            return deadline
-    return None
+    sources = [*(user.get("assignment") for user in metadata.get("users") or ()), metadata.get("assignment")]
+    deadlines = [parse_time(source.get("due_date")) for source in sources if isinstance(source, dict)]
+    return next(filter(None, deadlines), None)
 
 
 ONE_DAY = datetime.timedelta(days=1)
@@ -111,11 +106,9 @@ def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
     """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
-    earlier = [
-        submission
-        for submission in metadata.get("previous_submissions") or ()
-        if isinstance(submission.get("score"), (int, float, str)) and not submission.get("autograder_error")
-    ]
+    others = metadata.get("previous_submissions") or ()
+    graded = [other for other in others if isinstance(other.get("score"), (int, float, str))]
+    earlier = [other for other in graded if not other.get("autograder_error")]
     now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # A submission without a time gets one of its own, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
@@ -126,9 +119,8 @@ def apply_attempt_policy(
     if is_counting and best_score <= results.score:
         return results
     score = format_points(results.score)
-    message = f"an earlier submission earned {format_points(best_score)} points, which count; this one earned {score}"
-    if not is_counting:
-        message += f"; {policy.rule}"
+    message = f"your best earlier submission counts, with {format_points(best_score)} points; this one earned {score}"
+    message += "" if is_counting else f"; {policy.rule}"
     return replace(results, score=best_score, output="\n".join(filter(None, (message, results.output))))
 
 

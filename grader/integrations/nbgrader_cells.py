@@ -8,14 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.nbgrader import (
-    ANSWER_SUFFIX,
-    Cell,
-    compute_checksum,
-    make_answer_metadata,
-    make_grade_id,
-    make_marks_cell,
-)
+from qdot.exercises.exports import nbgrader
+from qdot.exercises.exports.nbgrader import ANSWER_SUFFIX, Cell, make_grade_id
 from qdot.exercises.notebook.self_check import Problems, self_check_cells
 from qdot.grader.grading.marking import format_points
 from qdot.grader.judging.verdict import Outcome
@@ -31,7 +25,7 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     cell.
     """
     parts = {make_grade_id(part): part for part in points}
-    marks = {name: make_marks_cell(part, points[part]) for name, part in parts.items()}
+    marks = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
     unplaced, restored = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for index, cell in enumerate(cells):
@@ -44,7 +38,7 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
             cell["id"] = f"changed-{index}"
         restored.append(cell)
         if (part in points or name.endswith(ANSWER_SUFFIX)) and answer_name in unplaced and cell["cell_type"] == "code":
-            cell["metadata"].update(make_answer_metadata(parts[answer_name]))
+            cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
             restored.append(unplaced.pop(answer_name))
     return [*restored, *unplaced.values()]
 
@@ -85,9 +79,9 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         elif metadata.get("solution"):
             row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
-                metadata["checksum"] = compute_checksum(cell)
+                metadata["checksum"] = nbgrader.compute_checksum(cell)
     if unplaced:
-        raise QdotError(f"{', '.join(unplaced)}: nbgrader knows no such cells; {GENERATE_AGAIN}")
+        raise QdotError(f"{', '.join(unplaced)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
 
 
 MAX_LINE_LENGTH = 76
@@ -97,8 +91,8 @@ GENERATE_AGAIN = "export the assignment again and run nbgrader generate_assignme
 
 def _describe_mismatch(row: PartRow | None) -> str:
     if row is not None and row.points is None:
-        return f"qdot failed on it, so there is no mark: {row.message}"
-    return f"the assignment does not ask this, or for other points; {GENERATE_AGAIN}"
+        return f"there is no mark, because qdot failed: {row.message}"
+    return f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
 
 
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:
@@ -108,10 +102,8 @@ def make_outputs(row: PartRow) -> list[dict[str, Any]]:
     output, because nbgrader gives 0 points for any text on standard error.
     """
     assert row.points is not None
-    message = textwrap.fill(
-        make_visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), MAX_LINE_LENGTH,
-        break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+    text = make_visible(": ".join(filter(None, (row.outcome, row.message))))
+    message = textwrap.fill(text, MAX_LINE_LENGTH, break_long_words=False, break_on_hyphens=False)
     if row.points <= 0:
         title = f"{row.title}: {format_points(0)} of {format_points(row.max_points)} points"
         error = {"ename": row.outcome, "evalue": make_visible(row.message), "traceback": [title, message]}

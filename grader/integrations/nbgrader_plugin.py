@@ -23,7 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT
 from qdot.grader.cli.grade_command import check_sandbox
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
-from qdot.grader.grading.marking import format_points, map_max_points
+from qdot.grader.grading.marking import format_points, map_max_points, share_of_points
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.reports.rows import make_rows
@@ -43,7 +43,7 @@ def configure(c: Any) -> None:
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
     if steps.count(Execute) != 1 or steps.count(AssignLatePenalties) != 1:
-        raise QdotError("this nbgrader has other steps than those of 0.9: qdot can't mark in it")
+        raise QdotError("qdot can't grade in this version of nbgrader, whose steps differ from those of nbgrader 0.9")
     replacements = {Execute: Mark, AssignLatePenalties: ApplyLateRule}
     c.Autograde.sanitize_preprocessors = [RestoreCells, *sanitize]
     c.Autograde.autograde_preprocessors = [replacements.get(step, step) for step in steps]
@@ -61,13 +61,12 @@ class RestoreCells(NbGraderPreprocessor):
         assignment = _load_qdot_assignment(self, info["assignment"])
         if assignment is None:
             if any(source.startswith(MARKS_COMMENT) for source in sources):
-                raise QdotError(
-                    f"{info['assignment']} is marked by qdot, and {QDOT_FOLDER}/{info['assignment']} is missing"
-                )
+                folder = f"{QDOT_FOLDER}/{info['assignment']}"
+                raise QdotError(f"{folder} is missing, but qdot needs it to grade {info['assignment']}")
             return nb, resources
         points = map_max_points(assignment)
         if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points):
-            raise QdotError(f"nbgrader knows other cells than {info['assignment']} has; {GENERATE_AGAIN}")
+            raise QdotError(f"the cells in nbgrader's database are not those of {info['assignment']}; {GENERATE_AGAIN}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
         return nb, resources
 
@@ -91,7 +90,7 @@ class Mark(Execute):
         resources["qdot"] = {"late": _late_penalty(result)}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
-            note(f"{info['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
+            note(f"{info['student']}: overrides.csv sets the total to {total}, but nbgrader uses the sum of the parts")
         return nb, resources
 
 
@@ -122,7 +121,7 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
         return None
     assignment = load_assignment(folder)
     if assignment.key != key:
-        raise QdotError(f"{folder} is of the assignment {assignment.key!r}; the folder has its name")
+        raise QdotError(f"{folder} contains the assignment {assignment.key!r}; the folder must have this name")
     return assignment
 
 
@@ -147,6 +146,4 @@ def _check_sandbox_once(strict: bool) -> None:
 def _late_penalty(result: Result) -> float | None:
     """Return the points deducted for lateness, rounded as in qdot's own results; None if the work is on time."""
     late = result.late
-    if late is None:
-        return None
-    return float(round(Fraction(str(late.points_before)) * Fraction(str(late.penalty)), 4))
+    return None if late is None else share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))

@@ -47,14 +47,14 @@ def grade_for_otter(
     results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
     for test in results.tests:
         if test.score is None:
-            raise QdotError(f"{student.id}: {test.number} is not marked: {test.output}")
+            raise QdotError(f"{student.id}: {test.number} has no mark: {test.output}")
     return results
 
 
 def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
     claimed = read_submission(notebook, assignment.key).qdot_metadata.get("student")
     if not isinstance(claimed, str):
-        raise QdotError(f"{notebook.name} does not say whose it is; hand in the notebook that was handed out")
+        raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
     return find_student(assignment, claimed)
 
 
@@ -74,7 +74,7 @@ def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str
     `marks` are the marks that the cell of `write_marks_code` has loaded.
     """
     if marks is None or part not in marks:
-        raise AssertionError("qdot has not marked this notebook, so that it earns nothing")
+        raise AssertionError("this notebook earns no points, because qdot has not graded it")
     mark = Mark(**marks[part])
     if mark.points < mark.max_points:
         raise AssertionError(mark.feedback)

@@ -47,9 +47,8 @@ class Marks(AbstractOtterPlugin):
         """Return the notebook that Otter runs instead of the student's: one cell with the marks."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
         kernel_metadata = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
-        return new_notebook(
-            metadata=kernel_metadata, cells=[new_code_cell(write_marks_code(list_marks(self.results)), id="marks")]
-        )
+        cell = new_code_cell(write_marks_code(list_marks(self.results)), id="marks")
+        return new_notebook(metadata=kernel_metadata, cells=[cell])
 
     def after_grading(self, results: Any) -> None:
         """Set each part's points minus the late penalty, and show the notes on the whole submission."""
@@ -64,9 +63,7 @@ class Marks(AbstractOtterPlugin):
 
 def _remove_all_but(kept: set[Path]) -> None:
     """Remove everything except the paths in `kept` from their folder."""
-    for path in next(iter(kept)).parent.iterdir():
-        if path in kept:
-            continue
+    for path in set(next(iter(kept)).parent.iterdir()) - kept:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
         else:

@@ -11,17 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.answer_types import (
-    LETTERS,
-    TRUE_FALSE,
-    Answer,
-    AnswerVisitor,
-    Choice,
-    Letters,
-    Matching,
-    Number,
-    Selection,
-)
+from qdot.exercises import answer_types
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, AnswerVisitor
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
@@ -53,17 +44,14 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.problem_of_seed(int(seed))
-    data["params"].update(
-        seed=seed,
-        engine=ENGINE,
-        statement=to_html_for_mathjax(statement(problem, "")),
-        figure=figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-")),
-        shown={part.name: _show_part(problem, part, assignment_hints) for part in problem.parts},
-    )
-    data["correct_answers"].update(
-        options={part.name: _list_options(problem, part) for part in problem.parts if part.answer.offered_options},
-        solutions={part.name: _show_solution(problem, part) for part in problem.parts},
-    )
+    figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
+    shown = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
+    text = to_html_for_mathjax(statement(problem, ""))
+    data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown)
+    choices = [part for part in problem.parts if part.answer.offered_options]
+    options = {part.name: part.answer.accept(_OptionsVisitor(problem, part)) for part in choices}
+    solutions = {part.name: _show_solution(problem, part) for part in problem.parts}
+    data["correct_answers"].update(options=options, solutions=solutions)
 
 
 def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
@@ -71,20 +59,17 @@ def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     Errors reported by the elements themselves remain.
     """
-    problem = _load_problem(data, folder, slot)
-    is_blank = True
+    problem, errors = _load_problem(data, folder, slot), data["format_errors"]
+    is_blank = not errors
     for part in problem.parts:
         names = list_input_names(part)
-        if {part.name, *names} & set(data["format_errors"]):
-            is_blank = False
-            continue
-        text = part.answer.accept(_TypedAnswerVisitor(data, part))
-        is_blank = is_blank and not text
-        error = _describe_incomplete(data, part) or _explain_unreadable(problem, part, text)
-        if error:
-            data["format_errors"][names[0]] = error
+        if not {part.name, *names} & set(errors):
+            text = part.answer.accept(_TypedAnswerVisitor(data, part))
+            is_blank = is_blank and not text
+            if error := _describe_incomplete(data, part) or _explain_unreadable(problem, part, text):
+                errors[names[0]] = error
     if is_blank:
-        data["format_errors"][list_input_names(problem.parts[0])[0]] = "no part is answered"
+        errors[list_input_names(problem.parts[0])[0]] = "You have not answered any part."
 
 
 def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
@@ -92,13 +77,10 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
-    problem = _load_problem(data, folder, slot)
-    answers = {
-        part.name: text for part in problem.parts if (text := part.answer.accept(_TypedAnswerVisitor(data, part)))
-    }
-    assignment = load_assignment(_assignment_folder(data, folder))
-    rules = MarkingRules(assignment.follow_through)
-    verdicts = mark(problem, answers, secret=assignment.secret, rules=rules)
+    problem, assignment = _load_problem(data, folder, slot), load_assignment(_assignment_folder(data, folder))
+    texts = {part.name: part.answer.accept(_TypedAnswerVisitor(data, part)) for part in problem.parts}
+    answers = {name: text for name, text in texts.items() if text}
+    verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
     shows_mistakes = shows_at_least(assignment.feedback, "mistake")
     data["feedback"] = {}
     for part, verdict in zip(problem.parts, verdicts, strict=True):
@@ -106,12 +88,11 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
             data["format_errors"][list_input_names(part)[0]] = verdict.judgement.reason
             continue
         data["partial_scores"].update(_part_scores(part, verdict, shows_mistakes))
-        data["feedback"][part.name] = {
-            "said": _describe_outcome(problem, verdict)
-            if shows_mistakes
-            else _OUTCOME_SENTENCES[verdict.judgement.outcome],
-            "advice": name_chapter(verdict.diagnosis.says) if shows_mistakes and verdict.diagnosis is not None else "",
-        }
+        outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
+        if shows_mistakes:
+            outcome = _describe_outcome(problem, verdict)
+            advice = "" if verdict.diagnosis is None else name_chapter(verdict.diagnosis.says)
+        data["feedback"][part.name] = {"said": outcome, "advice": advice}
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
 
@@ -142,9 +123,8 @@ def _load_slot_and_hints(data: PrairieLearnData, folder: str, slot: str) -> tupl
 def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     """Return the problem of a variant. Raises QdotError if another engine generated it."""
     if data["params"]["engine"] != ENGINE:
-        raise QdotError(
-            f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
-        )
+        engine = data["params"]["engine"]
+        raise QdotError(f"engine {engine} of qdot generated this variant, but engine {ENGINE} is installed")
     return _load_slot_and_hints(data, folder, slot)[0].problem_of_seed(int(data["params"]["seed"]))
 
 
@@ -167,10 +147,8 @@ def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     if part.shape is None or not units:
         return []
     labels = list_entry_labels(problem, part, part.shape)
-    return [
-        {"name": name, "label": f"${label} =$", "unit": plain_unit(unit)}
-        for name, label, unit in zip(list_input_names(part), labels, units, strict=True)
-    ]
+    inputs = zip(list_input_names(part), labels, units, strict=True)
+    return [{"name": name, "label": f"${label} =$", "unit": plain_unit(unit)} for name, label, unit in inputs]
 
 
 @dataclass(frozen=True)
@@ -183,32 +161,20 @@ class _OptionsVisitor(AnswerVisitor[Any]):
     problem: Problem
     part: Part
 
-    def matching(self, answer: Matching) -> PrairieLearnData:
-        items = [
-            {"html": item, "letter": LETTERS[index]}
-            for item, index in zip(answer.items, answer.correct_indices, strict=True)
-        ]
-        return {
-            "items": items,
-            "offered": [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))],
-        }
+    def matching(self, answer: answer_types.Matching) -> PrairieLearnData:
+        pairs = zip(answer.items, answer.correct_indices, strict=True)
+        offered = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
+        return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered}
 
-    def letters(self, answer: Letters) -> list[PrairieLearnData]:
-        has_letters = answer.options != TRUE_FALSE
-        return [
-            {
-                "right": "true" if k in answer.correct_indices else "false",
-                "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k),
-            }
-            for k in range(len(answer.options))
-        ]
+    def letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
+        options, has_letters = [], answer.options != TRUE_FALSE
+        for k in range(len(answer.options)):
+            html = f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k)
+            options.append({"right": "true" if k in answer.correct_indices else "false", "html": html})
+        return options
 
     def _html(self, index: int) -> str:
         return write_line_html(option_text(self.problem, self.part, index))
-
-
-def _list_options(problem: Problem, part: Part) -> Any:
-    return part.answer.accept(_OptionsVisitor(problem, part))
 
 
 def _placeholder(part: Part) -> str:
@@ -236,25 +202,24 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
     data: PrairieLearnData
     part: Part
 
-    def choice(self, answer: Choice) -> str:
+    def choice(self, answer: answer_types.Choice) -> str:
         chosen = self._chosen()
         return chosen if answer.options != TRUE_FALSE or not chosen else TRUE_FALSE[LETTERS.index(chosen)]
 
-    def selection(self, answer: Selection) -> str:
+    def selection(self, answer: answer_types.Selection) -> str:
         return self._chosen()
 
-    def matching(self, answer: Matching) -> str:
-        return "".join(
-            LETTERS[int(text)] for text in _typed_texts(self.data, self.part) if text in _MATCHING_OPTION_NAMES
-        )
+    def matching(self, answer: answer_types.Matching) -> str:
+        texts = _typed_texts(self.data, self.part)
+        return "".join(LETTERS[int(text)] for text in texts if text in _MATCHING_OPTION_NAMES)
 
-    def numbers(self, answer: Number) -> str:
+    def numbers(self, answer: answer_types.Number) -> str:
         texts = _typed_texts(self.data, self.part)
         if not any(texts):
             return ""
         return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
 
-    def default(self, answer: Answer) -> str:
+    def default(self, answer: answer_types.Answer) -> str:
         (text,) = _typed_texts(self.data, self.part)
         return text
 
@@ -279,21 +244,19 @@ def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
 
 def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
-    if part.answer.matched_items:
-        is_filled = [text in _MATCHING_OPTION_NAMES for text in _typed_texts(data, part)]
-        missing = [item for item, filled in zip(part.answer.matched_items, is_filled, strict=True) if not filled]
-        return f"an option is due for {', '.join(missing)}, too" if any(is_filled) and missing else ""
-    if len(list_input_names(part)) > 1:
-        is_filled = [bool(text) for text in _typed_texts(data, part)]
-        missing = [str(number) for number, filled in enumerate(is_filled, 1) if not filled]
-        return f"number {', '.join(missing)} of {len(is_filled)} is left blank" if any(is_filled) and missing else ""
-    return ""
+    texts, items = _typed_texts(data, part), part.answer.matched_items
+    is_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
+    if all(is_filled) or not any(is_filled):
+        return ""
+    names = items or [f"number {number}" for number in range(1, len(texts) + 1)]
+    missing = ", ".join(name for name, filled in zip(names, is_filled, strict=True) if not filled)
+    return f"You have not chosen an option for {missing}." if items else f"You have not answered {missing}."
 
 
 def _explain_unreadable(problem: Problem, part: Part, answer_text: str) -> str:
     """Return why an answer can't be parsed; "" if it can be parsed or is blank."""
     if len(answer_text) > MAX_ANSWER_LENGTH:
-        return f"an answer has at most {MAX_ANSWER_LENGTH} characters, and this has {len(answer_text)}"
+        return f"Your answer has {len(answer_text)} characters; at most {MAX_ANSWER_LENGTH} are allowed."
     if not answer_text:
         return ""
     refusal = read_answer(problem, part, answer_text).refusal
@@ -306,17 +269,17 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:
         earlier_title = ASKED[problem[verdict.followed_from].kind].title
-        return f"It follows from your answer to “{earlier_title}”, which is not right."
+        return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
         wrong_entries = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
-        return f"{sentence} What is off: {', '.join(wrong_entries)}."
+        return f"{sentence} Wrong entries: {', '.join(wrong_entries)}."
     return sentence
 
 
 _OUTCOME_SENTENCES = {
     Outcome.CORRECT: "Right.",
-    Outcome.PARTIAL: "Right in part.",
+    Outcome.PARTIAL: "Partly right.",
     Outcome.WRONG: "Not right.",
-    Outcome.MISSING: "Left blank.",
+    Outcome.MISSING: "Not answered.",
     Outcome.UNGRADED: "Not graded.",
 }

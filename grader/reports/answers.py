@@ -8,6 +8,7 @@ import re
 from dataclasses import dataclass
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
+from qdot.exercises.common.errors import shorten
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem
@@ -68,11 +69,6 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
         return ShownAnswer(plain) if tree is None else ShownAnswer(plain, _formula_html(problem, part, tree))
     except TooDeep:
         return ShownAnswer(plain)
-
-
-def shorten(text: str, max_length: int) -> str:
-    """Return the first characters of a text; " …" shows that some are left out."""
-    return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
 def _hide_rounding_errors(text: str) -> str:

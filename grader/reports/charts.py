@@ -130,18 +130,14 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
             totals = [max(1, sum(count.values())) for count in counts]
             widths = [100 * count[outcome] / total for count, total in zip(counts, totals, strict=True)]
             if any(widths):
-                axes.barh(
-                    rows, widths, left=starts, height=0.68, label=word, color=COLOURS[colour], hatch=hatch,
-                    edgecolor=COLOURS["field"], linewidth=0.8,
-                )  # fmt: skip
+                style = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
+                axes.barh(rows, widths, left=starts, height=0.68, label=word, **style)
             starts = [start + width for start, width in zip(starts, widths, strict=True)]
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the students who submitted")
-        axes.legend(
-            loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, columnspacing=0.9, handlelength=1.3,
-            handletextpad=0.5,
-        )  # fmt: skip
+        spacing = {"columnspacing": 0.9, "handlelength": 1.3, "handletextpad": 0.5}
+        axes.legend(loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, **spacing)
 
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 

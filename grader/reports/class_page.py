@@ -3,37 +3,22 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
+from qdot.exercises.common.errors import shorten
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.render import render
-from qdot.grader.diagnosis.similar import (
-    CanonicalForm,
-    SimilarPair,
-    StudentAnswer,
-    canonical_form,
-    compute_similarity,
-    find_similar_pairs,
-)
+from qdot.grader.diagnosis import similar
+from qdot.grader.diagnosis.similar import CanonicalForm, SimilarPair
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports import charts
-from qdot.grader.reports.answers import ShownAnswer, make_visible, shorten, show_answer
-from qdot.grader.reports.class_view import (
-    AnswerGroup,
-    describe_student,
-    find_late_or_missing,
-    find_students_without_attempt,
-    group_wrong_answers,
-    select_graded,
-    summarize_mistakes,
-    summarize_parts,
-    summarize_scores,
-)
+from qdot.grader.reports import charts, class_view
+from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
@@ -75,7 +60,7 @@ class StudentWork:
 
     def parse(self, text: str) -> CanonicalForm | None:
         """Return a text, parsed as an answer to this part, in the form used to compare answers; None if it has none."""
-        return canonical_form(read_answer(self.problem, self.part, text))
+        return similar.canonical_form(read_answer(self.problem, self.part, text))
 
 
 @dataclass(frozen=True)
@@ -83,8 +68,8 @@ class GroupsOfPart:
     """The groups of equal wrong answers to a part: those that the page shows with an answer, and the others."""
 
     name: str
-    groups: Sequence[tuple[AnswerGroup, ShownAnswer]]
-    omitted_groups: Sequence[AnswerGroup]
+    groups: Sequence[tuple[class_view.AnswerGroup, ShownAnswer]]
+    omitted_groups: Sequence[class_view.AnswerGroup]
 
 
 @dataclass(frozen=True)
@@ -100,64 +85,39 @@ class UnusualForm:
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the page as self-contained HTML. Raises QdotError if matplotlib is not installed."""
     charts.check_library()
-    graded = [result.student for result in select_graded(results)]
+    graded = [result.student for result in class_view.select_graded(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded}
-    scores, mistakes, class_parts = (
-        summarize_scores(results),
-        summarize_mistakes(results),
-        summarize_parts(assignment, results),
-    )
+    scores, parts = class_view.summarize_scores(results), class_view.summarize_parts(assignment, results)
+    mistakes = class_view.summarize_mistakes(results)
     comparisons = _compare_variants(assignment, results, problems)
-    work = {part.name: _collect_work(part.name, results, problems) for part in class_parts}
-    part_names = [part.name for part in class_parts]
-    states = Counter(work_status(result) for result in results)
-    similar = _find_similar_answers(work)
-    charted = mistakes[:MAX_CHARTED_MISTAKES]
+    names = [part.name for part in parts]
+    work = {name: _collect_work(name, results, problems) for name in names}
+    states = Counter(map(work_status, results))
+    pairs = _find_similar_answers(work)
+    overrides = [(result.student, name, each) for result in results for name, each in result.overrides.items()]
+    outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOMES.items()}
+    if not any(map(states.get, UNMARKED_STATES)):
+        del outcome_words[Outcome.UNGRADED]
+    charted, compared = mistakes[:MAX_CHARTED_MISTAKES], comparisons[:MAX_COMPARISON_CHARTS]
+    page_charts = {
+        "score_chart": charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
+        "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded else "",
+        "interval_chart": charts.draw_intervals(names, [part.discrimination for part in parts]),
+        "mistake_chart": charts.draw_mistakes({each.title: len(each.students) for each in charted}),
+        "variant_charts": [charts.draw_groups(i, each.groups, each.shares) for i, each in enumerate(compared)],
+    }
     return render(
-        "reports/report.html.j2",
-        title=assignment.title,
-        names={student.id: describe_student(student) for student in assignment.roster},
-        titles={part.name: part.title for part in class_parts},
-        students=len(results),
-        handed_in=sum(result.submission is not None for result in results),
+        "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded),
+        names={student.id: class_view.describe_student(student) for student in assignment.roster},
         states={name: states[name] for name in ("graded", "late", "missing", "unusable", *UNMARKED_STATES)},
-        scores=scores,
-        score_chart=charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
-        parts=class_parts,
-        outcome_words={
-            outcome: word
-            for outcome, (word, *_) in charts.OUTCOMES.items()
-            if outcome is not Outcome.UNGRADED or any(map(states.get, UNMARKED_STATES))
-        },
-        outcome_chart=charts.draw_outcomes(part_names, [part.outcome_counts for part in class_parts]) if graded else "",
-        interval_chart=charts.draw_intervals(part_names, [part.discrimination for part in class_parts]),
-        least=statistics.MIN_STUDENTS,
-        few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS,
-        followed=sum(part.follow_through_count for part in class_parts),
-        mistakes=mistakes,
-        graded=len(graded),
-        mistake_chart=charts.draw_mistakes({entry.title: len(entry.students) for entry in charted}),
-        groups=_groups_with_answers(results, work),
-        unusual=_find_unusual_forms(work),
-        comparisons=comparisons,
-        variant_charts=[
-            charts.draw_groups(index, entry.groups, entry.shares)
-            for index, entry in enumerate(comparisons[:MAX_COMPARISON_CHARTS])
-        ],
-        permutations=statistics.PERMUTATIONS,
+        scores=scores, parts=parts, titles={part.name: part.title for part in parts},
+        outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons,
+        few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
+        groups=_groups_with_answers(results, work), unusual=_find_unusual_forms(work), visible=make_visible,
         has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
-        not_on_time=find_late_or_missing(results),
-        overrides=[
-            (result.student, name, override) for result in results for name, override in result.overrides.items()
-        ],
-        visible=make_visible,
-        without_attempt=find_students_without_attempt(results),
-        similar=[
-            (name, pair, [_shorten(pair.first.answer), _shorten(pair.second.answer)])
-            for name, pair in similar[:MAX_PAIRS]
-        ],
-        similar_left=max(0, len(similar) - MAX_PAIRS),
-    )
+        not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=pairs, max_pairs=MAX_PAIRS,
+        without_attempt=class_view.find_students_without_attempt(results),
+    )  # fmt: skip
 
 
 def _collect_work(
@@ -166,7 +126,7 @@ def _collect_work(
     """Return the work of all students who wrote an answer to a part; `name` is for example "p1.jacobian"."""
     slot, question = name.split(".", 1)
     works = []
-    for result in select_graded(results):
+    for result in class_view.select_graded(results):
         part, problem = result.parts[name], problems[result.student][slot]
         if part.answer is not None and part.answer != FUNCTION_TEXT:
             works.append(StudentWork(result.student, problem, problem[question], part, part.answer))
@@ -176,17 +136,11 @@ def _collect_work(
 def _groups_with_answers(results: Sequence[Result], work: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
     """Return every part that has groups of equal wrong answers, with an answer of each of the largest groups."""
     parts = []
-    groups = group_wrong_answers(results)
-    for name in dict.fromkeys(group.part for group in groups):
-        part_groups = [group for group in groups if group.part == name]
-        work_by_student = {student_work.student: student_work for student_work in work[name]}
-        answers = [
-            work_by_student[group.typical_student].shown_answer
-            if group.typical_student in work_by_student
-            else ShownAnswer(FUNCTION_TEXT)
-            for group in part_groups[:MAX_GROUPS]
-        ]
-        parts.append(GroupsOfPart(name, list(zip(part_groups, answers, strict=False)), part_groups[MAX_GROUPS:]))
+    for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
+        groups, typical_work = list(part_groups), {each.student: each for each in work[name]}
+        works = [(group, typical_work.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
+        shown = [(group, each.shown_answer if each else ShownAnswer(FUNCTION_TEXT)) for group, each in works]
+        parts.append(GroupsOfPart(name, shown, groups[MAX_GROUPS:]))
     return parts
 
 
@@ -196,17 +150,15 @@ def _compare_variants(
     """Return the comparisons between students with different arms, for every problem of the assignment."""
     comparisons = []
     for slot in assignment.slots:
-        chains, shares = [], []
-        for result in select_graded(results):
+        chains, shares, varied = [], [], slot.family.has_varied_structure
+        for result in class_view.select_graded(results):
             parts = next(problem.parts for problem in result.problems if problem.slot == slot.name)
             points = [part.points for part in parts if part.points is not None]
             if len(points) == len(parts):
                 chains.append(problems[result.student][slot.name].chain)
                 shares.append(100 * sum(points) / sum(part.max_points for part in parts))
         if chains:
-            comparisons += compare_groups(
-                slot.name, chains, shares, assignment.key, varied=slot.family.has_varied_structure
-            )
+            comparisons += compare_groups(slot.name, chains, shares, assignment.key, varied=varied)
     return correct_p_values(comparisons)
 
 
@@ -221,7 +173,7 @@ def _find_unusual_forms(work_by_part: Mapping[str, Sequence[StudentWork]]) -> li
             answer, reference = work.parse(work.answer), work.parse(work.part.answer.code())
             if answer is None or reference is None:
                 continue
-            similarity = compute_similarity(answer, reference)
+            similarity = similar.compute_similarity(answer, reference)
             if similarity <= MAX_UNUSUAL_SIMILARITY:
                 entry = by_form.get(answer.text, (similarity, work, 0))
                 by_form[answer.text] = (*entry[:2], entry[2] + 1)
@@ -234,19 +186,16 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
     """Return pairs of nearly identical wrong answers with their part, unless a known mistake explains the answers."""
     pairs: list[tuple[str, SimilarPair]] = []
     for name, works in work_by_part.items():
-        wrong_answers = []
+        wrong_answers, max_common_count = [], max(3, len(works) // 20)
         for work in works:
-            is_unexplained = work.result.mistake is None and work.result.followed_from is None
-            if (
-                work.result.outcome not in WRONG_OR_PARTIAL
-                or work.part.type not in COMPARED_TYPES
-                or not is_unexplained
-            ):
-                continue
-            answer = work.parse(work.answer)
+            result, answer = work.result, None
+            is_unexplained = result.mistake is None and result.followed_from is None
+            if result.outcome in WRONG_OR_PARTIAL and work.part.type in COMPARED_TYPES and is_unexplained:
+                answer = work.parse(work.answer)
             if answer is not None:
-                wrong_answers.append(StudentAnswer(work.student, work.answer, answer, work.part.answer.code()))
-        pairs += [(name, pair) for pair in find_similar_pairs(wrong_answers, max_common_count=max(3, len(works) // 20))]
+                reference = work.part.answer.code()
+                wrong_answers.append(similar.StudentAnswer(work.student, work.answer, answer, reference))
+        pairs += [(name, pair) for pair in similar.find_similar_pairs(wrong_answers, max_common_count=max_common_count)]
     return pairs
 
 

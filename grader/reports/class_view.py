@@ -119,15 +119,11 @@ def summarize_scores(results: Sequence[Result]) -> Scores | None:
     if not percents:
         return None
     counts = Counter(min(9, int(percent // 10)) for percent in percents)
-    return Scores(
-        percents,
-        tuple(counts[tenth] for tenth in range(10)),
-        statistics.fmean(percents),
-        statistics.median(percents),
-        statistics.stdev(percents) if len(percents) > 1 else None,
-        reliability(_point_rows(results)),
-        sum(percent >= 100 - 1e-9 for percent in percents),
-    )
+    tenth_counts = tuple(counts[tenth] for tenth in range(10))
+    mean, median = statistics.fmean(percents), statistics.median(percents)
+    deviation = statistics.stdev(percents) if len(percents) > 1 else None
+    full_score_count = sum(percent >= 100 - 1e-9 for percent in percents)
+    return Scores(percents, tenth_counts, mean, median, deviation, reliability(_point_rows(results)), full_score_count)
 
 
 def _point_rows(results: Sequence[Result]) -> list[list[float]]:
@@ -144,36 +140,35 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
         shares = [part.points / max_points for part in answers if part.points is not None]
-        count = Counter(part.outcome for part in answers)
-        summaries.append(
-            PartSummary(
-                name,
-                ASKED[name.split(".", 1)[1]].title,
-                max_points,
-                {outcome: count[outcome] for outcome in Outcome},
-                statistics.fmean(shares) if shares else None,
-                discrimination(rows, index) if rows else None,
-                sum(part.followed_from is not None for part in answers),
-            )
-        )
+        count, title = Counter(part.outcome for part in answers), ASKED[name.split(".", 1)[1]].title
+        counts = {outcome: count[outcome] for outcome in Outcome}
+        mean_share = statistics.fmean(shares) if shares else None
+        interval = discrimination(rows, index) if rows else None
+        follow_through_count = sum(part.followed_from is not None for part in answers)
+        summaries.append(PartSummary(name, title, max_points, counts, mean_share, interval, follow_through_count))
     return summaries
 
 
 def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     """Return the diagnosed mistakes, the most frequent first; two mistakes in one answer both count."""
-    students_by_mistake: dict[str, dict[str, None]] = {}
-    parts_by_mistake: dict[str, dict[str, None]] = {}
+    made: dict[str, list[tuple[str, str]]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
-            for mistake in part.mistake.replace(" or ", " and ").split(" and ") if part.mistake else ():
-                students_by_mistake.setdefault(mistake, {})[result.student] = None
-                parts_by_mistake.setdefault(mistake, {})[name] = None
-    titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in students_by_mistake}
-    summaries = [
-        MistakeSummary(name, titles[name], tuple(students), tuple(parts_by_mistake[name]))
-        for name, students in students_by_mistake.items()
-    ]
+            for mistake in _split_mistakes(part.mistake):
+                made.setdefault(mistake, []).append((result.student, name))
+    summaries = []
+    for mistake, pairs in made.items():
+        students, parts = (tuple(dict.fromkeys(names)) for names in zip(*pairs, strict=True))
+        summaries.append(MistakeSummary(mistake, _mistake_title(mistake), students, parts))
     return sorted(summaries, key=lambda mistake: (-len(mistake.students), mistake.title))
+
+
+def _split_mistakes(names: str | None) -> list[str]:
+    return names.replace(" or ", " and ").split(" and ") if names else []
+
+
+def _mistake_title(name: str) -> str:
+    return CATALOGUE[name].title if name in CATALOGUE else name
 
 
 def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
@@ -188,28 +183,18 @@ def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
 
 
 def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> AnswerGroup:
-    parts = [part for _, _, part in answers]
-    wordings = Counter(_without_blanks(part) for part in parts)
-    highest_count = max(wordings.values())
-    mistake = next((part.mistake for part in parts if part.mistake), "")
+    students, names, parts = zip(*answers, strict=True)
+    wordings = ["".join((part.answer or "").split()) for part in parts]
+    typical_student = students[wordings.index(Counter(wordings).most_common(1)[0][0])]
+    mistakes = next((part.mistake for part in parts if part.mistake), "").split(" and ")
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
     earned = [points for points in grader_points if points is not None] or [0.0]
     return AnswerGroup(
-        key,
-        answers[0][1],
-        tuple(student for student, _, _ in answers),
-        next(student for student, _, part in answers if wordings[_without_blanks(part)] == highest_count),
-        " and ".join(CATALOGUE[name].title if name in CATALOGUE else name for name in mistake.split(" and ") if name),
-        (min(earned), max(earned)),
-        parts[0].max_points,
-        sum(part.followed_from is not None for part in parts),
+        key, names[0], students, typical_student, " and ".join(map(_mistake_title, mistakes)),
+        (min(earned), max(earned)), parts[0].max_points, sum(part.followed_from is not None for part in parts),
         next((override for override in overrides if override.group == key), None),
-    )
-
-
-def _without_blanks(part: PartResult) -> str:
-    return "".join((part.answer or "").split())
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -238,9 +223,8 @@ def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
             reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % deducted" if late.penalty else ", nothing deducted"
         elif state in ("unusable", *UNMARKED_STATES):
-            reason = result.obstacle or (
-                "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
-            )
+            cause = "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
+            reason = result.obstacle or cause
         rows.append(LateOrMissing(result, state, make_visible(reason)))
     order = [*UNMARKED_STATES, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))

@@ -17,6 +17,7 @@ DIGITS, MAX_DIGITS = 4, 16
 ZERO_TOLERANCE = 1e-12
 """Bound below which the value of a joint is shown as 0, because numeric searches end near zero, not at it."""
 VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
+SET_HEADINGS = ("Singular, but not in your answer", "In your answer, but not singular")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -45,32 +46,22 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos = problem.symbols()
+    symbol_infos, prismatic = problem.symbols(), prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
     names = [name for name in symbol_infos if any(name in configuration for configuration in configurations)]
-    symbols = tuple(
-        ExampleRow(
-            _symbol_html(problem, name),
-            tuple(_quantity_text(configuration.get(name), symbol_infos[name].unit) for configuration in configurations),
-        )
-        for name in names
-    )
+    symbols = []
+    for name in names:
+        values = (configuration.get(name) for configuration in configurations)
+        cells = tuple(_quantity_text(value, symbol_infos[name].unit) for value in values)
+        symbols.append(ExampleRow(mathml_text(parse_latex(symbol_latex(name, prismatic))), cells))
     if isinstance(example, SetDifference):
-        return _table_of_sets(example, symbols)
-    return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _result_rows(part, example))
-
-
-def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
-    headings = {
-        "Singular, but not in your answer": example.missing, "In your answer, but not singular": example.surplus
-    }  # fmt: skip
-    columns = tuple(heading for heading, configuration in headings.items() if configuration is not None)
-    return (
-        Table("Configurations where your answer is wrong", ("Quantity", *columns), symbols)
-        if columns and symbols
-        else None
-    )
+        headings = zip(SET_HEADINGS, candidates, strict=True)
+        columns = [heading for heading, configuration in headings if configuration is not None]
+        title = "Configurations where your answer is wrong"
+        return Table(title, ("Quantity", *columns), tuple(symbols)) if columns and symbols else None
+    caption, results = _caption(part, example, bool(names)), _result_rows(part, example)
+    return Table(caption, ("Quantity", "Value"), tuple(symbols), results)
 
 
 def _caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
@@ -99,10 +90,6 @@ def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]
     if part.answer.counts_up_to_a_factor:
         headings = headings[0], "Correct" if example.pivot is None else f"Correct for your entry {example.pivot + 1}"
     return ExampleRow(headings[0], (yours,)), ExampleRow(headings[1], (correct,))
-
-
-def _symbol_html(problem: Problem, name: str) -> str:
-    return mathml_text(parse_latex(symbol_latex(name, prismatic_joints(problem.chain))))
 
 
 # --- numbers ---

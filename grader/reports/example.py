@@ -40,14 +40,8 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
-        configurations = [
-            (caption, configuration) for caption, configuration in candidates if configuration is not None
-        ]
-        arms = [
-            arm
-            for caption, configuration in configurations
-            if (arm := _arm_at(problem.chain, caption, configuration)) is not None
-        ]
+        configurations = [(caption, at) for caption, at in candidates if at is not None]
+        arms = [arm for each in configurations if (arm := _arm_at(problem.chain, *each)) is not None]
         return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
@@ -65,9 +59,8 @@ def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | No
         symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(default_lengths)
         for symbol in chain.parameters
     }
-    pose = {
-        q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)
-    }
+    joints = zip(chain.q, chain.joints, strict=True)
+    pose = {q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
     if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
         return None
     return Example(caption, substitute_arm_lengths(chain, lengths), pose)

@@ -28,15 +28,12 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.example import draw_example
-from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, shows_at_least
+from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 
 PAGE_VERSION = 8
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
-OUTCOME_WORDS = {
-    Outcome.CORRECT: "right", Outcome.PARTIAL: "partly right", Outcome.WRONG: "wrong",
-    Outcome.MISSING: "not answered", Outcome.UNGRADED: "not graded yet",
-}  # fmt: skip
+OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
 CRASHED, CRASH_REASON = "stopped with an error", r"\bcell stopped\b"
 """The word for a missing answer whose cell crashed, and a pattern of the reason that the answer locator gives."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
@@ -44,16 +41,15 @@ MAX_PARTS_WITHOUT_OVERVIEW = 6
 
 GRADER_FIRST_WORDS = (
     r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
-    r"|a (list|configuration|singular)|say|left"
-    r"|qdot failed|cells?|right but|claimed|commas"
+    r"|a (list|configuration|singular)|say|left|qdot failed|judging|cells?|right but|claimed|commas"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
-SHORT_REASONS = {
-    r"\bit is not right; differs$": "it is wrong",
-    r"(?<![\w)] )\bdiffers$": "its value is wrong",
-    r"\bclaimed, but no singular configuration\b": "your answer includes a configuration that is not singular",
-}
+SHORT_REASONS = (
+    (r"\bit is not right; differs$", "it is wrong"),
+    (r"(?<![\w)] )\bdiffers$", "its value is wrong"),
+    (r"\bclaimed, but no singular configuration\b", "your answer includes a configuration that is not singular"),
+)
 """Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""
 
 
@@ -72,7 +68,7 @@ class PartOnPage:
     result: PartResult
     word: str
     reason: str
-    advice: str | None
+    advice: str
     override: str | None
     certainty: str
     answer: ShownAnswer | None
@@ -106,22 +102,14 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     """Return the student's page as self-contained HTML. Problems are loaded from the store, not regenerated."""
     problems = [] if result.obstacle is not None else _show_problems(assignment, student, result)
     parts = [part for problem in problems for part in problem.parts]
+    notes = [make_visible(note) for note in (*_describe_decisions(result), *result.notes)]
+    to_review = [part for part in parts if part.result.outcome in (*WRONG_OR_PARTIAL, Outcome.MISSING)]
     return render(
-        "reports/feedback.html.j2",
-        title=assignment.title,
-        student=student,
-        made_from=page_fingerprint(assignment, student, result),
-        obstacle=None if result.obstacle is None else make_visible(result.obstacle),
-        notes=[make_visible(note) for note in (*_describe_decisions(result), *result.notes)],
-        marked=_describe_extent_of_marks(result),
-        percent=f"{result.percent:.0f}",
-        score=result.score,
-        max_score=result.max_score,
-        problems=problems,
-        to_review=[part for part in parts if part.result.outcome in (*WRONG_OR_PARTIAL, Outcome.MISSING)],
-        overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
-        kept_back=_describe_level(assignment.feedback, parts),
-    )
+        "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
+        made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
+        obstacle=make_visible(result.obstacle or ""), notes=notes, to_review=to_review,
+        overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
+    )  # fmt: skip
 
 
 def _describe_extent_of_marks(result: Result) -> str:
@@ -145,18 +133,15 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
 
 def _describe_decisions(result: Result) -> list[str]:
     """Return notes on the late penalty and the overrides, except overrides that are shown with their part."""
-    notes = []
-    late = result.late
+    notes, late = list[str](), result.late
     if late is not None:
-        notes.append(f"Submitted {describe_duration(late.seconds)} after the due date")
-        if late.penalty:
-            share = f"{100 * late.penalty:.4g} %"
-            notes[-1] += f": {share} of your {_format_points(late.points_before)} are deducted"
+        points = f"{100 * late.penalty:.4g} % of your {_format_points(late.points_before)}"
+        deduction = f": {points} are deducted" if late.penalty else ""
+        notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
     if result.override is not None:
         notes.append(_describe_override(result.override, "Total"))
     if result.obstacle is not None:
-        overrides = ((name, part.override) for name, part in result.parts.items())
-        notes += [_describe_override(override, name) for name, override in overrides if override is not None]
+        notes += [_describe_override(part.override, name) for name, part in result.parts.items() if part.override]
     return notes
 
 
@@ -171,19 +156,14 @@ def _describe_override(override: AppliedOverride, subject: str) -> str:
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
     """Return every problem as the template shows it."""
-    stored = load_stored_problems(assignment, student.id)
-    return [
-        ProblemOnPage(
-            id=f"problem-{number}",
-            title=f"Problem {number}: {problem.title}",
-            figure=stored.figure(slot, problem),
-            statement=_add_caption(stored.statement(slot, problem), problem),
-            parts=_show_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
-        )
-        for number, ((slot, problem), problem_result) in enumerate(
-            zip(stored.problems, result.problems, strict=True), 1
-        )
-    ]
+    stored, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
+    for number, (slot, problem) in enumerate(stored.problems, 1):
+        statement = _add_caption(stored.statement(slot, problem), problem)
+        results = result.problems[number - 1].parts
+        parts = _show_parts(stored, number, slot, problem, results, assignment.feedback)
+        title, figure = f"Problem {number}: {problem.title}", stored.figure(slot, problem)
+        problems.append(ProblemOnPage(f"problem-{number}", title, figure, statement, parts))
+    return problems
 
 
 def _add_caption(table: str, problem: Problem) -> str:
@@ -200,32 +180,24 @@ def _show_parts(
     parts = []
     for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
         part, outcome, text = problem[result.name], result.outcome, result.answer
-        is_blank = outcome is Outcome.MISSING and _is_blank(text or "")
+        is_wrong, is_blank = outcome in WRONG_OR_PARTIAL, outcome is Outcome.MISSING and _is_blank(text or "")
         example = result.certificate and result.certificate.counterexample
-        table = make_counterexample_table(problem, part, example) if outcome in WRONG_OR_PARTIAL and example else None
-        parts.append(
-            PartOnPage(
-                id=f"part-{number}-{index}",
-                number=numbers[part.name],
-                title=ASKED[part.kind].title,
-                result=result,
-                word=_describe_outcome(result),
-                reason=_number_parts(_capitalize(_show_reason(result, table is not None)), problem, numbers),
-                advice=_number_parts(result.advice, problem, numbers) if result.advice else None,
-                override=None if result.override is None else _describe_override(result.override, "Points"),
-                certainty=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
-                answer=None if text is None or is_blank else show_answer(problem, part, text),
-                entries=_mark_entries(result.entries, result.follows)
-                if outcome in WRONG_OR_PARTIAL and result.entries
-                else None,
-                followed_from=numbers.get(result.followed_from or ""),
-                table=table,
-                example=draw_example(problem, part, example, text) if table is not None and example else "",
-                prompt=stored.prompt(slot, problem, part.name),
-                figure=stored.part_figure(slot, problem, part.name),
-                solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
-            )
-        )
+        table = make_counterexample_table(problem, part, example) if is_wrong and example else None
+        reason = _capitalize(_show_reason(result, table is not None))
+        page_part = PartOnPage(
+            id=f"part-{number}-{index}", number=numbers[part.name], title=ASKED[part.kind].title, result=result,
+            word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
+            advice=_number_parts(result.advice or "", problem, numbers),
+            override=None if result.override is None else _describe_override(result.override, "Points"),
+            certainty=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
+            answer=None if text is None or is_blank else show_answer(problem, part, text),
+            entries=_mark_entries(result.entries, result.follows) if is_wrong and result.entries else None,
+            followed_from=numbers.get(result.followed_from or ""), table=table,
+            example=draw_example(problem, part, example, text) if table is not None and example else "",
+            prompt=stored.prompt(slot, problem, part.name), figure=stored.part_figure(slot, problem, part.name),
+            solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
+        )  # fmt: skip
+        parts.append(page_part)
     return tuple(parts)
 
 
@@ -246,16 +218,14 @@ def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[
     def mark(is_right: bool, does_follow: bool) -> str:
         return "right" if is_right else "follows" if does_follow else "wrong"
 
-    default = [(False,) * len(row) for row in entries]
-    return [list(map(mark, row, following)) for row, following in zip(entries, follows or default, strict=True)]
+    return [list(map(mark, row, following)) for row, following in zip(entries, follows or entries, strict=True)]
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
     """Return a text that refers to parts of the problem by their numbers on the page."""
-    for part in problem.parts:
-        for name in (part.name, ASKED[part.kind].title):
-            if part.name in numbers:
-                text = re.sub(rf"(\bto|\bin) '{re.escape(name)}'", rf"\1 {numbers[part.name]}", text)
+    for name, number in numbers.items():
+        names = f"{re.escape(name)}|{re.escape(ASKED[problem[name].kind].title)}"
+        text = re.sub(rf"(\bto|\bin) '(?:{names})'", rf"\1 {number}", text)
     return text
 
 
@@ -270,19 +240,15 @@ def _format_points(points: float) -> str:
 
 def _show_reason(part: PartResult, without_numbers: bool) -> str:
     """Return the reason why an answer is wrong; `without_numbers` omits its numbers if a table shows them."""
-    reason = part.reason
-    if without_numbers:
-        reason = remove_numbers(reason)
-        for pattern, words in SHORT_REASONS.items():
-            reason = re.sub(pattern, words, reason)
+    reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
     return make_visible(reason)
 
 
 def _describe_certainty(certificate: Certificate | None) -> str:
     """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
-    if certificate is None or (certificate.points < 2 and not certificate.bound):
+    points, bound = (0, None) if certificate is None else (certificate.points, certificate.bound)
+    if certificate is None or (points < 2 and not bound):
         return ""
-    points, bound = certificate.points, certificate.bound
     if not bound:
         return f"qdot compared your answer with the solution at {points} configurations."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
@@ -291,10 +257,10 @@ def _describe_certainty(certificate: Certificate | None) -> str:
             "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
             f"probability below 1 in 10{power}."
         )
-    share = 1 - bound ** (1 / points)
+    wrong = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} of all configurations"
     return (
-        f"qdot compared your answer with the solution at {points} random configurations. An answer that is wrong at "
-        f"{share:.0%} of all configurations passes this check with a probability below 1 in 10{power}."
+        f"qdot compared your answer with the solution at {points} random configurations. {wrong} passes this check "
+        f"with a probability below 1 in 10{power}."
     )
 
 

@@ -13,7 +13,7 @@ import re
 from dataclasses import replace
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.formula.equality import Certificate, SetDifference
+from qdot.exercises.formula.equality import SetDifference
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult
 
@@ -62,17 +62,18 @@ def limit_feedback(part: PartResult, level: str) -> PartResult:
     """
     if part.outcome not in WRONG_OR_PARTIAL or shows_at_least(level, "values"):
         return part
-    reason, certificate = (
-        _replace_patterns(part.reason, _CORRECT_VALUE_PATTERNS),
-        _remove_correct_values(part.certificate),
-    )
+    reason, certificate = replace_patterns(part.reason, _CORRECT_VALUE_PATTERNS), part.certificate
+    example = None if certificate is None else certificate.counterexample
+    if certificate is not None and example is not None:
+        hidden = {"missing" if isinstance(example, SetDifference) else "expected": None}
+        certificate = replace(certificate, counterexample=replace(example, **hidden))
     if shows_at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "your answer is wrong"
-    certificate = None if part.certificate is None else replace(part.certificate, counterexample=None)
+    reason = replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "your answer is wrong"
+    certificate = None if certificate is None else replace(certificate, counterexample=None)
     if shows_at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _replace_patterns(reason, _MISTAKE_NAME_PATTERNS) if certificate is None else ""
+    reason = replace_patterns(reason, _MISTAKE_NAME_PATTERNS) if certificate is None else ""
     outcome_only = replace(part, mistake=None, advice=None, entries=None, follows=None)
     return replace(outcome_only, reason=reason, certificate=certificate)
 
@@ -83,20 +84,11 @@ def remove_numbers(reason: str) -> str:
     >>> remove_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
     'entry 1 differs'
     """
-    return _replace_patterns(_replace_patterns(reason, _CORRECT_VALUE_PATTERNS), _NUMBER_PATTERNS)
+    return replace_patterns(replace_patterns(reason, _CORRECT_VALUE_PATTERNS), _NUMBER_PATTERNS)
 
 
-def _replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
+def replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
+    """Return a reason in which each pattern is replaced."""
     for pattern, replacement in patterns:
         reason = re.sub(pattern, replacement, reason)
     return reason
-
-
-def _remove_correct_values(certificate: Certificate | None) -> Certificate | None:
-    """Return a certificate whose counterexample shows no correct values."""
-    if certificate is None or certificate.counterexample is None:
-        return certificate
-    example = certificate.counterexample
-    if isinstance(example, SetDifference):
-        return replace(certificate, counterexample=replace(example, missing=None))
-    return replace(certificate, counterexample=replace(example, expected=None))

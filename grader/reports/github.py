@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.errors import shorten
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.check import CheckedNotebook
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.answers import make_visible, shorten
+from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import list_notes, make_rows
 from qdot.grader.reports.tables import UNMARKED_STATES, list_staff_notes, work_status
 
@@ -52,15 +53,10 @@ def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Re
 
 def _render_page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
     """Return the page with a table of `students` (which may be empty) and the parts of the students in `shown`."""
-    return render(
-        "reports/github.md.j2",
-        title=assignment.title,
-        students=[(result, work_status(result), "; ".join(list_staff_notes(result))) for result in students],
-        sections=[(result, make_rows(result, assignment.feedback), list_notes(result)) for result in shown],
-        left_out=left_out,
-        markdown=_escape_markdown,
-        number=format_points,
-    )
+    rows = [(result, work_status(result), "; ".join(list_staff_notes(result))) for result in students]
+    sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in shown]
+    texts = {"title": assignment.title, "students": rows, "sections": sections, "left_out": left_out}
+    return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
 
 
 def _escape_markdown(text: str) -> str:
@@ -91,22 +87,16 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     is one for each student who has no mark or whose notebook could not be used.
     """
     if len(results) == 1:
-        notes = [
-            Annotation(
-                "warning" if row.points else "error",
-                f"{row.part}: {row.points_text}",
-                shorten(row.message, MAX_TEXT_LENGTH),
-            )
-            for row in make_rows(results[0], assignment.feedback)
-            if not row.passed
-        ]
+        rows = [row for row in make_rows(results[0], assignment.feedback) if not row.passed]
+        kinds = ["warning" if row.points else "error" for row in rows]
+        titles = [f"{row.part}: {row.points_text}" for row in rows]
+        messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]
     else:
-        states = [(result.student, work_status(result), list_staff_notes(result)) for result in results]
-        notes = [
-            Annotation("error" if state == "ungraded" else "warning", student, "; ".join(staff_notes))
-            for student, state, staff_notes in states
-            if state in ("unusable", *UNMARKED_STATES)
-        ]
+        results = [result for result in results if work_status(result) in ("unusable", *UNMARKED_STATES)]
+        kinds = ["error" if work_status(result) == "ungraded" else "warning" for result in results]
+        titles = [result.student for result in results]
+        messages = ["; ".join(list_staff_notes(result)) for result in results]
+    notes = list(map(Annotation, kinds, titles, messages))
     return "".join(_commands(kind, notes, assignment.key) for kind in ("error", "warning"))
 
 
@@ -122,11 +112,7 @@ def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
 
 def make_check_summary(checked: CheckedNotebook) -> str:
     """Return the job summary of `qdot check`: the answers that qdot finds in a notebook."""
-    rows = [
-        {"part": row.part, "readable": row.is_readable, "message": _escape_markdown(row.message)}
-        for row in checked.rows
-    ]
-    return render("reports/github-check.md.j2", rows=rows, notes=[_escape_markdown(note) for note in checked.notes])
+    return render("reports/github-check.md.j2", checked=checked, markdown=_escape_markdown)
 
 
 def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:

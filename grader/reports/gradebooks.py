@@ -5,8 +5,6 @@ roster's identifiers. A cell contains only a mark that qdot or a person gave; it
 or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's grade/import/csv/classes/load_data.php.
 """
 
-import csv
-import io
 import re
 from collections.abc import Iterator, Sequence
 
@@ -18,20 +16,16 @@ from qdot.exercises.assignment.gradebook import (
     MOODLE_KEYS,
     POINTS_ROW_MARKER,
     Gradebook,
+    find_column,
 )
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import escape_formula, is_marked, work_status
 
-RESERVED_WORDS = tuple(
-    f"{when} {what}"
-    for when, kinds in (
-        ("Current", ("Score", "Points", "Grade")), ("Final", ("Score", "Points", "Grade")),
-        ("Override", ("Score", "Grade", "Status")),
-    )
-    for what in kinds
-)  # fmt: skip
+KINDS_BY_TIME = {"Current": "Score Points Grade", "Final": "Score Points Grade", "Override": "Score Grade Status"}
+RESERVED_WORDS = tuple(f"{time} {kind}" for time, kinds in KINDS_BY_TIME.items() for kind in kinds.split())
 """Canvas silently ignores a column whose title contains one of these."""
 EXCUSED = "EX"
 """Canvas's word for a student who need not submit."""
@@ -68,9 +62,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     title = _column_title(assignment)
     word = next((word for word in RESERVED_WORDS if word in title), None)
     if word is not None:
-        raise QdotError(
-            f"canvas: Canvas ignores columns whose title contains {word!r}; give the assignment another title"
-        )
+        raise QdotError(f"canvas: Canvas ignores columns with {word!r} in the title; change the assignment's title")
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == CANVAS:
@@ -82,7 +74,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         identity, earlier_cell = students[result.student]
         is_excused = earlier_cell.strip().upper() == EXCUSED
         rows.append([*_escape_cells(identity), EXCUSED if is_excused else _mark_text(result)])
-    return _csv_text(rows)
+    return csv_text(rows)
 
 
 Identities = dict[str, tuple[Sequence[str], str]]
@@ -91,21 +83,17 @@ Identities = dict[str, tuple[Sequence[str], str]]
 
 def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
-    column = _find_column(book, title)
-    if (
-        column is not None
-        and book.points_row
-        and _parse_number(book.points_row[column]) not in (None, _parse_number(points))
-    ):
+    column, count = _find_column(book, title), book.identity_column_count
+    if column is None:
+        return [*book.header[:count], title], {name: (row[:count], "") for name, row in book.rows_by_student.items()}
+    canvas_points = book.points_row[column] if book.points_row else ""
+    if _parse_number(canvas_points) not in (None, _parse_number(points)):
         raise QdotError(
-            f"canvas: {book.header[column]!r} has {book.points_row[column]} points in Canvas, but {points} in qdot; "
-            "change one of them (`points` in assignment.toml sets qdot's)"
+            f"canvas: {book.header[column]!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
+            "of them (`points` in assignment.toml sets qdot's)"
         )
-    header = [*book.header[: book.identity_column_count], title if column is None else book.header[column]]
-    return header, {
-        student: (line[: book.identity_column_count], "" if column is None else line[column])
-        for student, line in book.rows_by_student.items()
-    }
+    students = {name: (row[:count], row[column]) for name, row in book.rows_by_student.items()}
+    return [*book.header[:count], book.header[column]], students
 
 
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
@@ -129,13 +117,10 @@ def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str
 def _find_column(book: Gradebook, title: str) -> int | None:
     """Return the index of this assignment's column in Canvas: its title, followed by a number in parentheses."""
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
-    columns = [
-        index for index in range(book.identity_column_count, len(book.header)) if pattern.fullmatch(book.header[index])
-    ]
+    candidates = range(book.identity_column_count, len(book.header))
+    columns = [index for index in candidates if pattern.fullmatch(book.header[index])]
     if len(columns) > 1:
-        raise QdotError(
-            f"canvas: Canvas has {len(columns)} assignments called {title!r}; give this assignment a unique title"
-        )
+        raise QdotError(f"canvas: Canvas has {len(columns)} assignments called {title!r}; choose a unique title")
     return columns[0] if columns else None
 
 
@@ -165,30 +150,22 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         if is_marked(result):
             cells = [format_points(result.score), format_points(result.percent)]
         rows.append([*_escape_cells([values[index] for _, values in columns]), *cells[-len(marks) :]])
-    return _csv_text(rows)
+    return csv_text(rows)
 
 
 def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     """Return the titles and cells of the columns that identify students; names for human readers come first."""
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
-        heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
-        columns = [
-            (name, [book.rows_by_student[student.id][book.header.index(name)] for student in roster])
-            for key in MOODLE_COLUMNS
-            for name in heads[key][:1]
-        ]
+        found = [find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
+        indices = [index for index in found if index is not None]
+        rows = [book.rows_by_student[student.id] for student in roster]
+        columns = [(book.header[index], [row[index] for row in rows]) for index in indices]
         names, keys = columns[:2], columns[2:]
     else:
-        names = [("Name", [student.name for student in roster])]
-        keys = list(_keys_of_roster(roster))
-    return [
-        *names,
-        *(
-            [column for column in keys if _identifies_everybody(column[1])]
-            or [("student", [student.id for student in roster])]
-        ),
-    ]
+        names, keys = [("Name", [student.name for student in roster])], list(_keys_of_roster(roster))
+    identifying = [column for column in keys if _identifies_everybody(column[1])]
+    return [*names, *(identifying or [("student", [student.id for student in roster])])]
 
 
 def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
@@ -224,10 +201,3 @@ def _escape_cells(cells: Sequence[str]) -> list[str]:
     """
     texts = [" ".join(cell.split()).replace(POINTS_ROW_MARKER, POINTS_ROW_MARKER.lower()) for cell in cells]
     return [text if _PLAIN_NUMBER.fullmatch(text) else escape_formula(text) for text in texts]
-
-
-def _csv_text(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows as CSV with commas, decimal points and no byte order mark; each row is one line."""
-    table = io.StringIO()
-    csv.writer(table, lineterminator="\n").writerows(rows)
-    return table.getvalue()

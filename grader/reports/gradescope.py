@@ -69,27 +69,13 @@ def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
     """Return the contents of results.json at a level of feedback."""
-    return GradescopeResults(
-        score=result.score,
-        output=make_visible("\n".join(list_notes(result))),
-        output_format="text",
-        visibility=visibility,
-        stdout_visibility="hidden",
-        tests=tuple(_part_test(row, visibility) for row in make_rows(result, feedback)),
-        extra_data=StaffData(
-            result.student, result.assignment, result.made_from, result.late, tuple(list_staff_notes(result))
-        ),
-    )
+    staff_notes = tuple(list_staff_notes(result))
+    staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
+    tests = tuple(_part_test(row, visibility) for row in make_rows(result, feedback))
+    output = make_visible("\n".join(list_notes(result)))
+    return GradescopeResults(result.score, output, "text", visibility, "hidden", tests, staff_data)
 
 
 def _part_test(row: PartRow, visibility: str) -> PartTest:
-    return PartTest(
-        name=row.title,
-        number=row.part,
-        score=row.points,
-        max_score=row.max_points,
-        status="passed" if row.passed else "failed",
-        output=make_visible(f"{row.outcome}: {row.message}"),
-        output_format="text",
-        visibility=visibility,
-    )
+    status, output = "passed" if row.passed else "failed", make_visible(f"{row.outcome}: {row.message}")
+    return PartTest(row.title, row.part, row.points, row.max_points, status, output, "text", visibility)

@@ -17,9 +17,8 @@ from qdot.grader.reports.rows import PartRow, make_rows
 def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the XML text, with a test suite for every student."""
     student_rows = [(result, make_rows(result)) for result in results]
-    root = ET.Element(
-        "testsuites", {"name": assignment.key, **_counts([row for _, rows in student_rows for row in rows])}
-    )
+    all_rows = [row for _, rows in student_rows for row in rows]
+    root = ET.Element("testsuites", {"name": assignment.key, **_counts(all_rows)})
     for result, rows in student_rows:
         classname = f"{assignment.key}.{result.student}"
         suite = ET.SubElement(root, "testsuite", {"name": classname, **_counts(rows)})

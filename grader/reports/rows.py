@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import FEEDBACK
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
-from qdot.grader.reports.answers import shorten
 from qdot.grader.reports.feedback_levels import limit_feedback
 from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 
@@ -44,21 +43,18 @@ class PartRow:
 
 def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     """Return a row for every part, in the order of the assignment, at a level of feedback."""
-    return [
-        PartRow(
-            name, ASKED[part.name].title, part.outcome, part.points, part.max_points,
-            _message(limit_feedback(part, feedback)),
-        )
-        for name, part in result.parts.items()
-    ]  # fmt: skip
+    rows = []
+    for name, part in result.parts.items():
+        message = _message(limit_feedback(part, feedback))
+        rows.append(PartRow(name, ASKED[part.name].title, part.outcome, part.points, part.max_points, message))
+    return rows
 
 
 def _message(part: PartResult) -> str:
-    override = part.override
-    override_text = ""
+    override, override_text = part.override, ""
     if override is not None:
-        prefix = "your instructor says" if override.points is None else "your instructor set these points"
-        override_text = f"{prefix}{': ' if override.comment else ''}{override.comment}"
+        prefix = "comment of your instructor" if override.points is None else "your instructor set these points"
+        override_text = f"{prefix}: {override.comment}".removesuffix(": ")
     sentences = [text.rstrip(".") for text in (part.advice, part.reason, override_text) if text]
     paragraph = name_chapter(" ".join(". ".join(sentences).split()))
     return shorten(paragraph, MAX_MESSAGE_LENGTH)
@@ -67,7 +63,7 @@ def _message(part: PartResult) -> str:
 def only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
-        raise QdotError(f"--report {report_format} is for one student: add --student ID")
+        raise QdotError(f"--report {report_format} contains only one student; add --student ID")
     if (state := work_status(results[0])) in UNMARKED_STATES:
         cause = "qdot failed on an answer" if state == "ungraded" else "an answer or the notebook exceeded a limit"
         raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
@@ -79,7 +75,7 @@ def list_notes(result: Result) -> list[str]:
     notes, late = [note for note in result.notes if note], result.late
     if late is not None:
         share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points deducted"
-        notes.append(f"late (the due date was {late.due}){f': {share}' if late.penalty else ', no points deducted'}")
+        notes.append(f"late (the due date was {late.due}): {share if late.penalty else 'no points deducted'}")
     if result.override is not None:
         notes.append(f"your instructor set the total: {result.override.comment}".rstrip(": "))
     return notes

@@ -1,12 +1,12 @@
 """Write results.jsonl, which has a line for each student, and grades.csv, a table for human readers."""
 
-import csv
 import io
 import json
 from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import printable
+from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import AppliedOverride, Result
@@ -36,12 +36,9 @@ def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
     If a student has no mark, score and percent are empty.
     """
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
     header, rows = grades_table(results, roster)
-    writer.writerow(header)
-    writer.writerows([_cell_text(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
-    return table.getvalue()
+    texts = ([_cell_text(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
+    return csv_text([header, *texts])
 
 
 def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
@@ -74,10 +71,8 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
     has.
     """
-    is_overridden = count_overridden(result) > 0
-    return (state := work_status(result)) in ("graded", "late") or (
-        state not in UNMARKED_STATES and (count_zero or is_overridden)
-    )
+    state, counts_anyway = work_status(result), count_zero or count_overridden(result) > 0
+    return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
 
 
 UNMARKED_STATES = ("ungraded", "over limit")

@@ -9,7 +9,6 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, flush_disks_after, write_atomically
 from qdot.exercises.common.parallel import keep_state, ordered_map
-from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
@@ -33,13 +32,14 @@ def write_reports(
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    pages = [(by_id[result.student], _check_writable(assignment, result)) for result in results]
+    pages = [(by_id[result.student], _check_writable(assignment, by_id[result.student], result)) for result in results]
     final = {student.id: result for student, result in pages}
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
-    outdated = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
+    outdated = [page for page in pages if not _is_up_to_date(assignment, *page)]
     unwritten = []
     report_lost = _report_lost_page if jobs > 1 else None
-    paths = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
+    grades, lines = folder / "grades.csv", results_path(assignment)
+    paths = [*(_page_path(folder, student) for student, _ in pages), lines, grades]
     page_results = ordered_map(_write_or_mark_ungraded, outdated, jobs, keep_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), flush_disks_after():
@@ -51,25 +51,30 @@ def write_reports(
                 on_page()
         for _ in range(len(pages) - len(outdated)):
             on_page()
-        store_previous_results(assignment, list(final.values()))
-        write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster), 0o600)
-        write_atomically(results_path(assignment), results_jsonl(list(final.values())), 0o600)
+        final_results = list(final.values())
+        store_previous_results(assignment, final_results)
+        write_atomically(grades, grades_csv(final_results, assignment.roster), 0o600)
+        write_atomically(lines, results_jsonl(final_results), 0o600)
     if unwritten:
         raise QdotError(
             f"no feedback page for {', '.join(unwritten)}: the system ended the process that wrote it, probably "
-            "because memory ran out; the grades are complete; run the same command again to write the page"
+            "because memory ran out. The grades are complete. Run the same command again to write the page"
         )
-    return list(final.values())
+    return final_results
 
 
-def _check_writable(assignment: Assignment, result: Result) -> Result:
+def _check_writable(assignment: Assignment, student: Student, result: Result) -> Result:
     """Return the result if it can be written as a line of each table, otherwise an UNGRADED result with the reason."""
     try:
         results_jsonl([result])
         grades_csv([result], assignment.roster)
         return result
     except Exception as error:  # an error in one student's result must not stop the others
-        return ungraded_result(assignment, result, describe_error(error))
+        return ungraded_result(assignment, student, _file_of(result), error)
+
+
+def _file_of(result: Result) -> str:
+    return "" if result.submission is None else result.submission.file
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
@@ -86,7 +91,7 @@ def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[St
     except QdotError:
         raise
     except Exception as error:  # an error in one page must not stop the others
-        result = ungraded_result(assignment, result, describe_error(error))
+        result = ungraded_result(assignment, student, _file_of(result), error)
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
     return result
@@ -104,9 +109,8 @@ def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> 
     """Return whether there is a complete page that was made from the same result."""
     try:
         with _page_path(assignment.folder / "graded", student).open("rb") as page:
-            is_current = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(
-                FINGERPRINT_WINDOW
-            )
+            fingerprint = f'content="{page_fingerprint(assignment, student, result)}"'
+            is_current = fingerprint.encode() in page.read(FINGERPRINT_WINDOW)
             page.seek(-len(PAGE_END), os.SEEK_END)
             return is_current and page.read() == PAGE_END
     except OSError:

@@ -14,6 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.grader.statistics.statistics import holm_correction, permutation_p_value
 
@@ -56,29 +57,27 @@ def _describe_kinds(chain: Chain) -> str:
 
 def _describe_offsets(chain: Chain) -> str:
     count = sum(offset != 0 for offset in chain.offsets)
-    return f"{count} of {chain.n} joints with an offset"
+    return f"{count} of {chain.n} joints have an offset"
 
 
 def _describe_senses(chain: Chain) -> str:
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
-    count = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
-    return f"{count} {'twist' if count == 1 else 'twists'} of 180° or negative"
+    return f"{count_noun(sum(bool(twist < 0) or twist == sp.pi for twist in twists), 'twist')} negative or 180°"
 
 
 def _describe_base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
-        return "base at the world frame"
-    return "base tilted" if base.tilt != 0 else "base turned" if base.yaw != 0 else "base moved"
+        return "base frame = space frame"
+    return "base tilted" if base.tilt != 0 else "base rotated" if base.yaw != 0 else "base translated"
 
 
 def _describe_point(chain: Chain) -> str:
-    preposition = "at" if convention_of(chain).point.is_origin else "beside"
-    return f"P {preposition} the last frame's origin"
+    return f"P {'at' if convention_of(chain).point.is_origin else 'not at'} the origin of the last frame"
 
 
 def _describe_lengths(chain: Chain) -> str:
-    return f"{len(chain.parameters)} lengths left as symbols"
+    return count_noun(len(chain.parameters), "symbolic length")
 
 
 def _describe_difficulty(chain: Chain) -> str:
@@ -88,13 +87,13 @@ def _describe_difficulty(chain: Chain) -> str:
 def _describe_oblique_axes(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
-    return f"{oblique} of {chain.n} axes at home along no axis of the space frame"
+    return f"{oblique} of {chain.n} joint axes not parallel to an axis of the space frame"
 
 
 def _describe_senses_at_home(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
-    return f"{count} of {chain.n} axes at home with a negative component"
+    return f"{count} of {chain.n} joint axes with a negative component"
 
 
 FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _describe_kinds, "lengths": _describe_lengths}
@@ -124,31 +123,22 @@ def compare_groups(
     structure. Groups of fewer than three students are merged into "others".
     """
     comparisons = []
-    for feature, describe in {
-        **FEATURES,
-        **_features_of_convention(chains),
-        **(STRUCTURE_FEATURES if varied else {}),
-    }.items():
+    show_tables = {convention_of(chain).shows_table for chain in chains}
+    by_convention = {True: TABLE_FEATURES, False: SCREW_FEATURES}[show_tables.pop()] if len(show_tables) == 1 else {}
+    features = {**FEATURES, **by_convention, **(STRUCTURE_FEATURES if varied else {})}
+    for feature, describe in features.items():
         names = [describe(chain) for chain in chains]
-        group_sizes = Counter(names)
-        small_groups = {name for name, size in group_sizes.items() if size < MIN_GROUP_SIZE}
+        small_groups = {name for name, size in Counter(names).items() if size < MIN_GROUP_SIZE}
         names = [OTHERS_GROUP if name in small_groups else name for name in names]
         groups = sorted(set(names), key=lambda name: (name == OTHERS_GROUP, name))
-        if len(groups) < 2 or sum(name == OTHERS_GROUP for name in names) in (1, 2) or len(set(shares)) < 2:
+        if len(groups) < 2 or names.count(OTHERS_GROUP) in (1, 2) or len(set(shares)) < 2:
             continue
-        chance = permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
-        group_shares = tuple(
-            tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups
-        )
-        assert chance is not None
-        comparisons.append(Comparison(slot, feature, tuple(groups), group_shares, chance))
+        p_value = permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
+        pairs = list(zip(shares, names, strict=True))
+        group_shares = tuple(tuple(share for share, name in pairs if name == group) for group in groups)
+        assert p_value is not None
+        comparisons.append(Comparison(slot, feature, tuple(groups), group_shares, p_value))
     return comparisons
-
-
-def _features_of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
-    """Return the features that depend on how arms are described; none if some arms have frames and others don't."""
-    show_tables = {convention_of(chain).shows_table for chain in chains}
-    return {} if len(show_tables) != 1 else TABLE_FEATURES if show_tables == {True} else SCREW_FEATURES
 
 
 def correct_p_values(comparisons: Sequence[Comparison]) -> list[Comparison]:

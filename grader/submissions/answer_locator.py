@@ -1,4 +1,4 @@
-"""Locates the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
+"""Locate the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
 
 The value of the variable at the end of the notebook counts, because students who run all cells see the same value. If
 another value is used to save an answer, a note says so. Cells are numbered from the top, including text cells.
@@ -75,9 +75,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
     answers = Answers(result, notes=notebook.notes)
     answers.notes += _find_first_stop(notebook, stops)
     answers.forbidden_stops += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
-    answers.notes += [
-        _describe_lost_symbol(name, index, value) for name, (index, value) in result.replaced_symbols.items()
-    ]
+    answers.notes += [_describe_lost_symbol(name, *where) for name, where in result.replaced_symbols.items()]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
@@ -144,48 +142,39 @@ class _Notebook:
         assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
         if setters:
             if assigning_cells and not set(marked_cells) & set(setters):
-                self.notes.append(
-                    f"{name} is set in {_name_cells(setters)}, and was read there; "
-                    f"the answer cell, {_name_cells(assigning_cells)}, does not set it"
-                )
+                used = f"{name} is set in {_name_cells(setters)}, and qdot used this value"
+                self.notes.append(f"{used}; its answer cell, {_name_cells(assigning_cells)}, does not set it")
             return
         several = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
         for index in reversed(assigning_cells or marked_cells):
             if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
                 return
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
-        texts = (
-            (index, cell) for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources
-        )
+        texts = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
         likely_cells = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
         if not any(self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED)):
             self._use_misspelt_variable(name)
 
     def _use_misspelt_variable(self, name: str) -> None:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
-        candidates = [
-            candidate
-            for candidate in sorted({set_name for names in self.names_set.values() for set_name in names})
-            if abs(len(candidate) - len(name)) < 3
-            and candidate not in self.names.values()
-            and candidate[:2].casefold() == name[:2].casefold()
-        ][:MAX_SEARCHED]
+        answer_names, start = list(self.names.values()), name[:2].casefold()
+        other_names = sorted(set().union(*self.names_set.values()) - set(answer_names))
+        candidates = [x for x in other_names if abs(len(x) - len(name)) < 3 and x[:2].casefold() == start]
         similar_names = [
             candidate
-            for candidate in candidates
-            if difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87) == [name]
+            for candidate in candidates[:MAX_SEARCHED]
+            if difflib.get_close_matches(candidate.casefold(), answer_names, 1, 0.87) == [name]
         ]
         if len(similar_names) != 1:
             return
-        index = self.find_setters(similar_names[0])[-1]
+        (similar,) = similar_names
+        index = self.find_setters(similar)[-1]
         tree = self._parse_cell(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             targets = statement.targets if isinstance(statement, ast.Assign) else []
-            if any(isinstance(target, ast.Name) and target.id == similar_names[0] for target in targets):
+            if any(isinstance(target, ast.Name) and target.id == similar for target in targets):
                 self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-                self.notes.append(
-                    f"{name} is not set anywhere; {similar_names[0]} in {_name_cells([index])} was read for it"
-                )
+                self.notes.append(f"no cell sets {name}; qdot used {similar} in {_name_cells([index])} instead")
                 return
 
     def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
@@ -193,11 +182,10 @@ class _Notebook:
         tree = self._parse_cell(self.sources[index])
         if tree is None or not tree.body:
             return None
-        statements = {
-            target.id: statement
-            for statement in tree.body
-            if isinstance(statement, ast.Assign) and isinstance(target := statement.targets[-1], ast.Name)
-        }
+        assignments = [statement for statement in tree.body if isinstance(statement, ast.Assign)]
+        targets = [assignment.targets[-1] for assignment in assignments]
+        pairs = zip(targets, assignments, strict=True)
+        statements = {target.id: assignment for target, assignment in pairs if isinstance(target, ast.Name)}
         last_statement = tree.body[-1]
         if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):
             return statements.get(last_statement.value.id, last_statement)
@@ -219,8 +207,8 @@ class _Notebook:
         else:
             self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
         self.names_set[index] = self.names_set[index] | {name}
-        statement_text = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
-        self.notes.append(f"{reason} and {statement_text} was read for it")
+        statement_text = f"sets {assigned_name} instead" if assigned_name else "assigns no variable"
+        self.notes.append(f"{reason} and {statement_text}; qdot used its value")
         return True
 
     def _replace_text(self, index: int, line_number: int, begin: int, end: int, text: str) -> None:
@@ -236,11 +224,11 @@ class _Notebook:
         code = self._find_code(self.cells[index].source, name)
         if code is None:
             return False
-        reason = f"{_name_cells([index])} is a text cell, not code"
+        reason = f"{_name_cells([index])} is a text cell, not a code cell"
         tree = self._parse(code)
         self.sources[index], self.names_set[index] = code, set(_bound_names(tree, code)) if tree else {name}
         if name in self.names_set[index]:
-            self.notes.append(f"{reason}; what it says was read for {name} as if it were code")
+            self.notes.append(f"{reason}; qdot ran its text as code for {name}")
         elif not self._use_as_answer(index, part, f"{reason},"):
             del self.sources[index], self.names_set[index]
             return False
@@ -255,9 +243,7 @@ class _Notebook:
         if code not in self._trees:
             self._remaining_characters -= len(code)
             if self._remaining_characters < 0:
-                raise OverLimit(
-                    "its cells have too much code in them for answers to be looked for; remove what is no answer"
-                )
+                raise OverLimit("the cells have too much code to search for answers; remove the code that is no answer")
             self._trees[code] = parse_python(code, MAX_CELL_CHARACTERS)
         return self._trees[code]
 
@@ -328,13 +314,11 @@ def _use_earlier_value(answers: Answers, name: str) -> None:
     run = answers.run
     earlier_values = [text for text in run.earlier_values.get(name, ()) if not _is_blank(text)]
     if earlier_values:
-        if name in run.answers:
-            state = "left blank"
-        else:
-            state = f"no value that can be read ({run.unreadable_reasons.get(name, '')})"
+        reason = run.unreadable_reasons.get(name, "")
+        state = "left blank" if name in run.answers else f"unreadable ({reason})"
         run.answers[name] = earlier_values[-1]
         run.unreadable_reasons.pop(name, None)
-        answers.notes.append(f"{name} is {state} at the end of the notebook; its value before that was read")
+        answers.notes.append(f"{name} is {state} at the end of the notebook; qdot used its earlier value")
 
 
 def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_run: Run) -> None:
@@ -342,10 +326,9 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
     value = second_run.answers.get(name)
     if value is not None and not _is_blank(value):
         answers.run.answers[name] = value
-        answers.notes.append(
-            f"{_name_cells(setters)} stopped ({answers.run.cell_errors[setters[-1]]}), and was run again after all "
-            f"other cells, which gave {name}"
-        )
+        error = answers.run.cell_errors[setters[-1]]
+        message = f"{_name_cells(setters)} stopped ({error}); qdot ran it again after all other cells and got {name}"
+        answers.notes.append(message)
 
 
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
@@ -356,20 +339,19 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
         return
     stopped = [index for index in setters if index in errors]
     values = {text for text in answers.run.earlier_values.get(name, ()) if not _is_blank(text)}
+    several = f"{name} is set in {_name_cells(setters)}"
     if stopped:
-        answers.notes.append(
-            f"{name} is set in {_name_cells(setters)}, and {_name_cells(stopped)} stopped ({errors[stopped[-1]]})"
-        )
-    elif len(values) > 1 and len([index for index in setters if notebook.cells[index].part in (part, None)]) > 1:
-        answers.notes.append(f"{name} is set in {_name_cells(setters)}; its value at the end of the notebook was read")
+        answers.notes.append(f"{several}, but {_name_cells(stopped)} stopped ({errors[stopped[-1]]})")
+    elif len(values) > 1 and sum(notebook.cells[index].part in (part, None) for index in setters) > 1:
+        answers.notes.append(f"{several}; qdot used its value at the end of the notebook")
 
 
 def _describe_lost_symbol(name: str, index: int, value: str) -> str:
     """Return a note that a number replaced a symbol in the answers after a cell."""
     name, value = printable_name(name), printable_name(value)
     return (
-        f"{name} = {value} in {_name_cells([index])} puts a number in the place of the symbol, in the answers after "
-        f"it, too: for a value use .subs, and write {name} = symbols('{name}') to have the symbol again"
+        f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers. Use .subs "
+        f"to insert a value, and {name} = symbols('{name}') to restore the symbol"
     )
 
 
@@ -378,10 +360,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            read = [
-                name for name in notebook.names.values() if name in notebook.names_set[index] and name in run.answers
-            ]
-            effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
+            used = [x for x in notebook.names.values() if x in notebook.names_set[index] and x in run.answers]
+            effect = f"; qdot used {' and '.join(used)}, which the cell had already set" if used else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
 
@@ -404,14 +384,12 @@ def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
     if index not in run.failed_imports:
         return ""
     number, error = run.failed_imports[index]
-    return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({error})"
+    return f"{_name_cells([index])} continued without {_quote_line(notebook, index, number)} ({error})"
 
 
 def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
-    lines = notebook.sources[index].split("\n")
-    return f"line {line_number}" + (
-        f", {printable_name(lines[line_number - 1].strip())}" if line_number <= len(lines) else ""
-    )
+    lines = notebook.sources[index].split("\n")[line_number - 1 : line_number]
+    return ", ".join([f"line {line_number}", *(printable_name(line.strip()) for line in lines)])
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
@@ -423,7 +401,7 @@ def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]
 def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
     """Return a phrase that says why a part has no answer."""
     if name in run.unreadable_reasons:
-        return f"{name} has no value that can be read: {run.unreadable_reasons[name]}"
+        return f"qdot can't parse the value of {name}: {run.unreadable_reasons[name]}"
     cells = [*notebook.find_setters(name), *notebook.find_marked_cells(part)]
     stopped = next((index for index in cells if index in run.cell_errors), None)
     if stopped is not None:
@@ -434,10 +412,9 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops:
     if run.end != "done":
         return _describe_end(run)
     if not cells:
-        return f"{name} is not set anywhere in the notebook"
-    text_cells = [index for index in cells if index not in notebook.sources]
-    if len(text_cells) == len(cells):
-        return f"its cell ({_name_cells(text_cells)}) is text and not code, and no Python in it can be read"
+        return f"no cell of the notebook sets {name}"
+    if not any(index in notebook.sources for index in cells):
+        return f"its cell ({_name_cells(cells)}) is a text cell, and qdot found no Python code in it"
     return f"its cell does not set {name}"
 
 
@@ -447,7 +424,7 @@ def _describe_end(run: Run) -> str:
 
 
 _ADVICE_BY_ERROR = {
-    "for ^:": "in Python, a power is written **, as in a1**2; or put the answer into quotes, as text",
+    "for ^:": "in Python, write a power with **, as in a1**2, or put the answer into quotes, as text",
     "invalid character": "put an answer with such a character into quotes, as text",
 }
 """Advice on errors that beginners may not understand, by a part of the error's message."""

@@ -1,4 +1,4 @@
-"""Lists and reads the files in untrusted zip and tar archives, and unpacks a class's download, all within limits.
+"""List and read the files in untrusted zip and tar archives, and unpacks a class's download, all within limits.
 
 No file is written to the path that its name in an archive states, except by `unpack_temporarily`, which writes it
 below a temporary folder. Archives inside archives are not opened.
@@ -58,7 +58,7 @@ def list_members(path: Path) -> list[ArchiveMember]:
             is_zip = file.read(2) == b"PK"
         members = _list_zip(path) if is_zip else _list_tar(path)
     except ARCHIVE_ERRORS:
-        raise Unreadable(f"{label} is an archive that can't be opened: it is damaged; {NOTEBOOK_ADVICE}") from None
+        raise Unreadable(f"qdot can't open the archive {label}, because it is damaged; {NOTEBOOK_ADVICE}") from None
     names = {member.name for member in members}
     if "[Content_Types].xml" in names or "mimetype" in names:
         raise Unreadable(f"{label} is a document of an office program, not a notebook; {NOTEBOOK_ADVICE}")
@@ -71,9 +71,8 @@ def read_member(path: Path, name: str) -> bytes:
     try:
         data = _read_content(path, name)
     except ARCHIVE_ERRORS as error:
-        if "encrypted" in str(error):
-            raise Unreadable(f"{label} needs a password; {NOTEBOOK_ADVICE}") from None
-        raise Unreadable(f"{label} can't be unpacked: the archive is damaged; {NOTEBOOK_ADVICE}") from None
+        problem = "needs a password" if "encrypted" in str(error) else "can't be unpacked: the archive is damaged"
+        raise Unreadable(f"{label} {problem}; {NOTEBOOK_ADVICE}") from None
     if len(data) > MAX_FILE_BYTES:
         raise OverLimit(f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; {NOTEBOOK_ADVICE}")
     return data
@@ -106,7 +105,11 @@ def _check_zip_directory(path: Path) -> None:
         last_bytes = file.read()
     position = last_bytes.rfind(b"PK\x05\x06")
     if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MAX_FILES:
-        raise OverLimit(f"{printable_name(path.name)} has more than {MAX_FILES} files in it; {NOTEBOOK_ADVICE}")
+        raise _too_many_files(path)
+
+
+def _too_many_files(path: Path) -> OverLimit:
+    return OverLimit(f"{printable_name(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
 def _list_tar(path: Path) -> list[ArchiveMember]:
@@ -120,13 +123,12 @@ def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.Tar
     with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
         content = io.BytesIO((unzipped if is_compressed else file).read(MAX_FILE_BYTES + 1))
     if content.getbuffer().nbytes > MAX_FILE_BYTES:
-        raise OverLimit(
-            f"{printable_name(path.name)} unpacks to more than {MAX_FILE_BYTES // 1_000_000} MB; {NOTEBOOK_ADVICE}"
-        )
+        size = f"{MAX_FILE_BYTES // 1_000_000} MB"
+        raise OverLimit(f"{printable_name(path.name)} unpacks to more than {size}; {NOTEBOOK_ADVICE}")
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, member in enumerate(tar):
             if number >= MAX_FILES:
-                raise OverLimit(f"{printable_name(path.name)} has more than {MAX_FILES} files in it; {NOTEBOOK_ADVICE}")
+                raise _too_many_files(path)
             yield member, tar
 
 
@@ -151,22 +153,22 @@ def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
     left_out, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
     if len(files) > MAX_CLASS_FILES:
-        raise Unreadable(f"{archive.filename} has more than {MAX_CLASS_FILES} files in it")
+        raise Unreadable(f"{archive.filename} contains more than {MAX_CLASS_FILES} files")
     for info in files:
-        path = _find_safe_path(info.filename)
-        reason = (
-            "its name leads out of the folder" if path is None
-            else "it is a symbolic link" if stat.S_ISLNK(info.external_attr >> 16)
-            else "it needs a password" if info.flag_bits & 1
-            else ""
-        )  # fmt: skip
-        if reason or path is None:
+        path, reason = _find_safe_path(info.filename), ""
+        if path is None:
+            reason = "its name leads out of the folder"
+        elif stat.S_ISLNK(info.external_attr >> 16):
+            reason = "it is a symbolic link"
+        elif info.flag_bits & 1:
+            reason = "it needs a password"
+        else:
+            try:
+                total += _write_member(archive, info, folder / path)
+            except ARCHIVE_ERRORS:
+                reason = "it is damaged"
+        if reason:
             left_out.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
-            continue
-        try:
-            total += _write_member(archive, info, folder / path)
-        except ARCHIVE_ERRORS:
-            left_out.append(f"{printable_name(info.filename)}: it is damaged; not unpacked")
         if total > MAX_CLASS_BYTES:
             raise Unreadable(f"{archive.filename} unpacks to more than {MAX_CLASS_BYTES // 1_000_000_000} GB")
     return left_out
@@ -177,7 +179,7 @@ def _find_safe_path(name: str) -> PurePosixPath | None:
     path = PurePosixPath(name.replace("\\", "/"))
     if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
         return None
-    parts = [part.encode()[:240].decode(errors="ignore") if len(part.encode()) > 240 else part for part in path.parts]
+    parts = [part if len(part.encode()) <= 240 else part.encode()[:240].decode(errors="ignore") for part in path.parts]
     return PurePosixPath(*(unicodedata.normalize("NFC", part) for part in parts))
 
 

@@ -1,4 +1,4 @@
-"""Splits a submitted file into cells: notebooks of any version, scripts and Markdown. Other files are refused.
+"""Split a submitted file into cells: notebooks of any version, scripts and Markdown. Other files are refused.
 
 Nothing is executed. No notebook library is used: only the text of the cells is needed, and for a damaged, hostile or
 enormous file the student must get one clear sentence. Scripts and Markdown are split in the formats of jupytext. A
@@ -74,7 +74,7 @@ class Content:
 SCRIPT_ENDINGS, MARKDOWN_ENDINGS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
 """Endings of the names of scripts and of Markdown files."""
 
-NOTEBOOK_ADVICE = "open it in Jupyter and hand in the notebook itself, the file that ends in .ipynb"
+NOTEBOOK_ADVICE = "submit the notebook itself, the file that ends with .ipynb"
 
 OTHER_FILE_TYPES = (
     (b"%PDF", "a PDF"), (b"\xd0\xcf\x11\xe0", "a document of an office program"), (b"{\\rtf", "a text document (RTF)"),
@@ -132,17 +132,16 @@ def print_content(label: str, memory: str, seconds: str) -> None:
     json.dump(report, sys.stdout)
 
 
-_TOO_LARGE = "{} takes too much memory or time to be read; clear its outputs and hand it in again"
+_TOO_LARGE = "reading {} takes too much memory or time; clear its outputs and submit it again"
 
 
 def _read_within_limits(name: str, label: str, data: bytes) -> Content:
     content = _parse_content(name, label, data)
     if sum(len(cell.source) for cell in content.cells if cell.is_code) > MAX_CODE_CHARACTERS:
-        raise OverLimit(
-            f"{label} has more than {MAX_CODE_CHARACTERS // 1_000_000} MB of code in its cells, too much to be run"
-        )
+        size = f"{MAX_CODE_CHARACTERS // 1_000_000} MB"
+        raise OverLimit(f"{label} has more than {size} of code in its cells; remove the code that is no answer")
     if len(content.cells) > MAX_CELLS:
-        raise OverLimit(f"{label} has more than {MAX_CELLS} cells; hand in the notebook with your answers alone")
+        raise OverLimit(f"{label} has more than {MAX_CELLS} cells; submit a notebook with only your answers")
     return content
 
 
@@ -161,25 +160,25 @@ def _parse_content(name: str, label: str, data: bytes) -> Content:
     if suffix in SCRIPT_ENDINGS or (suffix == ".txt" and re.search(r"(?m)^p\d+_\w+ *=", text)):
         return _make_text_content(_split_script(text), "a Python script")
     if suffix in (".ipynb", ".json"):
-        raise Unreadable(f"{label} is not a Jupyter notebook, or was cut off (line 1)")
+        raise Unreadable(f"{label} is not a Jupyter notebook, or it is incomplete (line 1)")
     raise Unreadable(f"{label} is not a notebook; {NOTEBOOK_ADVICE}")
 
 
 def _decode(label: str, data: bytes) -> str:
     """Return the text of a file in any encoding that editors use, with Unix line ends. Raises Unreadable."""
+    encodings = ["utf-8-sig"] if b"\0" in data[:4096] else ["utf-8-sig", "cp1252", "latin-1"]
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings: Sequence[str] = ("utf-16",)
+        encodings = ["utf-16"]
     elif data[1:2] == b"\0":
-        encodings = ("utf-16-le",)
-    else:
-        encodings = ("utf-8-sig",) if b"\0" in data[:4096] else ("utf-8-sig", "cp1252", "latin-1")
+        encodings = ["utf-16-le"]
     for encoding in encodings:
-        try:
-            text = data.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+        with contextlib.suppress(UnicodeDecodeError):
+            return _unix_lines(data.decode(encoding))
     raise Unreadable(f"{label} is not a Jupyter notebook: it is not text")
+
+
+def _unix_lines(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
 # --- notebooks ---
@@ -194,16 +193,14 @@ def _parse_notebook(label: str, text: str) -> Content:
     except json.JSONDecodeError as error:
         raise Unreadable(f"{label} {_describe_json_error(text, error)}") from None
     except RecursionError:
-        raise Unreadable(f"{label} is not a Jupyter notebook: it nests too deeply") from None
+        raise Unreadable(f"{label} is not a Jupyter notebook: it is nested too deeply") from None
     raw_cells = _list_cells(data)
     if raw_cells is None:
-        raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no cells that can be read")
+        raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no valid cells")
     metadata = [_qdot_metadata(cell) for cell in raw_cells]
     parts = [part if isinstance(part := entry.get("part"), str) else None for entry in metadata]
-    cells = (
-        Cell(_cell_text(cell), part, cell.get("cell_type") == "code")
-        for cell, part in zip(raw_cells, parts, strict=True)
-    )
+    kinds = [cell.get("cell_type") == "code" for cell in raw_cells]
+    cells = map(Cell, map(_cell_text, raw_cells), parts, kinds)
     items = [item for entry in metadata for item in entry.items()]
     foreign = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
     return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign)))
@@ -218,10 +215,10 @@ def _describe_json_error(text: str, error: json.JSONDecodeError) -> str:
     if line_numbers:
         lines = f"line {line_numbers[0]}" if len(line_numbers) == 1 else f"lines {', '.join(map(str, line_numbers))}"
         return (
-            f"has conflict markers of Git in it ({lines}): two versions were merged and none was chosen; choose one, "
-            "see that it opens in Jupyter, and hand it in again"
+            f"contains conflict markers of Git ({lines}), because a merge was not finished. Choose one of the two "
+            "versions, check that the notebook opens in Jupyter, and submit it again"
         )
-    return f"is not a Jupyter notebook, or was cut off (line {error.lineno})"
+    return f"is not a Jupyter notebook, or it is incomplete (line {error.lineno})"
 
 
 def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -241,8 +238,7 @@ def _list_cells(data: dict[str, Any]) -> list[dict[str, Any]] | None:
 def _cell_text(cell: dict[str, Any]) -> str:
     """Return a cell's text; up to format version 3, the text of a code cell is called input."""
     source = cell.get("source", cell.get("input", ""))
-    text = "".join(map(str, source)) if isinstance(source, list) else str(source)
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return _unix_lines("".join(map(str, source)) if isinstance(source, list) else str(source))
 
 
 def _is_malformed(part: Any) -> bool:
@@ -266,7 +262,7 @@ _PYTHON_FENCE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|p
 
 
 def _make_text_content(cells: Iterator[Cell], kind: str) -> Content:
-    return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {kind}, which was read as a notebook")
+    return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {kind}, which qdot converted to a notebook")
 
 
 def _find_part(text: str) -> str | None:
@@ -293,9 +289,8 @@ def _split_script(text: str) -> Iterator[Cell]:
 
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
     """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell."""
-    starts = [
-        n for n in _find_statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")
-    ]
+    begins_cell = [n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#") for n in range(len(lines))]
+    starts = [number for number in _find_statements(text, lines) if begins_cell[number]]
     for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         top = begin
         while top and lines[top - 1].startswith("#") and not lines[top].startswith("# +"):

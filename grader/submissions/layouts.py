@@ -1,4 +1,4 @@
-"""Recognises the submissions of a class in the downloads of learning platforms, with one function for each layout.
+"""Recognise the submissions of a class in the downloads of learning platforms, with one function for each layout.
 
 A layout looks at the files and folders in the folder of submissions. For each one that it recognises by its name, it
 returns who submitted it according to the platform, and when. `roster` finds that student on the roster. Sources:
@@ -10,6 +10,7 @@ import datetime
 import json
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -222,10 +223,9 @@ def _read_gradescope_records(path: Path) -> Iterator[_GradescopeRecord]:
 def _parse_scalar(text: str) -> str:
     """Return the value of a YAML scalar as text."""
     if text[:1] == '"':
-        try:
+        with suppress(ValueError):
             return str(json.loads(text))
-        except ValueError:
-            return text.strip('"')
+        return text.strip('"')
     return text[1:-1].replace("''", "'") if text[:1] == "'" and text[-1:] == "'" else text
 
 
@@ -234,8 +234,7 @@ def _parse_time(text: str) -> datetime.datetime | None:
     match = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
     if not match:
         return None
-    zone = match.group(3) or "Z"
-    try:
-        return datetime.datetime.fromisoformat(f"{match.group(1)}T{match.group(2)}{'Z' if zone == 'UTC' else zone}")
-    except ValueError:
-        return None
+    zone = (match.group(3) or "Z").replace("UTC", "Z")
+    with suppress(ValueError):
+        return datetime.datetime.fromisoformat(f"{match.group(1)}T{match.group(2)}{zone}")
+    return None

@@ -1,4 +1,4 @@
-"""Finds the student who made a submission, by looking up a platform's identifiers and names in the roster.
+"""Find the student who made a submission, by looking up a platform's identifiers and names in the roster.
 
 It never guesses: if several students fit, it returns all of them.
 """
@@ -55,19 +55,18 @@ class Roster:
 
     def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
         """Return the owner of a submission: by its identifiers unless the name contradicts them, else by the name."""
-        by_student_id = {
-            self._student_ids[text] for text in map(_fold_case, submitted.ids) if text in self._student_ids
-        }
-        ids = by_student_id or {owner for text in submitted.ids for owner in self._other_ids.get(_fold_case(text), ())}
+        texts = list(map(_fold_case, submitted.ids))
+        by_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
+        ids = by_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}
         names = self._find_by_name(submitted.name)
         if len(ids) == 1 and (by_student_id or not names or ids <= names):
             return PossibleOwners(tuple(ids))
         if len(ids) > 1 and len(ids & names) == 1:
             return PossibleOwners(tuple(ids & names))
         if ids and names and not ids & names:
-            return PossibleOwners(tuple(sorted(ids | names)), "its name and its number are of different students")
+            return PossibleOwners(tuple(sorted(ids | names)), "its name and its number belong to different students")
         if ids:
-            return PossibleOwners(tuple(sorted(ids)), "what it is called fits several students")
+            return PossibleOwners(tuple(sorted(ids)), "its identifier fits several students")
         return PossibleOwners(tuple(sorted(names)), "several students have this name" if len(names) > 1 else "")
 
     def _find_by_name(self, name: str) -> set[str]:
@@ -75,10 +74,8 @@ class Roster:
 
         The name is tried unchanged, then without accents, then without a group's name before it.
         """
-        for spelling in (name, _strip_accents(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))):
-            if students := self._names.get(_join_words(spelling)):
-                return students
-        return set()
+        spellings = [name, _strip_accents(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))]
+        return next(filter(None, (self._names.get("".join(_split_words(spelling))) for spelling in spellings)), set())
 
 
 def _fold_case(text: str) -> str:
@@ -91,10 +88,6 @@ def _strip_accents(name: str) -> str:
 
 def _split_words(name: str) -> list[str]:
     return re.findall(r"[^\W_]+", unicodedata.normalize("NFC", name).casefold())
-
-
-def _join_words(name: str) -> str:
-    return "".join(_split_words(name))
 
 
 def _list_spellings(name: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Finds the submissions in a folder, reads them, and reports those that can't be graded."""
+"""Find the submissions in a folder, read them, and report those that can't be graded."""
 
 import contextlib
 import csv
@@ -15,11 +15,12 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from qdot.exercises.common.console import note
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, list_some
 from qdot.grader.submissions.archives import ArchiveMember, is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     MARKDOWN_ENDINGS,
     MAX_FILE_BYTES,
+    NOTEBOOK_ADVICE,
     SCRIPT_ENDINGS,
     Cell,
     OverLimit,
@@ -103,9 +104,9 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     assignment, else the first by name. Raises QdotError if `root` is not a folder.
     """
     if not root.exists():
-        raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
+        raise QdotError(f"{root} does not exist; put the submissions there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
-        raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
+        raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
     folder = SubmissionFolder({})
     certain, doubtful = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     root, find_owner = _find_root(assignment.roster, root)
@@ -114,21 +115,17 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         try:
             owner = find_owner(submitted)
         except Exception as error:  # a problem with one submission must not affect the others
-            folder.uncertain_owners.append(f"{name}: whose it is can't be found out ({error}); not graded")
+            folder.uncertain_owners.append(f"{name}: qdot failed to find the owner ({error}); not graded")
             continue
+        is_likely = submitted.platform or _rank_by_ending(submitted.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
             certain[owner.students[0]].append(submitted)
-        elif (
-            safe_check(submitted.path.is_dir)
-            or submitted.platform
-            or _rank_by_ending(submitted.path.name) < _DOCUMENT_RANK
-        ):  # other files, such as a README or a list of grades, are ignored
+        elif is_likely or safe_check(submitted.path.is_dir):  # other files, such as a README, are ignored
             for student in owner.students:
                 doubtful[student].append(submitted.path)
             if owner.students:
-                folder.uncertain_owners.append(
-                    f"{name} may be of {' or '.join(owner.students)}: {owner.reason}; not graded"
-                )
+                message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded"
+                folder.uncertain_owners.append(message)
             else:
                 folder.not_on_roster.append(name)
     for student in dict.fromkeys((*certain, *doubtful)):
@@ -150,15 +147,14 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
         name = path.name if safe_check(path.is_dir) else path.stem
         return roster.find_by_identifier(name) or roster.find_owner(replace(submitted, ids=(*submitted.ids, name)))
 
-    inner, depth = root, 0
-    while not any(
-        find_owner(submitted).students for submitted in find_submitted_paths(inner)
-    ):  # if an entry has an owner, `inner` is the folder of submissions
-        only_entry = find_only_folder(inner)
-        if only_entry is None or depth >= MAX_DEPTH:
-            return root, find_owner
-        inner, depth = only_entry, depth + 1
-    return inner, find_owner
+    inner: Path | None = root
+    for _ in range(MAX_DEPTH + 1):
+        if inner is None:
+            break
+        if any(find_owner(submitted).students for submitted in find_submitted_paths(inner)):
+            return inner, find_owner
+        inner = find_only_folder(inner)
+    return root, find_owner
 
 
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
@@ -180,13 +176,11 @@ def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
     try:
         rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
         return {
-            row["student"]: StudentFiles((), failure=f"it could not be fetched: {row['why'] or 'why is not said'}")
+            row["student"]: StudentFiles((), failure=f"it could not be fetched: {row['why'] or 'unknown reason'}")
             for row in rows
         }
     except (OSError, ValueError, KeyError, csv.Error):
-        raise QdotError(
-            f"{table} is to be a table with the columns student and why; remove it if none is meant"
-        ) from None
+        raise QdotError(f"{table}: expected a table with the columns student and why; fix or remove it") from None
 
 
 def find_files_of_student(
@@ -199,9 +193,9 @@ def find_files_of_student(
 @contextlib.contextmanager
 def open_submissions(submissions: Path) -> Iterator[Path]:
     """Yield the folder of submissions; unpack a platform's zip into a temporary folder. Raises QdotError."""
-    if submissions.is_file() and not zipfile.is_zipfile(submissions) and submissions.suffix.lower() == ".zip":
-        raise QdotError(f"{submissions} can't be unpacked: it is damaged, or no zip; download it once more")
     if not submissions.is_file() or not zipfile.is_zipfile(submissions):
+        if submissions.is_file() and submissions.suffix.lower() == ".zip":
+            raise QdotError(f"{submissions} can't be unpacked: it is damaged, or not a zip file; download it again")
         yield submissions
         return
     try:
@@ -214,8 +208,8 @@ def open_submissions(submissions: Path) -> Iterator[Path]:
 
 
 UNCERTAIN_OWNER = (
-    "what may be yours was handed in under a name that fits another student, too; it was not graded: "
-    "tell your instructor which is yours"
+    "a submission that may be yours has a name that also fits another student, so it was not graded. Tell your "
+    "instructor which submission is yours"
 )
 
 
@@ -235,15 +229,15 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
         refusals = {path: _refusal_reason(path) for entry in submitted for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
         if len(files) > MAX_FILES:
-            message = f"more than {MAX_FILES:,} files were handed in; hand in the notebook alone"
+            message = f"you submitted more than {MAX_FILES:,} files; submit only the notebook"
             return select(tuple(files[:1]), (), message, over_limit=True)
         files = sort_candidates(files, lambda path: path.name, _read_small, key)
     except Exception as error:  # the other students have to be graded nonetheless
         paths = tuple(entry.path for entry in submitted)
-        return StudentFiles(paths, failure=f"looking for the notebook: {type(error).__name__}: {error}")
+        return StudentFiles(paths, failure=f"qdot failed to find the notebook: {type(error).__name__}: {error}")
     refused = [path for path, refusal in refusals.items() if refusal]
     reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
-    message = f"{', '.join(printable_name(path.name) for path in refused[:3])}: {reasons}; hand in the file itself"
+    message = f"{', '.join(printable_name(path.name) for path in refused[:3])}: {reasons}; submit the file itself"
     if files:
         return select(tuple(files), (message,) if refused else ())
     if refused:
@@ -256,12 +250,12 @@ def _refusal_reason(path: Path) -> str:
     try:
         mode = path.lstat().st_mode
     except OSError as error:
-        return f"it can't be looked at ({error.strerror})"
+        return f"qdot can't open it ({error.strerror})"
     if stat.S_ISLNK(mode):
-        return "a symbolic link is not followed"
+        return "qdot does not follow symbolic links"
     if stat.S_ISDIR(mode):
-        return "a folder that can't be looked into"
-    return "" if stat.S_ISREG(mode) else "a pipe, a socket or a device is not read"
+        return "qdot can't open this folder"
+    return "" if stat.S_ISREG(mode) else "qdot does not read pipes, sockets or devices"
 
 
 def _list_files(path: Path) -> Iterator[Path]:
@@ -316,10 +310,8 @@ def _rank_by_ending(name: str) -> int:
 
     This is an index in `_ENDINGS_BY_RANK`, 0 for the most likely, or its length if the ending is not in it.
     """
-    lower = name.lower()
-    return next(
-        (kind for kind, endings in enumerate(_ENDINGS_BY_RANK) if lower.endswith(endings)), len(_ENDINGS_BY_RANK)
-    )
+    ranks = (rank for rank, endings in enumerate(_ENDINGS_BY_RANK) if name.lower().endswith(endings))
+    return next(ranks, len(_ENDINGS_BY_RANK))
 
 
 def _archive_depth(name: str) -> int:
@@ -336,15 +328,9 @@ def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Calla
     marker = f'"assignment": "{key}"'.encode()
 
     def rank(file: T) -> tuple[int, bool, bool, int, str]:
-        name = name_of(file)
-        is_unmarked = len(files) > 1 and _rank_by_ending(name) <= 1 and marker not in read(file)
-        return (
-            _rank_by_ending(name),
-            PurePosixPath(name).name != f"{key}.ipynb",
-            is_unmarked,
-            _archive_depth(name),
-            name,
-        )
+        name, ending_rank = name_of(file), _rank_by_ending(name_of(file))
+        is_unmarked = len(files) > 1 and ending_rank <= 1 and marker not in read(file)
+        return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _archive_depth(name), name
 
     return sorted(files, key=rank)
 
@@ -368,17 +354,15 @@ def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
 def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
     """Return those of a student's sorted files that are likely notebooks, and a note.
 
-    If there are more than MOST_ATTEMPTS, return the first one and the newest of the others; the note says so.
+    If there are more than `MAX_NOTEBOOKS`, return the first one and the newest of the others; the note says so.
     """
-    kinds = [_rank_by_ending(path.name) for path in files]
-    likely = [
-        path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _DOCUMENT_RANK
-    ]
+    highest_rank = min(max(2, _rank_by_ending(files[0].name)), _DOCUMENT_RANK - 1)
+    likely = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
     if len(likely) <= MAX_NOTEBOOKS:
         return tuple(likely) or tuple(files[:1]), ""
     newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
     note = (
-        f"{len(likely)} notebooks were handed in, and at most {MAX_NOTEBOOKS} are read: {likely[0].name} and the "
+        f"{len(likely)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {likely[0].name} and the "
         f"{MAX_NOTEBOOKS - 1} newest of the others"
     )
     return tuple(path for path in likely if path in newest), note
@@ -412,16 +396,14 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            raise Unreadable(f"{label} is no file")
+            raise Unreadable(f"{label} is not a file")
         data = path.read_bytes() if status.st_size <= MAX_FILE_BYTES else None
     except OSError as error:
         raise Unreadable(f"{label} can't be read: {error.strerror}") from None
     if data is None:
-        raise OverLimit(
-            f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs and hand it in again"
-        )
-    notes, digest = [], hashlib.sha256(data).hexdigest()
-    name = path.name
+        advice = "clear its outputs and submit it again"
+        raise OverLimit(f"{label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; {advice}")
+    name, notes, digest = path.name, list[str](), hashlib.sha256(data).hexdigest()
     same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
     neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
     if is_archive(data[:512]):
@@ -429,18 +411,11 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
-        notes.append(f"{printable_name(name)} is no .ipynb file: {content.note}")
-    modules = _read_modules(neighbours)
+        notes.append(f"{printable_name(name)} is not an .ipynb file: {content.note}")
     return Submission(
-        path,
-        digest,
-        modification_time(status),
-        content.cells,
-        content.qdot_metadata,
-        tuple(notes),
-        content.unknown_metadata,
-        modules=modules,
-    )
+        path, digest, modification_time(status), content.cells, content.qdot_metadata, tuple(notes),
+        content.unknown_metadata, modules=_read_modules(neighbours),
+    )  # fmt: skip
 
 
 MAX_MODULES, MAX_MODULE_BYTES = 20, 200_000
@@ -453,9 +428,7 @@ _Neighbour = tuple[str, Callable[[], bytes]]
 
 def _read_modules(neighbours: Sequence[_Neighbour]) -> dict[str, str]:
     """Return the texts of the files that Python can import, by file name."""
-    importable = [
-        (name, read_content) for name, read_content in neighbours if name.endswith(".py") and name[:-3].isidentifier()
-    ]
+    importable = [each for each in neighbours if each[0].endswith(".py") and each[0][:-3].isidentifier()]
     contents = [(name, read_content()) for name, read_content in importable[:MAX_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= MAX_MODULE_BYTES}
 
@@ -479,29 +452,21 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
     candidates = [member for member in files if _rank_by_ending(member.name) in (0, 1, 3)]
     if not candidates:
         has_archive = any(_rank_by_ending(member.name) == 2 for member in files)
-        content = "only another archive, which is not opened" if has_archive else "no notebook"
-        raise Unreadable(f"{label} has {content} in it; hand in the notebook itself, the file that ends in .ipynb")
-
-    shallow = sorted(
-        candidates, key=lambda member: (_rank_by_ending(member.name), _archive_depth(member.name), member.name)
-    )[:20]
-    best, *others = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
+        content = "contains only another archive, which qdot does not open" if has_archive else "contains no notebook"
+        raise Unreadable(f"{label} {content}; {NOTEBOOK_ADVICE}")
+    candidates.sort(key=lambda member: (_rank_by_ending(member.name), _archive_depth(member.name), member.name))
+    read = partial(_read_small_member, path)
+    best, *others = sort_candidates(candidates[:20], lambda member: member.name, read, key)
+    best_name, best_rank, best_path = printable_name(best.name), _rank_by_ending(best.name), PurePosixPath(best.name)
     if best.size > MAX_FILE_BYTES:
-        raise OverLimit(
-            f"{printable_name(best.name)} in {label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs"
-        )
-    note = f"{label} is an archive; {printable_name(best.name)} in it was read"
-    names = [
-        printable_name(member.name) for member in others if _rank_by_ending(member.name) <= _rank_by_ending(best.name)
-    ]
+        raise OverLimit(f"{best_name} in {label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs")
+    note = f"{label} is an archive; qdot graded {best_name} in it"
+    names = [printable_name(member.name) for member in others if _rank_by_ending(member.name) <= best_rank]
     note += f", not {', '.join(names[:5])}" if names else ""
-    notebook_path = PurePosixPath(best.name)
-    neighbours: list[_Neighbour] = [
-        (PurePosixPath(member.name).name, partial(_read_small_member, path, member))
-        for member in files
-        if PurePosixPath(member.name).parent == notebook_path.parent and member != best
-    ]
-    return notebook_path.name, read_member(path, best.name), note, neighbours
+    member_paths = [(PurePosixPath(member.name), member) for member in files if member != best]
+    same_folder = [(path.name, member) for path, member in member_paths if path.parent == best_path.parent]
+    neighbours: list[_Neighbour] = [(name, partial(read, member)) for name, member in same_folder]
+    return best_path.name, read_member(path, best.name), note, neighbours
 
 
 # --- metadata ---
@@ -511,45 +476,39 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
     """Return a message if, according to its metadata, a notebook belongs to another assignment; else None."""
     claimed_key = submission.qdot_metadata.get("assignment")
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
-        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, and {assignment.key!r} is graded here"
+        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, but this is {assignment.key!r}"
     return None
 
 
-OTHER_VERSION = "made from another assignment.toml, redrawn.csv or secret than what is graded with"
+OTHER_VERSION = "the notebook was made from another assignment.toml, redrawn.csv or secret"
 """The staff's note on a notebook of another version of the assignment."""
 
-
-@dataclass(frozen=True)
-class MetadataNote:
-    """A peculiarity of a submission: a message for the staff, and one for the student, which may be empty."""
-
-    staff_message: str
-    student_message: str = ""
+Notes = list[tuple[str, str]]
+"""Notes on a submission: pairs of a text for the staff and a text for the student, which may be empty."""
 
 
-def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[MetadataNote]:
+def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> Notes:
     """Return notes on peculiar metadata. They don't affect marks: the student's own problems are graded in any case."""
-    claims, notes = submission.qdot_metadata, []
+    claims, notes = submission.qdot_metadata, Notes()
     claimed, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed, str) and claimed != student:
         message = (
-            "this notebook was handed out to somebody else; it was graded against your own problems, and no answer in "
+            "this notebook was released to another student. It was graded against your own problems, and no answer in "
             "it earns points for following from a wrong one"
         )
-        notes.append(MetadataNote(f"the notebook was handed out to {claimed[:80]!r}", message))
+        notes.append((f"the notebook was released to {claimed[:80]!r}", message))
     if claims.get("kind") == "solution":
-        notes.append(MetadataNote("the notebook is the staff's, with the solutions"))
+        notes.append(("this is the staff's notebook with the solutions", ""))
     if isinstance(digest, str) and digest not in (assignment.digest_of(student), assignment.digest_of(str(claimed))):
-        message = "this notebook was made from another version of the assignment; ask your instructor for the right one"
-        notes.append(MetadataNote(OTHER_VERSION, message))
+        message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
+        notes.append((OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
-    unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - parts)
-    if unknown:
-        listing = ", ".join(printable_name(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
-        notes.append(MetadataNote(f"cells are marked as answers to what is not asked: {listing}"))
+    if unknown := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
+        listing = list_some(list(map(printable_name, unknown)), 3)
+        notes.append((f"cells are marked as answers to parts that the assignment does not have: {listing}", ""))
     if submission.unknown_metadata:
-        changed_keys = ", ".join(submission.unknown_metadata[:5])
-        notes.append(MetadataNote(f"its cells' metadata were changed, which decides nothing: {changed_keys}"))
+        listing = list_some(submission.unknown_metadata, 5)
+        notes.append((f"the metadata of its cells were changed, which does not affect the marks: {listing}", ""))
     if submission.late:
-        notes.append(MetadataNote("the platform has marked it as late"))
+        notes.append(("the platform marked it as late", ""))
     return notes

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions import QUESTIONS
 from qdot.grader.diagnosis import diagnosis
 from qdot.grader.grading import partial_credit
 from qdot.grader.judging import choices, formulas
@@ -80,3 +81,9 @@ def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
     given = read_answer(problem, part, text)
     answer = partial_credit.AnswerToCredit(problem, part, given, seed)
     return partial_credit.give_partial_credit(answer, judge_parsed(problem, part, given, seed))
+
+
+def list_earlier_parts(part: Part) -> list[str]:
+    """Return the names of the parts on which a part may build."""
+    question = QUESTIONS.get(part.kind)
+    return [] if question is None else [name for sources in question.derivation_sources for name in sources]

@@ -18,7 +18,7 @@ from qdot.exercises.questions.results import is_derived
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
-from qdot.grader.grading.follow_through import list_earlier_parts
+from tests.support.judging import list_earlier_parts
 from tests.support.problems import told_in
 
 NOT_DIAGNOSED = {
