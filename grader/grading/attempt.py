@@ -5,6 +5,7 @@ import hashlib
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -41,43 +42,12 @@ GRADER_VERSION = 14
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """A notebook that a student submitted, and the time when it was received.
-
-    If it can't be read, `submission` is None and `unreadable_reason` says why; `over_limit` is whether reading it
-    exceeds a limit. `notes` name other submitted files that can't be read.
-    """
-
-    file: Path
-    received: datetime.datetime
-    submission: Submission | None = None
-    unreadable_reason: str = ""
-    notes: tuple[str, ...] = ()
-    over_limit: bool = False
-
-    def is_for(self, assignment: Assignment) -> bool:
-        """Return whether the name or the metadata of the file name the assignment."""
-        claims = {} if self.submission is None else self.submission.qdot_metadata
-        return self.file.name == f"{assignment.key}.ipynb" or claims.get("assignment") == assignment.key
-
-    @property
-    def fingerprint(self) -> str:
-        """A short text that changes whenever the submission changes."""
-        if self.submission is None:
-            return self.unreadable_reason
-        submission = self.submission
-        return repr(
-            (submission.sha256, submission.notes, submission.late, self.notes, *sorted(submission.modules.items()))
-        )
-
-
 class SearchFailed(Exception):
     """Raised if the search for a student's submission failed; the message tells the student why."""
 
 
-def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Attempt]:
-    """Return a student's attempts, the most likely first. If any file can be read, the unreadable ones are omitted.
+def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Submission]:
+    """Return a student's notebooks, the most likely first. If any file can be read, the unreadable ones are omitted.
 
     Raises SearchFailed if the search for the files failed.
     """
@@ -90,41 +60,40 @@ def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Atte
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
     read = partial(_read_attempt, student_files, assignment_key)
     attempts = [read(path) for path in likely_paths]
-    if not any(attempt.submission for attempt in attempts):
+    if all(attempt.unreadable_reason for attempt in attempts):
         other_paths = [path for path in files[:MAX_FILES_TRIED] if path not in likely_paths]
-        attempts += [attempt for attempt in map(read, other_paths) if attempt.submission][:1]
-    readable_attempts = [attempt for attempt in attempts if attempt.submission]
-    failure_reasons = [attempt.unreadable_reason for attempt in attempts if not attempt.submission]
+        attempts += [attempt for attempt in map(read, other_paths) if not attempt.unreadable_reason][:1]
+    failure_reasons = [attempt.unreadable_reason for attempt in attempts if attempt.unreadable_reason]
 
-    def add_notes(attempt: Attempt) -> Attempt:
+    def add_notes(attempt: Submission) -> Submission:
         name = printable_name(attempt.file.name)
-        return replace(attempt, notes=tuple(f"{why}; {name} was graded instead" for why in failure_reasons))
+        failures = (f"{reason}; {name} was graded instead" for reason in failure_reasons)
+        return replace(attempt, notes=(*failures, *attempt.notes))
 
-    return list(map(add_notes, readable_attempts)) or attempts[:1]
+    return [add_notes(attempt) for attempt in attempts if not attempt.unreadable_reason] or attempts[:1]
 
 
 MAX_FILES_TRIED = 10
 """Maximum number of files that are tried if no likely notebook can be read."""
 
 
-def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) -> Attempt:
+def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) -> Submission:
     try:
         submission = read_submission(path, assignment_key, student_files.files)
     except Unreadable as error:
         return _unreadable_attempt(path, str(error), isinstance(error, OverLimit))
     notes = (*student_files.notes, *submission.notes)
     submission = replace(submission, notes=notes, late=student_files.late)
-    if student_files.received is not None:
-        submission = replace(submission, received=student_files.received, time_source=student_files.platform)
-    return Attempt(path, submission.received, submission)
+    if student_files.received is None:
+        return submission
+    return replace(submission, received=student_files.received, time_source=student_files.platform)
 
 
-def _unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Attempt:
-    try:
+def _unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Submission:
+    received = datetime.datetime.fromtimestamp(0, datetime.UTC)
+    with suppress(OSError):
         received = modification_time(path.lstat())
-    except OSError:
-        received = datetime.datetime.fromtimestamp(0, datetime.UTC)
-    return Attempt(path, received, None, reason, over_limit=over_limit)
+    return Submission(path, received, unreadable_reason=reason, over_limit=over_limit)
 
 
 def marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
@@ -142,25 +111,25 @@ class Grader:
     class_answers: ClassAnswers
 
 
-def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> NotebookMarks:
+def grade_safely(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
     """Grade one notebook like `grade_attempt`; if qdot fails, only this notebook is UNGRADED.
 
     Raises QdotError if the machine can't run any notebook at all: this is reported once and not for each student.
     """
     started = time.process_time()
     try:
-        marked = grade_attempt(grader, student, attempt)
+        marked = grade_attempt(grader, student, submission)
         seconds, memory = grader.sandbox.collect_cost()
         seconds += time.process_time() - started
         return replace(marked, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
     except OverLimit as error:
-        return mark_ungraded(grader.assignment, student, attempt, str(error), over_limit=True)
+        return mark_ungraded(grader.assignment, student, submission, str(error), over_limit=True)
     except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class
         if isinstance(error, QdotError):
             grader.sandbox.run((), ())
         if (cause := open_files_error(error)) is not None:
             raise cause from None
-        return mark_ungraded(grader.assignment, student, attempt, describe_error(error))
+        return mark_ungraded(grader.assignment, student, submission, describe_error(error))
 
 
 def describe_error(error: Exception) -> str:
@@ -169,22 +138,18 @@ def describe_error(error: Exception) -> str:
     return " ".join(message.split())[:300]
 
 
-def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> NotebookMarks:
+def grade_attempt(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
     """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
-    submission = None if attempt is None else attempt.submission
     sha256 = None if submission is None else submission.sha256
-    seed = f"{assignment.secret}/{sha256 or ''}"
+    secret, seed = assignment.secret, f"{assignment.secret}/{sha256 or ''}"
     ungraded_reason: str | None = "nothing was submitted"
     answers, notes = Answers(Run()), Notes()
-    if attempt is not None:
-        if attempt.over_limit:
-            raise OverLimit(attempt.unreadable_reason)
-        notes += [(note, note) for note in attempt.notes]
-        ungraded_reason = attempt.unreadable_reason
     if submission is not None:
+        if submission.over_limit:
+            raise OverLimit(submission.unreadable_reason)
         notes += [(note, note) for note in submission.notes]
-        ungraded_reason = explain_wrong_assignment(submission, assignment)
+        ungraded_reason = submission.unreadable_reason or explain_wrong_assignment(submission, assignment)
         if ungraded_reason is None:
             answers = run_notebook(grader.sandbox, submission, problems, seed)
             notes += find_oddities(submission, assignment, student)
@@ -196,10 +161,8 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Note
     for slot, problem in problems:
         reasons = {part.name: ungraded_reason or answers.reason_missing(slot, part.name) for part in problem.parts}
         rules = MarkingRules(credit, partial(grader.class_answers.is_correct_for_another, problem, slot))
-        verdicts = mark(
-            problem, answers.texts_by_part(slot, problem), reasons, secret=assignment.secret, points_seed=seed,
-            rules=rules, allowance=allowance,
-        )  # fmt: skip
+        texts = answers.texts_by_part(slot, problem)
+        verdicts = mark(problem, texts, reasons, secret=secret, points_seed=seed, rules=rules, allowance=allowance)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
     return NotebookMarks(
@@ -260,7 +223,7 @@ def make_part_result(slot: str, verdict: Verdict) -> PartResult:
 
 
 def mark_ungraded(
-    assignment: Assignment, student: str, attempt: Attempt | None, cause: str, over_limit: bool = False
+    assignment: Assignment, student: str, submission: Submission | None, cause: str, over_limit: bool = False
 ) -> NotebookMarks:  # fmt: skip
     """Return marks without points for a notebook that exceeded a limit or that qdot failed to grade."""
     staff_reason = (cause if over_limit else f"qdot could not grade this ({cause})") + "; it has no mark yet"
@@ -271,11 +234,10 @@ def mark_ungraded(
         questions = zip(slot.questions, slot.max_points, strict=True)
         parts = tuple(ungraded_part(name=name, max_points=points) for name, points in questions)
         problems.append(ProblemResult(str(assignment.identity(slot, student)), slot.name, parts))
+    sha256, versions = None if submission is None else submission.sha256, marking_versions(assignment, student)
     return NotebookMarks(
-        sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
-        obstacle=reason, staff_notes=(staff_reason,), made_from=marking_versions(assignment, student),
-        problems=tuple(problems),
-    )  # fmt: skip
+        sha256=sha256, obstacle=reason, staff_notes=(staff_reason,), made_from=versions, problems=tuple(problems)
+    )
 
 
 # --- a notebook without a class ---
@@ -311,11 +273,9 @@ def grade_notebook(
             answers = run_notebook(sandbox, submission, list(problems.items()), seed)
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None
-    return {
-        slot: mark(
-            problem, answers.texts_by_part(slot, problem),
-            {part.name: answers.reason_missing(slot, part.name) for part in problem.parts},
-            secret=secret, points_seed=seed,
-        )
-        for slot, problem in problems.items()
-    }  # fmt: skip
+    verdicts = {}
+    for slot, problem in problems.items():
+        reasons = {part.name: answers.reason_missing(slot, part.name) for part in problem.parts}
+        texts = answers.texts_by_part(slot, problem)
+        verdicts[slot] = mark(problem, texts, reasons, secret=secret, points_seed=seed)
+    return verdicts

@@ -30,7 +30,6 @@ from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json, from_json
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import (
-    Attempt,
     Grader,
     describe_error,
     grade_safely,
@@ -45,7 +44,7 @@ from qdot.grader.grading.overrides import read_overrides
 from qdot.grader.grading.result import NotebookMarks, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.cells import printable_name
-from qdot.grader.submissions.submission import StudentFiles, find_files_of_student
+from qdot.grader.submissions.submission import StudentFiles, Submission, find_files_of_student
 
 CRASH_REASON = "the system ended its process twice, probably because memory ran out"
 
@@ -191,13 +190,12 @@ class _GradingWorker:
         counting_attempts = _counting_attempts(self.assignment, attempts)
         notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
-            submission, name = attempt.submission, printable_name(attempt.file.name)
             marked = self._mark(student, attempt) if attempt in counting_attempts else None
-            lateness = ("file", None) if submission is None else (submission.time_source, submission.late)
-            notebooks.append(GradedNotebook(name, attempt.received, marked, *lateness))
+            name, source = printable_name(attempt.file.name), attempt.time_source
+            notebooks.append(GradedNotebook(name, attempt.received, marked, source, attempt.late))
         return notebooks
 
-    def _mark(self, student: str, attempt: Attempt | None) -> NotebookMarks:
+    def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:
         """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
         if (stored := self.load_marks(student, attempt)) is not None:
             return stored
@@ -209,7 +207,7 @@ class _GradingWorker:
         self.store_marks(student, attempt, marked)
         return marked
 
-    def load_marks(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
+    def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
             stored = from_json(_StoredMarks, self._path(student, attempt).read_bytes())
@@ -217,16 +215,16 @@ class _GradingWorker:
             return None  # nothing stored yet, or damaged
         return stored.marked if stored.key == self._key(student, attempt) else None
 
-    def store_marks(self, student: str, attempt: Attempt | None, marked: NotebookMarks) -> None:
+    def store_marks(self, student: str, attempt: Submission | None, marked: NotebookMarks) -> None:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marked.is_graded:
             stored = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
             write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), durable=False)
 
-    def _path(self, student: str, attempt: Attempt | None) -> Path:
+    def _path(self, student: str, attempt: Submission | None) -> Path:
         return marks_path(self._cache_path, student, None if attempt is None else attempt.file)
 
-    def _key(self, student: str, attempt: Attempt | None) -> str:
+    def _key(self, student: str, attempt: Submission | None) -> str:
         """Return a digest that changes whenever the notebook's points may change, or the limits do."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
         content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{submission_key}"
@@ -248,7 +246,7 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
         return _mark_failed(worker.assignment, task, describe_error(error))
 
 
-def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
+def _counting_attempts(assignment: Assignment, attempts: list[Submission]) -> list[Submission]:
     """Return the notebooks to grade; `attempts` are in the order of `find_submissions`.
 
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.

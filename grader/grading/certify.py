@@ -55,6 +55,9 @@ class VerificationTask:
         return Failure(kind, f"{self.name}: {message}")
 
 
+TaskAndFailures = tuple[VerificationTask, list[Failure]]
+
+
 def find_failures(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
     """Check a problem, and return its failed checks and the reference answers that don't earn full marks."""
     result = certificate or certify(problem)
@@ -70,29 +73,23 @@ def make_record(problem: Problem) -> ProblemRecord:
     """Return the record of a problem. Raises Uncertified if the problem fails a check."""
     certificate = certify(problem)
     raise_failures(problem, find_failures(problem, certificate))
+    checks = (*(check.name for check in certificate.checks), "full marks for the reference")
     return ProblemRecord(
-        problem=str(problem.id),
-        questions=tuple(part.name for part in problem.parts),
-        band=problem.id.band,
-        engine=problem.id.engine,
-        qdot=qdot_version(),
-        difficulty=difficulty(problem.chain),
+        problem=str(problem.id), questions=tuple(part.name for part in problem.parts), band=problem.id.band,
+        engine=problem.id.engine, qdot=qdot_version(), difficulty=difficulty(problem.chain), checks=checks,
         **as_json(certificate.digests),
-        checks=(*(check.name for check in certificate.checks), "full marks for the reference"),
-    )
+    )  # fmt: skip
 
 
 def certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the text of a student's certificate file."""
-    return StudentCertificate(
-        assignment=assignment.key,
-        student=student,
-        edition=assignment.edition_of(student),
-        notebook=dict(certificates.cell_digests(notebook)),
-        problems=dict(records),
-    ).text
+    cells, edition = dict(certificates.cell_digests(notebook)), assignment.edition_of(student)
+    certificate = StudentCertificate(
+        assignment=assignment.key, student=student, edition=edition, notebook=cells, problems=dict(records)
+    )
+    return certificate.text
 
 
 CERTIFIER = Certifier(make_record, certificate_text)
@@ -198,9 +195,7 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
     return [*failures, *task.file_failures]
 
 
-def verify_all(
-    tasks: Sequence[VerificationTask], jobs: int
-) -> Generator[tuple[VerificationTask, list[Failure]], None, None]:
+def verify_all(tasks: Sequence[VerificationTask], jobs: int) -> Generator[TaskAndFailures, None, None]:
     """Verify problems on several processes; yield each in order with its failures, the most serious first."""
     with closing(ordered_map(_verify_task, tasks, jobs, keep_state, (None,))) as failures:
         yield from zip(tasks, failures, strict=True)

@@ -28,10 +28,8 @@ def load_class(folder: Path) -> Assignment:
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
     released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
-    respelled = _match_respelled_identifiers(
-        find_former_students(assignment), [name for name in paths if name not in released_files]
-    )
-    if respelled:
+    unreleased = [name for name in paths if name not in released_files]
+    if respelled := _match_respelled_identifiers(find_former_students(assignment), unreleased):
         students = count_noun(len(respelled), "student")
         raise QdotError(
             f"{folder / 'roster.csv'}: {students} would get other problems than those in {folder / 'released'}, so "
@@ -60,9 +58,7 @@ def check_class(
         )
     absent_students = [student for student in ids if student not in submissions.by_student]
     if respelled := _match_respelled_identifiers(unknown_names, absent_students):
-        problem = (
-            f"the submissions of {count_noun(len(respelled), 'student')} would have no owner, so nothing was graded"
-        )
+        problem = f"submissions of {count_noun(len(respelled), 'student')} would have no owner, so nothing was graded"
         raise QdotError(f"{named_path}: {problem}. {_advise_restoring(respelled)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _claims_by_student(sample, "assignment").values() if key != assignment.key]
@@ -117,9 +113,7 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     return f"name other students than the folders and files that contain them, so nothing was graded. {cause}"
 
 
-SPREADSHEET_HINT = (
-    "The identifiers differ in leading zeros, case or the encoding of letters; spreadsheets remove zeros."
-)
+SPREADSHEET_HINT = "The identifiers differ in leading zeros, case or encoding of letters; spreadsheets remove zeros."
 
 
 def _describe_likely_cause(strangers: Sequence[str], ids: Sequence[str], assignment_key: str) -> str:

@@ -26,11 +26,12 @@ from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version, require_extra
-from qdot.grader.grading.attempt import Attempt, Grader, grade_safely
+from qdot.grader.grading.attempt import Grader, grade_safely
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.submissions.submission import Submission
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -104,22 +105,22 @@ class Cluster:
         self.threads = max(32, 2 * sum(client.nthreads().values()))
         self._brief = client.submit(_return_brief, brief, pure=False)  # the scheduler recreates it if its worker dies
 
-    def mark(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
+    def mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
-        if attempt is not None and attempt.submission is not None:
+        if submission is not None:
             # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
-            items = attempt.submission.qdot_metadata.items()
+            items = submission.qdot_metadata.items()
             claims = {name: claim if isinstance(claim, str | None) else True for name, claim in items}
-            attempt = replace(attempt, submission=replace(attempt.submission, qdot_metadata=claims))
-        marked = self._try_to_mark(student, attempt)
+            submission = replace(submission, qdot_metadata=claims)
+        marked = self._try_to_mark(student, submission)
         if marked is not None:
             return marked
         with self._retry_lock:
-            return self._try_to_mark(student, attempt)
+            return self._try_to_mark(student, submission)
 
-    def _try_to_mark(self, student: str, attempt: Attempt | None) -> NotebookMarks | None:
+    def _try_to_mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         try:
-            future = self._client.submit(mark_on_worker, self._brief, student, attempt, pure=False)
+            future = self._client.submit(mark_on_worker, self._brief, student, submission, pure=False)
             marked, worker, warning = self._wait_for(future)
         except QdotError:
             raise
@@ -193,7 +194,7 @@ _grading_lock = threading.Lock()
 """Lock that lets only one thread grade at a time, because all threads of a process share mpmath's precision."""
 
 
-def mark_on_worker(brief: WorkerBrief, student: str, attempt: Attempt | None) -> tuple[NotebookMarks, str, str]:
+def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | None) -> tuple[NotebookMarks, str, str]:
     """Grade a notebook in this process; return its marks, the machine's name, and a warning about the sandbox.
 
     Raises QdotError, which names the machine, if the machine can't grade or its code differs.
@@ -210,7 +211,7 @@ def mark_on_worker(brief: WorkerBrief, student: str, attempt: Attempt | None) ->
                 _prepare(brief)
             _worker_state["timer"].cancel()
             _start_timer()
-            return grade_safely(_worker_state["grader"], student, attempt), machine, _worker_state["warning"]
+            return grade_safely(_worker_state["grader"], student, submission), machine, _worker_state["warning"]
         except QdotError as error:
             raise QdotError(f"worker {machine}: {error}") from None
 

@@ -223,13 +223,10 @@ class _Context:
         moved_values = {name: {**self.values, name: 0.83 * self.values[name] + 0.11} for name in used_symbols}
         influential_symbols = {name for name, values in moved_values.items() if differs(values, 1e-9)}
         values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
-        return Traits(
-            bool(np.isfinite(values_at_samples).all()),
-            not differs(values_after_turn, 1e-6),
-            len(influential_symbols & joints),
-            len(influential_symbols - joints),
-            int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest)),
-        )
+        is_finite, is_periodic = bool(np.isfinite(values_at_samples).all()), not differs(values_after_turn, 1e-6)
+        nonzero_count = int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest))
+        counts = len(influential_symbols & joints), len(influential_symbols - joints), nonzero_count
+        return Traits(is_finite, is_periodic, *counts)
 
     # --- the result that follows ---
 

@@ -44,15 +44,10 @@ class MarkingRules:
 
 @np.errstate(all="ignore")  # an overflow in an answer is judged; a warning about it would only confuse the staff
 def mark(
-    problem: Problem,
-    answers: Mapping[str, str],
-    reasons: Mapping[str, str] | None = None,
-    *,
-    secret: str | None = None,
-    points_seed: str = "",
-    rules: MarkingRules = MarkingRules(),
+    problem: Problem, answers: Mapping[str, str], reasons: Mapping[str, str] | None = None, *,
+    secret: str | None = None, points_seed: str = "", rules: MarkingRules = MarkingRules(),
     allowance: TimeBudgets | None = None,
-) -> list[Verdict]:
+) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part. The keys of `answers` and `reasons` (why there is no answer) are part names.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points,

@@ -186,10 +186,8 @@ def _placeholder(part: Part) -> str:
 
 
 def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
-    return {
-        "solution": to_html_for_mathjax(worked_solution(problem, part)),
-        "figure": solution_figure(problem, part, f"{part.name}-solution"),
-    }
+    figure = solution_figure(problem, part, f"{part.name}-solution")
+    return {"solution": to_html_for_mathjax(worked_solution(problem, part)), "figure": figure}
 
 
 # --- answers ---
@@ -276,10 +274,5 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     return sentence
 
 
-_OUTCOME_SENTENCES = {
-    Outcome.CORRECT: "Right.",
-    Outcome.PARTIAL: "Partly right.",
-    Outcome.WRONG: "Not right.",
-    Outcome.MISSING: "Not answered.",
-    Outcome.UNGRADED: "Not graded.",
-}
+_SENTENCES = ("Right.", "Partly right.", "Not right.", "Not answered.", "Not graded.")
+_OUTCOME_SENTENCES = dict(zip(Outcome, _SENTENCES, strict=True))

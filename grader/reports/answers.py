@@ -96,9 +96,8 @@ def _formula_html(problem: Problem, part: Part, node: Node) -> str:
         raise TooDeep("the answer is too long to be set")
     formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted = fit_formula(formula, MAX_WIDTH)
-    return _shorten_mathml(
-        mathml_text(fitted, True, max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted), 1.0)))))
-    )
+    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted), 1.0))))
+    return _shorten_mathml(mathml_text(fitted, True, size))
 
 
 def _shorten_mathml(text: str) -> str:

@@ -190,11 +190,10 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
     earned = [points for points in grader_points if points is not None] or [0.0]
-    return AnswerGroup(
-        key, names[0], students, typical_student, " and ".join(map(_mistake_title, mistakes)),
-        (min(earned), max(earned)), parts[0].max_points, sum(part.followed_from is not None for part in parts),
-        next((override for override in overrides if override.group == key), None),
-    )  # fmt: skip
+    mistake, points_range = " and ".join(map(_mistake_title, mistakes)), (min(earned), max(earned))
+    max_points, count = parts[0].max_points, sum(part.followed_from is not None for part in parts)
+    override = next((override for override in overrides if override.group == key), None)
+    return AnswerGroup(key, names[0], students, typical_student, mistake, points_range, max_points, count, override)
 
 
 @dataclass(frozen=True)

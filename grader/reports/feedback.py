@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.equality import Certificate
@@ -23,12 +22,13 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
-from qdot.grader.grading.result import AppliedOverride, EntryFlags, PartResult, Result
+from qdot.grader.grading.result import EntryFlags, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.example import draw_example
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
+from qdot.grader.reports.rows import describe_decisions, describe_override
 
 PAGE_VERSION = 8
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
@@ -69,7 +69,7 @@ class PartOnPage:
     word: str
     reason: str
     advice: str
-    override: str | None
+    override: str
     certainty: str
     answer: ShownAnswer | None
     entries: list[list[str]] | None
@@ -102,7 +102,10 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     """Return the student's page as self-contained HTML. Problems are loaded from the store, not regenerated."""
     problems = [] if result.obstacle is not None else _show_problems(assignment, student, result)
     parts = [part for problem in problems for part in problem.parts]
-    notes = [make_visible(note) for note in (*_describe_decisions(result), *result.notes)]
+    decisions = describe_decisions(result)
+    if result.obstacle is not None:
+        decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
+    notes = [make_visible(note) for note in (*decisions, *result.notes)]
     to_review = [part for part in parts if part.result.outcome in (*WRONG_OR_PARTIAL, Outcome.MISSING)]
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
@@ -129,29 +132,6 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
-
-
-def _describe_decisions(result: Result) -> list[str]:
-    """Return notes on the late penalty and the overrides, except overrides that are shown with their part."""
-    notes, late = list[str](), result.late
-    if late is not None:
-        points = f"{100 * late.penalty:.4g} % of your {_format_points(late.points_before)}"
-        deduction = f": {points} are deducted" if late.penalty else ""
-        notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
-    if result.override is not None:
-        notes.append(_describe_override(result.override, "Total"))
-    if result.obstacle is not None:
-        notes += [_describe_override(part.override, name) for name, part in result.parts.items() if part.override]
-    return notes
-
-
-def _describe_override(override: AppliedOverride, subject: str) -> str:
-    """Return a note for the student on an override; `subject` is the total, or the points of a part."""
-    comment = make_visible(override.comment)
-    if override.points is None:
-        return f"Your instructor says: {comment}"
-    comment = f": {comment}" if comment else ""
-    return f"{subject}: your instructor gave {_format_points(override.points)}{comment}"
 
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
@@ -188,7 +168,7 @@ def _show_parts(
             id=f"part-{number}-{index}", number=numbers[part.name], title=ASKED[part.kind].title, result=result,
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
             advice=_number_parts(result.advice or "", problem, numbers),
-            override=None if result.override is None else _describe_override(result.override, "Points"),
+            override=make_visible(describe_override(result.override, "Points")) if result.override else "",
             certainty=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
             answer=None if text is None or is_blank else show_answer(problem, part, text),
             entries=_mark_entries(result.entries, result.follows) if is_wrong and result.entries else None,
@@ -232,10 +212,6 @@ def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> st
 def _is_blank(answer: str) -> bool:
     """Return whether an answer is completely blank; a partly blank vector is an answer."""
     return not re.sub(r"blank|[\s\[\](),]", "", answer)
-
-
-def _format_points(points: float) -> str:
-    return f"{round(points, 2):g} {'point' if points == 1 else 'points'}"
 
 
 def _show_reason(part: PartResult, without_numbers: bool) -> str:

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading.marking import format_points
-from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.reports.feedback_levels import limit_feedback
 from qdot.grader.reports.tables import UNMARKED_STATES, work_status
 
@@ -51,10 +52,7 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
 
 
 def _message(part: PartResult) -> str:
-    override, override_text = part.override, ""
-    if override is not None:
-        prefix = "comment of your instructor" if override.points is None else "your instructor set these points"
-        override_text = f"{prefix}: {override.comment}".removesuffix(": ")
+    override_text = "" if part.override is None else describe_override(part.override, "Points")
     sentences = [text.rstrip(".") for text in (part.advice, part.reason, override_text) if text]
     paragraph = name_chapter(" ".join(". ".join(sentences).split()))
     return shorten(paragraph, MAX_MESSAGE_LENGTH)
@@ -72,10 +70,25 @@ def only_result(results: Sequence[Result], report_format: str) -> Result:
 
 def list_notes(result: Result) -> list[str]:
     """Return the notes for a student on the whole result, including the late penalty and an override of the total."""
-    notes, late = [note for note in result.notes if note], result.late
+    return [*filter(None, result.notes), *describe_decisions(result)]
+
+
+def describe_decisions(result: Result) -> list[str]:
+    """Return notes for a student on the late penalty and on an override of the total."""
+    notes, late = list[str](), result.late
     if late is not None:
-        share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points deducted"
-        notes.append(f"late (the due date was {late.due}): {share if late.penalty else 'no points deducted'}")
-    if result.override is not None:
-        notes.append(f"your instructor set the total: {result.override.comment}".rstrip(": "))
-    return notes
+        points = f"{100 * late.penalty:.4g} % of your {_points_text(late.points_before)}"
+        deduction = f": {points} are deducted" if late.penalty else ""
+        notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
+    return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
+
+
+def describe_override(override: AppliedOverride, subject: str) -> str:
+    """Return a note for a student on an override; `subject` is the total, or the points of a part."""
+    if override.points is None:
+        return f"Your instructor says: {override.comment}"
+    return f"{subject}: your instructor gave {_points_text(override.points)}: {override.comment}".removesuffix(": ")
+
+
+def _points_text(points: float) -> str:
+    return f"{round(points, 2):g} {'point' if points == 1 else 'points'}"

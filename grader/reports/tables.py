@@ -119,11 +119,9 @@ def _describe_override(name: str, override: AppliedOverride) -> str:
 
 def list_group_notes(result: Result) -> list[str]:
     """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
-    return [
-        f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
-        for override in result.overrides.values()
-        if override.group is not None
-    ]
+    overrides = [override for override in result.overrides.values() if override.group is not None]
+    actions = ["comments on" if override.points is None else "sets" for override in overrides]
+    return [f"overrides.csv {action} the group {each.group}" for action, each in zip(actions, overrides, strict=True)]
 
 
 def _late_penalty(result: Result) -> float | None:

@@ -121,9 +121,8 @@ def holm_correction(p_values: Numbers) -> list[float]:
     >>> holm_correction([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
     """
-    order = sorted(range(len(p_values)), key=lambda index: p_values[index])
-    corrected, maximum = [0.0] * len(p_values), 0.0
-    for rank, index in enumerate(order):
-        maximum = max(maximum, min(1.0, (len(p_values) - rank) * p_values[index]))
-        corrected[index] = maximum
-    return corrected
+    values = np.array(p_values, dtype=float)
+    order = np.argsort(values, kind="stable")
+    scaled = np.minimum(1, np.arange(len(values), 0, -1) * values[order])
+    values[order] = np.maximum.accumulate(scaled)
+    return [float(value) for value in values]

@@ -52,18 +52,32 @@ class Submission:
     `qdot_metadata` is its metadata about the assignment. `notes` say what was unusual when it was parsed.
     `time_source` is the source of the time: a platform, or "file". `late` is whether the platform itself flagged it
     as late, None if the platform doesn't say. `modules` are the Python files beside it, which its cells may import.
+
+    If it can't be read, `unreadable_reason` says why, and `over_limit` is whether reading it exceeds a limit.
     """
 
     file: Path
-    sha256: str
     received: datetime.datetime
-    cells: tuple[Cell, ...]
-    qdot_metadata: Mapping[str, Any]
+    sha256: str | None = None
+    cells: tuple[Cell, ...] = ()
+    qdot_metadata: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     unknown_metadata: tuple[str, ...] = ()
     time_source: str = "file"
     late: bool | None = None
     modules: Mapping[str, str] = field(default_factory=dict)
+    unreadable_reason: str = ""
+    over_limit: bool = False
+
+    def is_for(self, assignment: "Assignment") -> bool:
+        """Return whether the name or the metadata of the file name the assignment."""
+        return self.file.name == f"{assignment.key}.ipynb" or self.qdot_metadata.get("assignment") == assignment.key
+
+    @property
+    def fingerprint(self) -> str:
+        """A short text that changes whenever the submission changes."""
+        content = (self.sha256, self.unreadable_reason, self.notes, self.late, *sorted(self.modules.items()))
+        return repr(content)
 
 
 @dataclass(frozen=True)
@@ -219,12 +233,9 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
     If there are several times, the last one is the time of submission. `doubtful` files may be another student's.
     """
     late_flags = [entry.late for entry in submitted if entry.late is not None]
-    select = partial(
-        StudentFiles,
-        platform=next((entry.platform for entry in reversed(submitted) if entry.platform), ""),
-        received=max((entry.received for entry in submitted if entry.received), default=None),
-        late=any(late_flags) if late_flags else None,
-    )
+    late, received = any(late_flags) if late_flags else None, [entry.received for entry in submitted if entry.received]
+    platform = next((entry.platform for entry in reversed(submitted) if entry.platform), "")
+    select = partial(StudentFiles, platform=platform, received=max(received, default=None), late=late)
     try:
         refusals = {path: _refusal_reason(path) for entry in submitted for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
@@ -412,10 +423,8 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{printable_name(name)} is not an .ipynb file: {content.note}")
-    return Submission(
-        path, digest, modification_time(status), content.cells, content.qdot_metadata, tuple(notes),
-        content.unknown_metadata, modules=_read_modules(neighbours),
-    )  # fmt: skip
+    described = (content.cells, content.qdot_metadata, tuple(notes), content.unknown_metadata)
+    return Submission(path, modification_time(status), digest, *described, modules=_read_modules(neighbours))
 
 
 MAX_MODULES, MAX_MODULE_BYTES = 20, 200_000
