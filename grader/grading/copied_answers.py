@@ -49,10 +49,8 @@ class ClassAnswers:
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
         candidates = (self._shared_values(names, known) for known in (numbers, {}))
-        return any(
-            _digest_values(evaluate(program, values, SAMPLE_COUNT)[0].real) in self._fingerprints[key]
-            for values in candidates
-        )
+        results = (evaluate(program, values, SAMPLE_COUNT)[0].real for values in candidates)
+        return any(_digest_values(values) in self._fingerprints[key] for values in results)
 
     def _chains(self, slot: Slot) -> Iterator[Chain]:
         for student in self._assignment.roster:
@@ -72,10 +70,8 @@ class ClassAnswers:
 
     def _shared_values(self, symbol_names: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values for symbols: the given ones, and otherwise random ones that the whole class shares."""
-        return {
-            name: np.full(SAMPLE_COUNT, given_values[name]) if name in given_values else self._shared_value(name)
-            for name in symbol_names
-        }
+        given = {name: np.full(SAMPLE_COUNT, value) for name, value in given_values.items()}
+        return {name: given[name] if name in given else self._shared_value(name) for name in symbol_names}
 
     def _shared_value(self, name: str) -> np.ndarray:
         if name not in self._sampled_values:

@@ -99,10 +99,8 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
     cells = {student.id: dict(student.other_columns) for student in roster}
-    columns = {
-        head: next((name for name in names if any(row.get(name, "").strip() for row in cells.values())), "")
-        for head, names in CANVAS_COLUMNS.items()
-    }
+    filled = {name for row in cells.values() for name, cell in row.items() if cell.strip()}
+    columns = {head: next(filter(filled.__contains__, names), "") for head, names in CANVAS_COLUMNS.items()}
     is_known = any(columns[head] for head in ("ID", "SIS User ID", "SIS Login ID"))
     students: Identities = {}
     for student in roster:

@@ -91,11 +91,10 @@ def _read_content(path: Path, name: str) -> bytes:
 def _list_zip(path: Path) -> list[ArchiveMember]:
     _check_zip_directory(path)
     with zipfile.ZipFile(path) as archive:
-        return [
-            ArchiveMember(info.filename, info.file_size)
-            for info in archive.infolist()
-            if not info.is_dir() and not stat.S_ISLNK(info.external_attr >> 16)
+        files = [
+            info for info in archive.infolist() if not info.is_dir() and not stat.S_ISLNK(info.external_attr >> 16)
         ]
+        return [ArchiveMember(info.filename, info.file_size) for info in files]
 
 
 def _check_zip_directory(path: Path) -> None:

@@ -66,10 +66,8 @@ def _moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     Before Moodle 4.1, the folder's name ends with an underscore. If names are hidden, NAME is "Participant", and NUMBER
     is in the grading worksheet's column Identifier.
     """
-    return [
-        SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
-        for path, match in _match_names(_MOODLE, entries)
-    ]
+    numbers = [(path, match["number"], match["name"]) for path, match in _match_names(_MOODLE, entries)]
+    return [SubmittedPath(path, (number, f"Participant {number}"), name, "Moodle") for path, number, name in numbers]
 
 
 _CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL)
@@ -80,11 +78,8 @@ def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
     Their files have the time of the download.
     """
-    files = [path for path in entries if not safe_check(path.is_dir)]
-    return [
-        SubmittedPath(path, (match["user"],), match["name"], "Canvas", None, match["late"] is not None)
-        for path, match in _match_names(_CANVAS, files)
-    ]
+    matches = _match_names(_CANVAS, [path for path in entries if not safe_check(path.is_dir)])
+    return [SubmittedPath(path, (m["user"],), m["name"], "Canvas", late=m["late"] is not None) for path, m in matches]
 
 
 def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -148,10 +143,9 @@ def _github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     Folders are recognised if they all share a prefix; a Git repository is always recognised.
     """
     folders = [path for path in entries if safe_check(path.is_dir)]
-    share_prefix = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
-    suffixes = [
-        (path, _list_suffixes(path.name, "-")) for path in folders if share_prefix or safe_check((path / ".git").exists)
-    ]
+    if len(folders) < 2 or len({path.name.partition("-")[0] for path in folders}) > 1:
+        folders = [path for path in folders if safe_check((path / ".git").exists)]
+    suffixes = [(path, _list_suffixes(path.name, "-")) for path in folders]
     return [SubmittedPath(path, ids, platform="GitHub") for path, ids in suffixes if ids]
 
 

@@ -117,7 +117,7 @@ def test_a_fresh_clone_grades_and_hands_back_by_the_platforms_own_commands(
 ) -> None:
     with grading(assignment, machine, platform, tmp_path) as job:
         said = job.run(commands_of(platform, job.clone))
-        assert "cy: course/hw-cy is left out" in said and TOKEN not in said
+        assert "cy: course/hw-cy has nothing to grade" in said and TOKEN not in said
         got = results(job.clone)
         assert [got[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
         assert got["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]

@@ -264,7 +264,7 @@ def test_no_mark_where_there_can_be_none() -> None:
     fill_in_marks(cells, rows)
     assert all(cell["outputs"] for cell in cells)
     for points, marked, said in (
-        (POINTS, [*rows[:2], row("p1.determinant", None)], "p1-determinant: qdot failed on it"),
+        (POINTS, [*rows[:2], row("p1.determinant", None)], "p1-determinant: there is no mark, because qdot failed"),
         (POINTS, rows[:2], "p1-determinant: "),
         ({**POINTS, "p1.position": 7.0}, rows, "p1-position: .* other points"),
         ({"p1.jacobian": 2.0, "p1.determinant": 1.0}, rows, "p1-position: "),

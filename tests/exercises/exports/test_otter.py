@@ -88,10 +88,10 @@ def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -
     exec(write_marks_code(marks), made)  # as Otter's kernel does
     assert made["qdot_marks"] == as_json(marks)
     require_full_points(made["qdot_marks"], "p1.jacobian")
-    for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not marked")):
+    for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not graded")):
         with pytest.raises(AssertionError, match=said):
             require_full_points(made["qdot_marks"], part)
-    with pytest.raises(AssertionError, match="has not marked"):
+    with pytest.raises(AssertionError, match="has not graded"):
         require_full_points(None, "p1.jacobian")
 
 
@@ -104,7 +104,7 @@ def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assi
     content = json.loads(notebook.read_text())
     del content["metadata"]["qdot"]
     notebook.write_text(json.dumps(content))
-    with pytest.raises(QdotError, match="whose it is"):
+    with pytest.raises(QdotError, match="does not name its student"):
         grade_for_otter(assignment.folder, notebook, {})
 
 

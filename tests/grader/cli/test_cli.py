@@ -214,7 +214,7 @@ def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pyt
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     said = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
     assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
-    assert "the reference itself is judged wrong" in said
+    assert "the reference answer is judged wrong" in said
 
 
 @pytest.mark.parametrize(
@@ -273,7 +273,7 @@ def test_generate_grade_and_check(folder: Path) -> None:
 def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "hw.ipynb").write_bytes((folder / "released" / "s001" / "hw.ipynb").read_bytes())
     result = runner.invoke(app, ["grade", str(folder), str(tmp_path), "--jobs", "1"])
-    said = "Whose notebook is hw.ipynb? Put it into a folder named after the student: STUDENT/hw.ipynb\n"
+    said = "hw.ipynb does not name its student. Put it into a folder named after the student: STUDENT/hw.ipynb\n"
     assert said in result.stderr
 
 

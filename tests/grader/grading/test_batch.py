@@ -102,8 +102,8 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
         assert graded[student].score == graded[student].max_score
     assert graded["s04"].score < 2
     assert all(part.followed_from is None for part in graded["s04"].parts.values())
-    assert "handed out to 's01'" in graded["s04"].staff_notes[0]
-    assert "somebody else" in graded["s04"].notes[0]
+    assert "released to 's01'" in graded["s04"].staff_notes[0]
+    assert "another student" in graded["s04"].notes[0]
     assert "s01" not in make_feedback_page(assignment, assignment.roster[3], graded["s04"])
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
         assert words in (graded[student].obstacle or "") and work_status(graded[student]) == "unusable"

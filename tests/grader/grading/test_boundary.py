@@ -258,7 +258,7 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
     (assignment.folder / "submitted" / "s01" / "hw.ipynb").unlink()
     result = graded(assignment)["s01"]
     assert (result.score, file_of(result)) == (4, "v9999.ipynb")
-    assert any("2101 notebooks were handed in, and at most 50 are read: " in said for said in result.notes)
+    assert any("2101 notebooks were submitted, but qdot reads at most 50: " in said for said in result.notes)
     monkeypatch.setattr(submission, "MAX_FILES", 2000)
     result = graded(assignment)["s01"]
     assert work_status(result) == "over limit" and "2,000 files" in (result.obstacle or "")

@@ -179,7 +179,7 @@ def test_a_student_who_ends_workers_twice_is_ungraded_and_once_is_not(
     with dying(monkeypatch, "s0", 2):
         made = graded(folder, "tcp://here:1")
     lines = made["graded/results.jsonl"].decode().splitlines()
-    assert "ended twice by the system" in json.loads(lines[0])["obstacle"]
+    assert "the system ended its process twice" in json.loads(lines[0])["obstacle"]
     assert lines[1:] == undisturbed["graded/results.jsonl"].decode().splitlines()[1:]
     assert len(list((folder / "graded" / ".cache").glob("[!.]*.json"))) == len(STUDENTS) - 1
     with dying(monkeypatch, "s0", 1):
@@ -332,7 +332,7 @@ def test_workers_that_are_not_there_or_go_away_are_told_and_what_was_graded_is_k
         result = grade(folder, at)
         assert result.exit_code == 2
         assert f"dask worker {at} " in result.stderr and result.stderr.count("\n") == 1
-        gone = f"all workers of {at} are gone"
+        gone = f"all workers of {at} have left"
         with worker(at, tmp_path / "only") as only, pytest.raises(QdotError, match=gone):
             graded(folder, at, lambda _: only.send_signal(signal.SIGKILL))
     kept = kept_in(folder)

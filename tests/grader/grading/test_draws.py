@@ -142,7 +142,7 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
         result = runner.invoke(app, ["grade", str(folder), "--jobs", "1"])
         assert f"WARNING: {len(assignment.redraws)} of 6 notebooks " in result.stderr
         assert "made from another assignment.toml, redrawn.csv or secret" in result.stderr
-    assert "another problem than was handed out" in run("verify", folder, "--jobs", "1", code=1)
+    assert "was released instead" in run("verify", folder, "--jobs", "1", code=1)
 
 
 def test_a_lost_record_is_restored_by_the_next_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

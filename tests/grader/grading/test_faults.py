@@ -47,7 +47,7 @@ family = "planar-2r"
 questions = ["position"]
 """
 STUDENTS = [f"s{i:02d}" for i in range(8)]
-CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or was cut off (line 7)\n"
+CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or it is incomplete (line 7)\n"
 """What an undisturbed run says on standard error."""
 REPORTS = ("results.jsonl", "grades.csv")
 
@@ -247,7 +247,7 @@ def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path,
     lost = results.pop("s05")
     assert work_status(lost) == "ungraded"
     assert (lost.score, lost.max_score) == (0, 1)
-    assert "ended twice by the system" in (lost.obstacle or "")
+    assert "the system ended its process twice" in (lost.obstacle or "")
     assert results == {student: result for student, result in expected.items() if student != "s05"}
     assert finish(folder) == CUT_OFF  # it is no mark, and not kept: the next run tries again
     check_done(folder, undisturbed)

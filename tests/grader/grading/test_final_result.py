@@ -72,7 +72,7 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
         ("s1,p1.position,one,", "line 2: points = 'one': "), ("s1,p1.position,-1,", "points = '-1': "),
         ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
         ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 "), ("s1,,2.8,", "points = 2.8: the total has 2.7 "),
-        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' is set on line 2 "),
+        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' was already set on line 2"),
         ("s1,p1.position,1,well, now", "line 2: 5 cells, but the header has 4"), ("s1,p1.position", "line 2: "),
     ],
 )  # fmt: skip

@@ -19,9 +19,9 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer, is_derived
-from tests.support.judging import list_earlier_parts
 from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
 from qdot.grader.judging.verdict import Outcome, Verdict
+from tests.support.judging import list_earlier_parts
 from tests.support.suites import few_families, few_of, several
 
 Draw = Callable[[str, int], Problem]

@@ -104,9 +104,9 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     hand_in(folder, released, "s1/hw.ipynb", -1, position="blank")
     hand_in(folder, released, "s2/hw.ipynb", 1)
     first, said = run(folder, "--diff")
-    assert said.startswith("nothing to compare with: this is the first run\n")
+    assert said.startswith("there is nothing to compare with, because this is the first run\n")
     assert kept(folder) == {}
-    assert diff(folder) == ["no mark moved since the last run"]
+    assert diff(folder) == ["no mark has changed since the last run"]
     assert kept(folder) == {}
 
     hand_in(folder, released, "s1/hw.ipynb", -1)
@@ -114,7 +114,7 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     assert diff(folder) == [
         "s1 p1.position 0 → 2 new submission", "s1 total 0.7 → 2.7 new submission",
         "s3 p1.position 0 → 2 new submission", "s3 total 0 → 2 new submission",
-        "2 students' marks moved since the last run; all points together 3.4 → 7.4 (+4)",
+        "marks of 2 students changed since the last run; total points 3.4 → 7.4 (+4)",
     ]  # fmt: skip
     (line,) = kept(folder)["s1"]
     assert (line["why"], line["result"]) == ("new submission", as_json(first["s1"]))
@@ -167,7 +167,7 @@ def test_reasons_that_are_rare() -> None:
     late = replace(result(1), submission=CountingSubmission("hw.ipynb", "0", later), late=lateness, score=0.9)
     for was, now, expected in (
         (result(1, attempts=two), result(2, submission=another), "another attempt counts"),
-        (result(1), result(0, submission=None), "submission gone"),
+        (result(1), result(0, submission=None), "submission missing"),
         (result(1), result(2), "graded again"),
     ):
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
@@ -197,7 +197,7 @@ def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, re
     hand_in(folder, released, "s1/hw.ipynb", -2)
     run(folder)
     hand_in(folder, released, "s1/hw.ipynb", -1)
-    assert diff(folder) == ["no mark moved since the last run"]
+    assert diff(folder) == ["no mark has changed since the last run"]
     assert kept(folder) == {}
     hand_in(folder, released, "s1/hw.ipynb", 1)
     results, _ = run(folder)

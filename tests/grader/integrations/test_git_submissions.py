@@ -118,7 +118,7 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
     printed = capsys.readouterr()
-    assert printed.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
+    assert printed.out == "1 repositories fetched, 1 without work to grade, 1 could not be fetched\n"
     for_bo, for_cy = printed.err.splitlines()
     assert "bo: course/hw-bo" in for_bo and "404 Not Found" in for_bo
     assert "cy: course/hw-cy" in for_cy and TOKEN not in printed.err
@@ -148,7 +148,7 @@ def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(assignment: As
     git("gc", "--quiet", "--prune=now", cwd=bare)
     assert collect(assignment) == 0
     row = collected(assignment)["bo"]
-    assert "no longer there" in row["left_out"] and not row["unreached"]
+    assert "no longer exists" in row["left_out"] and not row["unreached"]
 
 
 def test_without_a_token_a_server_or_a_list_there_is_one_message(
@@ -188,7 +188,7 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
     bare, heads = github.bare("course/hw-bo"), []
     for _ in range(2):
         assert collect(assignment, command="hand-back") == 0
-        assert "2 repositories given their feedback, 0 not" in capsys.readouterr().out
+        assert "feedback pushed to 2 repositories, 0 failed" in capsys.readouterr().out
         heads.append(git("-C", bare, "rev-parse", "feedback"))
     assert heads[0] == heads[1]
     readme = git("-C", bare, "show", "feedback:README.md")
@@ -200,7 +200,7 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
     printed = capsys.readouterr()
     assert "bo: feedback can't be pushed to course/hw-bo: " in printed.err
     assert "ada: feedback can't be pushed to course/hw-ada: " in printed.err
-    assert printed.out == "0 repositories given their feedback, 2 not\n"
+    assert printed.out == "feedback pushed to 0 repositories, 2 failed\n"
 
 
 def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -135,7 +135,7 @@ def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monke
     position, determinant = mark(polar, WRONG, secret="s", allowance=TimeBudgets(Budget(0.5)))
     assert position.judgement.outcome is Outcome.WRONG and position.points == 0
     assert determinant.judgement.outcome is Outcome.UNGRADED and determinant.points is None
-    assert "takes longer than 0.5 s of processor time" in determinant.judgement.reason
+    assert "takes more than 0.5 s of processor time" in determinant.judgement.reason
     assert determinant.judgement.over_limit and not position.judgement.over_limit
 
 
@@ -210,7 +210,7 @@ def test_a_cell_that_is_stopped_behind_its_answer_is_told(tmp_path: Path, monkey
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
     results, _ = grade(assignment, seconds=40)
     why = "it took longer than 4 s of processor time"
-    read = "p1_position, which it had set by then, was read"
+    read = "qdot used p1_position, which the cell had already set"
     expected = [f"cell 3 was stopped: {why}; {read}", f"cell 6 was stopped: {why}"]
     assert outcomes(results["s01"]) == RIGHT
     assert list(results["s01"].notes) == list(results["s01"].staff_notes) == expected

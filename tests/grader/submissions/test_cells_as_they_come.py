@@ -169,7 +169,7 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "misspelt": (named("p1_jacobain"), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
     "misspelt, without metadata": (all_of(named("p1_jacobain"), unmarked), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
     "another name": (
-        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, which was read for it", "",
+        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J instead; qdot used its value", "",
     ),
     "another name, and shown": (named_j_and_shown, RIGHT, "p1_jacobian J,", ""),
     "an expression only": (edited(JACOBIAN, "p1_jacobian = ", ""), RIGHT, "cell 4 p1_jacobian", ""),
@@ -402,7 +402,7 @@ def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path
 
 # --- symbols that became numbers ---
 
-ABOUT_SYMBOLS = "puts a number in the place of the symbol"
+ABOUT_SYMBOLS = "replaces the symbol by a number"
 BEFORE = "from sympy import *\ntheta1, theta2, a1, a2 = symbols('theta1 theta2 a1 a2')"
 RIGHT_ONE = "p1_determinant = a1*a2*sin(theta2)"
 

@@ -268,7 +268,7 @@ def one_file_below(assignment: Assignment, student: str) -> None:
 
 
 ALL, NONE, NO_MARK = RIGHT, ["missing"] * 3, ["ungraded"] * 3
-SENTENCE = "hw.ipynb is a PDF, not a notebook; open it in Jupyter and hand in the notebook itself"
+SENTENCE = "hw.ipynb is a PDF, not a notebook; submit the notebook itself"
 
 
 def of(content: Callable[[str], str | bytes], name: str = HW, due: list[str] = ALL, words: str = "") -> Case:
@@ -325,12 +325,12 @@ CASES: dict[str, Case] = {
     "a picture": refused(lambda _: b"\x89PNG\r\n", "picture"),
     "RAR": refused(lambda _: b"Rar!\x1a\7", "RAR"),
     "zip": of(zipped("my work/hw.ipynb"), "hw.zip", ALL, "hw.zip my work/hw.ipynb"),
-    "zip of two": of(zipped("b.ipynb", "a.ipynb"), "hw.zip", ALL, "a.ipynb in it was read, not b.ipynb"),
+    "zip of two": of(zipped("b.ipynb", "a.ipynb"), "hw.zip", ALL, "qdot graded a.ipynb in it, not b.ipynb"),
     "zip of two, one by its name": of(zipped("a.ipynb", "x/hw.ipynb"), "hw.zip", ALL, "x/hw.ipynb not a.ipynb"),
     "zip called a notebook": of(zipped(HW), HW, ALL, "archive"),
     "tar.gz": of(targz, "hw.tar.gz", ALL, "hw.tar.gz work/hw.ipynb"),
     "a zip that leads out of itself": of(
-        lambda text: of_members((f"../s01/{HW}", "{}"), (HW, text)), "hw.zip", ALL, "hw.ipynb was read"
+        lambda text: of_members((f"../s01/{HW}", "{}"), (HW, text)), "hw.zip", ALL, "qdot graded hw.ipynb in it"
     ),
     "zip in a zip": refused(lambda text: of_members(("hw.zip", zipped(HW)(text))), "another archive", "hw.zip"),
     "empty zip": refused(lambda _: of_members(), "no notebook", "hw.zip"),
@@ -358,7 +358,7 @@ CASES: dict[str, Case] = {
     "tiny values": exceeding(lambda _: '{"cells": [' + "[]," * 6_100_000 + "[]]}", "too much"),
     "a key that is not known": of(again(big=[0])),
     "empty": refused(lambda _: b" \n", "empty"),
-    "cut off": refused(lambda text: text[:700], "cut off (line 1)"),
+    "cut off": refused(lambda text: text[:700], "incomplete (line 1)"),
     "no cells": refused(lambda _: '{"cells": {}}', "no cells"),
     "cells that are none": of(lambda _: '{"cells": [1, null, {"source": 5}, {"cell_type": []}]}', HW, NONE),
     "random bytes": refused(lambda _: bytes(range(256)) * 9, "not text"),
@@ -415,7 +415,7 @@ def test_what_jupytext_and_nbconvert_write_is_read(path: Path) -> None:
         found = find_answers(content.cells, ["p1.a", "p1.b", "p1.c"], sandbox.run)
     kept = {} if path.stem == "nbconvert.py" else {"p1_b": "[[x, 0], [1, x]]"}
     assert found.run.answers == {"p1_a": "x", "p1_c": "x + 1", **kept}
-    assert found.reasons == ({} if kept else {"p1_b": "p1_b is not set anywhere in the notebook"})
+    assert found.reasons == ({} if kept else {"p1_b": "no cell of the notebook sets p1_b"})
 
 
 def test_hostile_files_end_in_a_sentence_within_seconds() -> None:
@@ -443,7 +443,7 @@ def test_a_large_file_is_read_within_limits_of_its_own(monkeypatch: pytest.Monke
     small = large.replace(b"iVBOR" * 300_000, b"")
     assert len(small) < MAX_BYTES_IN_THIS_PROCESS < len(large)
     assert read_cells(HW, large) == read_cells(HW, small)
-    with pytest.raises(Unreadable, match="cut off") as caught:
+    with pytest.raises(Unreadable, match="incomplete") as caught:
         read_cells(HW, large[:-1])
     assert not isinstance(caught.value, OverLimit)
     monkeypatch.setattr(reading, "MEMORY", 60_000_000)
@@ -462,7 +462,7 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, mon
     results, _ = grade(assignment)
     assert [work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in (results["s0"].obstacle or "")
-    assert "answers to be looked for" in (results["s1"].obstacle or "")
+    assert "too much code to search for answers" in (results["s1"].obstacle or "")
     row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
     assert ",,4,,over limit," in row and "tell your instructor" not in row
     page = make_feedback_page(assignment, assignment.roster[0], results["s0"])
@@ -540,10 +540,10 @@ def test_options_of_myst_are_left_out_where_they_open_a_cell(body: str, code: st
 BROKEN = [
     (
         '{\n<<<<<<< HEAD\n "cells": []\n=======\n "cells": [1]\n>>>>>>> 1a2b\n}',
-        "conflict markers of Git in it (lines 2, 4, 6)",
+        "conflict markers of Git (lines 2, 4, 6)",
     ),
-    ('{"cells": [],\n}', "is not a Jupyter notebook, or was cut off"),
-    ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or was cut off (line 1)"),
+    ('{"cells": [],\n}', "is not a Jupyter notebook, or it is incomplete"),
+    ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or it is incomplete (line 1)"),
     (",", "is not a Jupyter notebook"),
 ]
 
