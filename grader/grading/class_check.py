@@ -104,7 +104,7 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     if len(respelled) < len(owners) and set(owners.values()) <= set(ids):
         pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
         return (
-            f"have the folder or the name of another student ({list_some(pairs, MAX_NAMES_LISTED)}), so nothing was "
+            f"are in folders or under names of other students ({list_some(pairs, MAX_NAMES_LISTED)}), so nothing was "
             "graded. Were folders or files renamed or mixed up? Move each notebook back to its own student"
         )
     cause = "Is this the right class and the right folder?"

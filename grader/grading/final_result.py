@@ -65,7 +65,7 @@ def final_result(
         many = f", of the last {tied}, received at the same time, the likeliest by name"
         reason = ", the last" if tied == 1 else many
     listing = list_some(other_files, MAX_FILES_LISTED)
-    note = f"you submitted {len(notebooks)} notebooks; {notebooks[chosen].file} counts{reason}, not {listing}"
+    note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen].file} counts{reason}, not {listing}"
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]

@@ -55,7 +55,7 @@ class ForgettingPlan:
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
             yield f"  shorten  {self._relative_path(path)} by {count_noun(lines, 'line')}"
         for path_text, advice in self.mentions:
-            yield f"  check    {path_text}: {advice}"
+            yield f"  stays    {path_text}: {advice}"
 
     def carry_out(self) -> None:
         """Remove the files and shorten the tables. Raises QdotError; after an error, the command can be run again."""

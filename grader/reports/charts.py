@@ -130,7 +130,7 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
             totals = [max(1, sum(count.values())) for count in counts]
             widths = [100 * count[outcome] / total for count, total in zip(counts, totals, strict=True)]
             if any(widths):
-                style = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
+                style: Any = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
                 axes.barh(rows, widths, left=starts, height=0.68, label=word, **style)
             starts = [start + width for start, width in zip(starts, widths, strict=True)]
         _by_row(axes, parts)

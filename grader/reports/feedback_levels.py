@@ -11,6 +11,7 @@ Each level adds something to the previous one:
 
 import re
 from dataclasses import replace
+from typing import Any
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.formula.equality import SetDifference
@@ -65,7 +66,7 @@ def limit_feedback(part: PartResult, level: str) -> PartResult:
     reason, certificate = replace_patterns(part.reason, _CORRECT_VALUE_PATTERNS), part.certificate
     example = None if certificate is None else certificate.counterexample
     if certificate is not None and example is not None:
-        hidden = {"missing" if isinstance(example, SetDifference) else "expected": None}
+        hidden: Any = {"missing" if isinstance(example, SetDifference) else "expected": None}
         certificate = replace(certificate, counterexample=replace(example, **hidden))
     if shows_at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)

@@ -92,7 +92,7 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
             f"canvas: {book.header[column]!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
             "of them (`points` in assignment.toml sets qdot's)"
         )
-    students = {name: (row[:count], row[column]) for name, row in book.rows_by_student.items()}
+    students: Identities = {name: (row[:count], row[column]) for name, row in book.rows_by_student.items()}
     return [*book.header[:count], book.header[column]], students
 
 

@@ -207,7 +207,7 @@ class _Notebook:
         else:
             self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
         self.names_set[index] = self.names_set[index] | {name}
-        statement_text = f"sets {assigned_name} instead" if assigned_name else "assigns no variable"
+        statement_text = f"sets {assigned_name}, not {name}" if assigned_name else "assigns no variable"
         self.notes.append(f"{reason} and {statement_text}; qdot used its value")
         return True
 
@@ -424,7 +424,7 @@ def _describe_end(run: Run) -> str:
 
 
 _ADVICE_BY_ERROR = {
-    "for ^:": "in Python, write a power with **, as in a1**2, or put the answer into quotes, as text",
+    "for ^:": "in Python, write a power with **, as in a1**2; or put the answer into quotes, as text",
     "invalid character": "put an answer with such a character into quotes, as text",
 }
 """Advice on errors that beginners may not understand, by a part of the error's message."""

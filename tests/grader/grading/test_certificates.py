@@ -148,8 +148,8 @@ ALTERED: dict[str, tuple[Change, int, str, str]] = {
         edited({**SHA, "parts": {"position": "1", "determinant": "2"}}), 1, "2", "planar-2r/|position, determinant",
     ),
     "digest of the arm": (edited({**SHA, "arm": "1"}), 1, "2", "planar-2r/|the arm"),
-    "another problem": (edited({**SHA, "problem": "planar-2r/12"}), 1, "2", "planar-2r/|another problem"),
-    "another problem, same digest": (edited({"problem": "planar-2r/12"}), 1, "2", "planar-2r/|another problem"),
+    "another problem": (edited({**SHA, "problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead"),
+    "another problem, same digest": (edited({"problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead"),
     "another engine": (edited({"engine": ENGINE + 1, "qdot": "9.1"}), 1, "2", f"planar-2r/|{ENGINE + 1}|9.1"),
     "another engine with news": (edited({"engine": ENGINE + 1, "news": {}}), 1, "2", "1 of another engine"),
     "a robot": (
@@ -379,7 +379,7 @@ def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("qdot.grader.grading.certify.generate", crashing)
     tasks = [VerificationTask(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
     found = [[failure.message for failure in failures] for _, failures in verify_all(tasks, 1)]
-    said = "planar-2r/1 (jacobian): qdot itself failed: ZeroDivisionError: by zero; please report it"
+    said = "planar-2r/1 (jacobian): qdot failed: ZeroDivisionError: by zero; please report this error"
     assert found == [[], [said], []]
 
 

@@ -67,11 +67,11 @@ def one(assignment: Assignment, hours: float, *points: float | None, **overrides
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("s9,p1.position,1,", "line 2: no student 's9' is in roster.csv"),
+        ("s9,p1.position,1,", "line 2: roster.csv has no student 's9'"),
         ("s1,p1.positon,1,", "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?)"),
         ("s1,p1.position,one,", "line 2: points = 'one': "), ("s1,p1.position,-1,", "points = '-1': "),
         ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
-        ("s1,p1.position,2.5,", "points = 2.5: p1.position has 2 "), ("s1,,2.8,", "points = 2.8: the total has 2.7 "),
+        ("s1,p1.position,2.5,", "points = 2.5: p1.position has at most 2 "), ("s1,,2.8,", "points = 2.8: the total has at most 2.7 "),
         ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' was already set on line 2"),
         ("s1,p1.position,1,well, now", "line 2: 5 cells, but the header has 4"), ("s1,p1.position", "line 2: "),
     ],
@@ -236,7 +236,7 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert (result.score, file_of(result), result.late) == (2.6, "a.ipynb", None)
     assert [(one.file, one.score) for one in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
-    said = "2 notebooks were read; a.ipynb counts, the best, not b.ipynb"
+    said = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
     assert result.notes == result.staff_notes == (said,)
     soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
     note = best(assignment, soon, early).notes[0]

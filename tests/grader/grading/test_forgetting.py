@@ -121,7 +121,7 @@ def test_who_is_nobody(folder: Path) -> None:
     for named in ("../hw", "..", "", "ada/..", ".qdot"):
         assert "unknown student" in fails("forget", named, folder)
     (folder / "roster.csv").write_text("student,name\nada,Ada\nbo,Ada\n")
-    assert "'Ada' may be ada or bo" in fails("forget", "Ada", folder)
+    assert "'Ada' fits ada and bo" in fails("forget", "Ada", folder)
     assert "not an assignment's folder" in fails("forget", "ada", folder / "submitted" / "ada")
 
 

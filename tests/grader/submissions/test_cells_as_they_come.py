@@ -169,7 +169,7 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "misspelt": (named("p1_jacobain"), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
     "misspelt, without metadata": (all_of(named("p1_jacobain"), unmarked), RIGHT, "cell 4 p1_jacobian p1_jacobain", ""),
     "another name": (
-        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J instead; qdot used its value", "",
+        named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
     ),
     "another name, and shown": (named_j_and_shown, RIGHT, "p1_jacobian J,", ""),
     "an expression only": (edited(JACOBIAN, "p1_jacobian = ", ""), RIGHT, "cell 4 p1_jacobian", ""),
