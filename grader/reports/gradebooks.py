@@ -62,7 +62,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     title = _column_title(assignment)
     word = next((word for word in RESERVED_WORDS if word in title), None)
     if word is not None:
-        raise QdotError(f"canvas: Canvas ignores columns with {word!r} in the title; change the assignment's title")
+        raise QdotError(f"canvas: Canvas ignores columns whose title contains {word!r}; change the assignment's title")
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == CANVAS:

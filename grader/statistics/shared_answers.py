@@ -47,4 +47,4 @@ def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
         return ""
     counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
     slot_text = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
-    return f"{slot_text}: students who have the same answer as another, of {len(digests)}: {counts}"
+    return f"{slot_text}: of {len(digests)} students, some share an answer with another: {counts}"

@@ -95,7 +95,7 @@ def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignme
     root = laid_out(assignment, tmp_path / "a", right(assignment, "ada"), users=[ADA], **late)
     results = make_results(root, "after_due_date")
     assert results.score == pytest.approx(4 * 0.7)  # three days begun since the 10th
-    assert "30 % of 4 points" in results.output
+    assert "30 % of your 4 points" in results.output
     assert {test.visibility for test in results.tests} == {"after_due_date"}
     write_json(root / "submission_metadata.json", {"users": [own], **late})
     assert make_results(root).score == pytest.approx(4 * 0.9)

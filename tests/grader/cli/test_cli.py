@@ -253,7 +253,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_generate_grade_and_check(folder: Path) -> None:
     assert "2 kept" in run("generate", folder)
     assert "does not exist" in fails("grade", folder, folder / "nowhere")
-    assert "not a folder of submissions" in fails("grade", folder, folder / "roster.csv")
+    assert "is not a folder; expected" in fails("grade", folder, folder / "roster.csv")
     blank = folder / "released" / "s001" / "hw.ipynb"
     solved = folder / "solutions" / "s001" / "hw.ipynb"
     assert "p1.position: left blank\n" in run("check", blank, code=1)

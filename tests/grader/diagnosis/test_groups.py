@@ -308,7 +308,7 @@ def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment:
     first, other = describe_unused_groups(assignment, overrides, [group, "p1.determinant/zzzzzz"])
     where = assignment.folder / "overrides.csv"
     assert first.startswith(f"{where}: line 2: ") and f"{typed!r} (did you mean {group!r}?)" in first
-    assert first.endswith(f"{group}, p1.determinant/zzzzzz")
+    assert first.endswith(f"{group}, p1.determinant/zzzzzz; `qdot report` shows all groups")
     assert other.startswith(f"{where}: line 3: ") and repr(empty) in other and "p1.determinant" not in other
     assert describe_unused_groups(assignment, overrides, list(of_groups)) == []
 

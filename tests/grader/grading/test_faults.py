@@ -336,5 +336,5 @@ def test_a_second_grader_says_so_and_leaves(folder: Path, graded_once: Path) -> 
         fcntl.flock(lock, fcntl.LOCK_EX)
         before = {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}
         err = finish(folder, code=2)
-        assert f"{folder / 'graded'} " in err and "another 'qdot grade'" in err and err.count("\n") == 1
+        assert f"{folder / 'graded'};" in err and "another 'qdot grade'" in err and err.count("\n") == 1
         assert before == {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}

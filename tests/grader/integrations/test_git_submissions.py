@@ -198,8 +198,8 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
     (assignment.folder / "graded" / "feedback" / "ada.html").unlink()
     assert collect(assignment, command="hand-back") == 1
     printed = capsys.readouterr()
-    assert "bo: feedback can't be pushed to course/hw-bo: " in printed.err
-    assert "ada: feedback can't be pushed to course/hw-ada: " in printed.err
+    assert "bo: qdot can't push the feedback to course/hw-bo: " in printed.err
+    assert "ada: qdot can't push the feedback to course/hw-ada: " in printed.err
     assert printed.out == "feedback pushed to 0 repositories, 2 failed\n"
 
 

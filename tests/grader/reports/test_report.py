@@ -272,7 +272,7 @@ def test_without_what_draws_charts_one_message_and_no_file(
 
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
-    assert "nothing has been graded, run: qdot grade" in fails("report", folder)
+    assert "nothing has been graded; run: qdot grade" in fails("report", folder)
     lines = results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
     (folder / "graded").mkdir()
     (folder / "graded" / "results.jsonl").write_text("".join(lines))

@@ -96,7 +96,7 @@ def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assign
 def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
     with pytest.raises(QdotError, match="has no mark for"):
         make_results_json(assignment, [ungraded(results[0])])
-    with pytest.raises(QdotError, match="is for one student"):
+    with pytest.raises(QdotError, match="contains only one student"):
         make_results_json(assignment, results)
 
 
