@@ -40,7 +40,7 @@ function samplesOf(arm: Arm): Pose[] {
   );
 }
 
-/** The factors of a robot's determinant as functions of the pose; one that can't be read is left out. */
+/** The factors of a robot's determinant as functions of the pose; one that can't be parsed is left out. */
 function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
   const known = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);

@@ -52,21 +52,12 @@ export function stepped(math: Element, from: readonly Element[] | null, key: str
   const around = terms.filter((term) => from?.every((part) => term.some((one) => one.contains(part))));
   const term = terms.find((one) => from && isSame(one, from)) ?? around.at(-1);
   const at = term ? terms.indexOf(term) : -1;
-  switch (key) {
-    case "ArrowRight":
-      return terms[Math.min(at + 1, terms.length - 1)] ?? null;
-    case "ArrowLeft":
-      return terms[Math.max(at - 1, 0)] ?? null;
-    case "Home":
-      return terms[0] ?? null;
-    case "End":
-      return terms.at(-1) ?? null;
-    case "ArrowDown":
-    case "ArrowUp":
-      return term && from ? letterFrom(term, from, key === "ArrowDown" ? 1 : -1) : (terms[0] ?? null);
-    default:
-      return null;
-  }
+  if (key === "ArrowRight") return terms[Math.min(at + 1, terms.length - 1)] ?? null;
+  if (key === "ArrowLeft") return terms[Math.max(at - 1, 0)] ?? null;
+  if (key === "End") return terms.at(-1) ?? null;
+  if (!["Home", "ArrowDown", "ArrowUp"].includes(key)) return null;
+  if (key === "Home" || !term || !from) return terms[0] ?? null;
+  return letterFrom(term, from, key === "ArrowDown" ? 1 : -1);
 }
 
 /** The letter of a term below or above the one that is pointed at; above the first is the term. */

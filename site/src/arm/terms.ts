@@ -146,30 +146,18 @@ function typedSymbol(part: Element): string | null {
 function typedPart(part: Element): string | null {
   const children = [...part.children];
   const [first, second] = children.map((child) => typed([child]));
-  switch (part.localName) {
-    case "mi":
-      return GREEK[part.textContent!] ?? part.textContent!;
-    case "mn":
-      return part.textContent!.replace(",", ".");
-    case "msub":
-      return typedSymbol(part);
-    case "msubsup": {
-      const [symbol, power] = [typedSymbol(part), children[2] ? typed([children[2]]) : null];
-      return symbol && power ? `(${symbol})^(${power})` : null;
-    }
-    case "msup":
-      return first && second ? `(${first})^(${second})` : null;
-    case "mfrac":
-      return first && second ? `((${first})/(${second}))` : null;
-    case "msqrt":
-      return typed(children) === null ? null : `sqrt(${typed(children)})`;
-    case "mrow":
-    case "mstyle":
-    case "mpadded": {
-      const inner = typed(children);
-      return inner === null || !/[-+]/.test(inner) || /^\(.*\)$/.test(inner) ? inner : `(${inner})`;
-    }
-    default:
-      return null;
+  const { localName, textContent } = part;
+  if (localName === "mi") return GREEK[textContent!] ?? textContent!;
+  if (localName === "mn") return textContent!.replace(",", ".");
+  if (localName === "msub") return typedSymbol(part);
+  if (localName === "msubsup") {
+    const [symbol, power] = [typedSymbol(part), children[2] ? typed([children[2]]) : null];
+    return symbol && power ? `(${symbol})^(${power})` : null;
   }
+  if (localName === "msup") return first && second ? `(${first})^(${second})` : null;
+  if (localName === "mfrac") return first && second ? `((${first})/(${second}))` : null;
+  const inner = typed(children);
+  if (localName === "msqrt") return inner === null ? null : `sqrt(${inner})`;
+  if (!["mrow", "mstyle", "mpadded"].includes(localName)) return null;
+  return inner === null || !/[-+]/.test(inner) || /^\(.*\)$/.test(inner) ? inner : `(${inner})`;
 }

@@ -22,7 +22,7 @@ function AskedRound({ index }: { index: Index }): JSX.Element {
   return "key" in begun ? <Wrong why={begun} /> : <RoundView index={index} {...begun} />;
 }
 
-/** What is wrong with a link; whoever gave it out has to mend it. */
+/** What is wrong with a link; whoever gave it out has to fix it. */
 function Wrong({ why }: { why: Message }) {
   return (
     <div class="task" role="alert">

@@ -1,4 +1,4 @@
-// Changes of an entry by which it becomes worth what is due at the first configuration of a key: slips undone.
+// Changes of an entry by which it becomes worth what is expected at the first configuration of a key: slips undone.
 //
 // For each piece of an entry, we find the value that would make the entry right, and then the changes that give the
 // piece that value. slips.ts checks each changed entry at all configurations.
@@ -62,7 +62,7 @@ interface Piece {
   readonly divided: boolean;
 }
 
-/** What an entry may be mended with, at the first configuration. */
+/** What an entry may be fixed with, at the first configuration. */
 export interface Means {
   readonly library: Library;
   readonly at: At;
@@ -78,7 +78,7 @@ export function meansOf(entries: readonly Node[], at: At, { symbols }: Pick<Valu
   return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MOST_PAIRED), factors };
 }
 
-/** An entry with one thing changed, in every way in which it is worth what is due; the likelier ways first. */
+/** An entry with one thing changed, in every way in which it is worth what is expected; the likelier ways first. */
 export function* changes(entry: Node, due: number, means: Means): Generator<Change> {
   const { library, at } = means;
   const isDue = (other: Node) => near(evaluate(other, at).re, due);

@@ -14,7 +14,7 @@ import type { Verdict } from "./verdict.js";
 export { ownColumns } from "./own.js";
 
 /**
- * Judge an answer; `isSingular` tells of poses of this problem's arm. A formula that can't be read is read once more
+ * Judge an answer; `isSingular` tells of poses of this problem's arm. A formula that can't be parsed is read once more
  * with its commas between digits as decimal commas. Several numbers stay what they are.
  */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
@@ -36,21 +36,16 @@ const isUnread = ({ reasons }: Verdict): boolean => reasons[0]?.key.startsWith("
 
 function judged(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const { key, labels, columns, names } = part;
-  switch (key.type) {
-    case "values":
-      return judgeValues(answer, { ...key, spoken: names }, labels, columns);
-    case "direction":
-      return judgeDirection(answer, { ...key, spoken: names }, labels);
-    case "numbers":
-      return judgeNumbers(answer, key, labels);
-    case "configurations": {
-      const angles = new Set(problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])));
-      const offsets = offsetsOf(problem.robot, angles);
-      return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
-    }
-    default:
-      return judgeLetters(answer, key);
+  if ("told" in key) return judgeLetters(answer, key);
+  if (key.type === "numbers") return judgeNumbers(answer, key, labels);
+  if (key.type === "configurations") {
+    const revolute = problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : []));
+    const angles = new Set(revolute);
+    const offsets = offsetsOf(problem.robot, angles);
+    return perhapsTogether(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
   }
+  const spoken = { ...key, spoken: names };
+  return key.type === "values" ? judgeValues(answer, spoken, labels, columns) : judgeDirection(answer, spoken, labels);
 }
 
 /** What a standard table adds to the variables of revolute joints, where it adds a constant. */

@@ -29,7 +29,7 @@ export const atLeast = (level: Level, wanted: Level): boolean => LEVELS.indexOf(
 /** The level that tells less. */
 export const lower = (one: Level, other: Level): Level => (atLeast(one, other) ? other : one);
 
-/** A verdict without what the level keeps back; of a right answer, and of one that can't be read, all is told. */
+/** A verdict without what the level keeps back; of a right answer, and of one that can't be parsed, all is told. */
 export function told(verdict: Verdict, level: Level): Verdict {
   const { outcome, share, sure, reasons, at, entries, mistake, slips } = verdict;
   if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;

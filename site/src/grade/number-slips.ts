@@ -13,7 +13,7 @@ const KEPT = 1e-5;
 const FEWEST_DIGITS = 3;
 /** Share of wrong answers that one of the pairs may give by chance, as in ../../../grader/pairs.py. */
 const BY_CHANCE = 0.01;
-/** Share by which numbers are close to what is due, also of the tenth part of the largest. */
+/** Share by which numbers are close to what is expected, also of the tenth part of the largest. */
 const CLOSE = 0.03;
 /** A number that may be off so little is hardly met by another mistake, as in ../../../grader/numbers.py. */
 const PRECISE = 1e-4;
@@ -73,7 +73,7 @@ function mistakeBehind({ mine, key, relative }: Typed): number | undefined {
   return within(key.tolerance).sort((a, b) => off(a) - off(b))[0]?.[0];
 }
 
-/** A mistake that gives the numbers once they are written as is due. */
+/** A mistake that gives the numbers once they are written as is expected. */
 function mistakeAndMore({ mine, key, relative }: Typed): Slip[] | null {
   if (mine.length < 2) return null; // which some pair gives by chance
   const share = mine.map((value) => 2 * (relative + (key.floor * relative) / key.tolerance / Math.abs(value)));
@@ -156,7 +156,7 @@ function isToFewDigits({ mine, right, key }: Typed): boolean {
   return mine.every((value, i) => toTwo[i]! || isTo(1, value, key.right[i]!)) && toTwo.some(Boolean);
 }
 
-/** Whether a number is the one that is due, rounded to digits, or cut off after two. */
+/** Whether a number is the one that is expected, rounded to digits, or cut off after two. */
 function isTo(digits: number, given: number, due: number): boolean {
   const step = 10 ** (Math.floor(Math.log10(Math.abs(due))) + 1 - digits);
   const ways = [Math.round(due / step) * step, ...(digits === 2 ? [Math.trunc(due / step) * step] : [])];

@@ -12,7 +12,7 @@ export type OwnColumns = (pose: Readonly<Record<string, number>>) => readonly (r
 const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
 const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
 
-/** An answer to a question for J as a function of the pose; null for other questions, and if it can't be read. */
+/** An answer to a question for J as a function of the pose; null for other questions, and if it can't be parsed. */
 export function ownColumns(problem: Problem, part: Part, answer: string): OwnColumns | null {
   const { robot, symbols } = problem;
   const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];

@@ -36,7 +36,7 @@ import { anyNumber, atText } from "./values.js";
 /** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
 const NEAR = 1e-6;
 const STATED = 1e-9;
-/** How near a value must be that was typed, of its size; one that is so near is the one that is due, rounded. */
+/** How near a value must be that was typed, of its size; one that is so near is the one that is expected, rounded. */
 const TYPED = 1e-12;
 const ROUNDED = 5e-3;
 const STARTS = 12;

@@ -1,7 +1,7 @@
 // Slips in what was typed: changes by which entries become right say what went wrong there.
 //
 // A slip counts only if the entry with it undone is right at all configurations of the key, a mistake of the problem's
-// only if it gives the entries, all others being as they are due. Each entry is explained by one of them.
+// only if it gives the entries, all others being as expected. Each entry is explained by one of them.
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
@@ -27,7 +27,7 @@ export interface Answer {
   readonly wrong: readonly number[];
   readonly at: (k: number) => At;
   readonly isRight: (index: number, entry: Node) => boolean;
-  /** The index of what is said of the mistake that gives some of the entries, with all others as they are due. */
+  /** The index of what is said of the mistake that gives some of the entries, with all others as expected. */
   readonly mistakeIn: (some: ReadonlySet<number>) => number | undefined;
 }
 
@@ -74,7 +74,7 @@ export function fewest<F extends { readonly places: readonly number[]; readonly 
   return { told, open };
 }
 
-/** Columns that have nothing but zeros where something else is due. */
+/** Columns that have nothing but zeros where something else is expected. */
 function leftOut({ entries, wrong }: Answer, { columns }: ValuesKey): Finding[] {
   if (columns < 2) return [];
   const inColumn = (c: number) => entries.filter((_, i) => i % columns === c);
@@ -89,7 +89,7 @@ function leftOut({ entries, wrong }: Answer, { columns }: ValuesKey): Finding[] 
 
 const isZero = ({ kind, value }: Node): boolean => kind === "number" && value === 0;
 
-/** Share of what is due, or of its terms with a symbol, by which values of six digits may differ. */
+/** Share of what is expected, or of its terms with a symbol, by which values of six digits may differ. */
 const SIX_DIGITS = 1e-5;
 /** How many times as large as that the terms with a symbol are, for them to be missed. */
 const TELLING = 100;

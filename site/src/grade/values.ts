@@ -70,7 +70,7 @@ function alone(tree: Node): Node {
   return tree.kind === "list" && tree.args.length === 1 && only ? alone(only) : tree;
 }
 
-/** Whether a matrix has as many rows as columns are due, and the other way round. */
+/** Whether a matrix has as many rows as columns are expected, and the other way round. */
 function isTurned(rows: Rows, key: ValuesKey): boolean {
   const columns = rows[0]?.length ?? 0;
   const isOther = rows.length === key.columns && columns === key.rows && key.rows !== key.columns;
@@ -256,7 +256,7 @@ function difference(entries: readonly Node[], i: number, mine: Value | null, key
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
 
-/** The index of the mistake that gives this answer, or, with all other entries as they are due, `some` of it. */
+/** The index of the mistake that gives this answer, or, with all other entries as expected, `some` of it. */
 function mistakeBehind(mine: Mine, mistakes: Mistakes, key: ValuesKey, some?: ReadonlySet<number>): number | undefined {
   const worth = (k: number) =>
     mine(k).map((value, i) => {

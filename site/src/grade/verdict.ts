@@ -40,7 +40,7 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
 /** Whether an answer could be read at all; what could not is told so, and is no try. */
 export const isRead = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
 
-/** What comes of an answer, or the verdict that it can't be read. */
+/** What comes of an answer, or the verdict that it can't be parsed. */
 export function ifRead<T>(work: () => T): T | Verdict {
   try {
     return work();

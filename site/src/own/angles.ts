@@ -21,7 +21,7 @@ export function inAngles(table: Table, angles: Angles): Table {
   return { ...table, angles, rows: table.rows.map(row), turn: [cell(x), cell(y), cell(z)] };
 }
 
-/** What is worked out of a cell; the cell itself where it is empty or can't be read. */
+/** What is worked out of a cell; the cell itself where it is empty or can't be parsed. */
 function kept(text: string, worked: () => string): string {
   if (text.trim() === "") return text;
   try {

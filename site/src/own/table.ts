@@ -215,7 +215,7 @@ function finite(value: number): number {
   return value;
 }
 
-/** Refuse degrees where radians are due, and the other way round. */
+/** Refuse degrees where radians are expected, and the other way round. */
 function refuseTurns(value: number, angles: Angles | null, tree: Node): void {
   if (angles === "degrees" && (hasPi(tree) || hasAngles(tree))) throw new ReadError("own.in-degrees");
   if (angles === "radians" && Math.abs(value) > MANY_TURNS && !hasPi(tree))

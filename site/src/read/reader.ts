@@ -72,7 +72,7 @@ class Parser {
   private depth = 0;
   /** Where the argument of a function without brackets ended last. */
   private withoutBrackets = -1;
-  /** The product that was read last of names without a space between, and in no bracket. */
+  /** The product that was parsed last of names without a space between, and in no bracket. */
   private withoutSpace: Node | null = null;
   /** Whether the next bar ends an absolute value. */
   private inBars = false;

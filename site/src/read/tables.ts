@@ -58,7 +58,7 @@ function tablesIn(text: string, rows: number, columns: number): Cells[] {
     const filled = inner.split(between).filter((row) => stripped(row) !== "");
     for (const split of columns === 1 ? [alone, ...SPLITS] : SPLITS) {
       const cells = filled.map((row) => entriesOf(row, split));
-      // a row for the column that is due, which is a list already where its commas have no blanks
+      // a row for the column that is expected, which is a list already where its commas have no blanks
       const isRow = columns === 1 && cells.length === 1 && split !== byComma;
       found.push(isRow ? (cells[0] as readonly string[]).map((cell) => [cell]) : cells);
     }

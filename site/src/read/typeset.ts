@@ -1,4 +1,4 @@
-// A tree as LaTeX, its terms in their own order and nothing simplified: how an answer was read.
+// A tree as LaTeX, its terms in their own order and nothing simplified: how an answer was parsed.
 
 import type { SymbolInfo } from "../bank.js";
 import { inDigits } from "../text/text.js";
@@ -40,41 +40,22 @@ export function typesetTree(tree: Node, symbols: Symbols): string {
 function piece(tree: Node, symbols: Symbols): Piece {
   const inner = (index: number, level: number) => at(piece(tree.args[index] as Node, symbols), level);
   const listed = (between: string) => tree.args.map((arg) => piece(arg, symbols).latex).join(between);
-  switch (tree.kind) {
-    case "number":
-    case "decimal":
-      return { latex: inDigits(0.5).includes(",") ? tree.text.replace(".", "{,}") : tree.text, level: ATOM };
-    case "name":
-      return { latex: named(tree.text, symbols), level: ATOM };
-    case "blank":
-      return { latex: "\\square", level: ATOM };
-    case "neg":
-      return { latex: `-${inner(0, PRODUCT)}`, level: SUM };
-    case "+":
-    case "-":
-      return { latex: `${inner(0, SUM)} ${tree.kind} ${inner(1, PRODUCT)}`, level: SUM };
-    case "*":
-      return { latex: product(inner(0, PRODUCT), inner(1, FACTOR)), level: PRODUCT };
-    case "/":
-      return { latex: `\\frac{${inner(0, SUM)}}{${inner(1, SUM)}}`, level: FACTOR };
-    case "^":
-      return { latex: `${inner(0, ATOM)}^{${inner(1, SUM)}}`, level: FACTOR };
-    case "call":
-      return called(tree, symbols);
-    case "set":
-    case "dict":
-      return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
-    case "list":
-      return { latex: listed(",\\; "), level: ATOM };
-    case "eq":
-    case "pair":
-      return { latex: listed(" = "), level: SUM };
-    case "in":
-      return { latex: listed(" \\in "), level: SUM };
-    case "and":
-    case "or":
-      return { latex: listed(` \\text{ ${tree.kind} } `), level: SUM };
-  }
+  const { kind, text } = tree;
+  if (kind === "number" || kind === "decimal")
+    return { latex: inDigits(0.5).includes(",") ? text.replace(".", "{,}") : text, level: ATOM };
+  if (kind === "name") return { latex: named(text, symbols), level: ATOM };
+  if (kind === "blank") return { latex: "\\square", level: ATOM };
+  if (kind === "neg") return { latex: `-${inner(0, PRODUCT)}`, level: SUM };
+  if (kind === "+" || kind === "-") return { latex: `${inner(0, SUM)} ${kind} ${inner(1, PRODUCT)}`, level: SUM };
+  if (kind === "*") return { latex: product(inner(0, PRODUCT), inner(1, FACTOR)), level: PRODUCT };
+  if (kind === "/") return { latex: `\\frac{${inner(0, SUM)}}{${inner(1, SUM)}}`, level: FACTOR };
+  if (kind === "^") return { latex: `${inner(0, ATOM)}^{${inner(1, SUM)}}`, level: FACTOR };
+  if (kind === "call") return called(tree, symbols);
+  if (kind === "set" || kind === "dict") return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
+  if (kind === "list") return { latex: listed(",\\; "), level: ATOM };
+  if (kind === "eq" || kind === "pair") return { latex: listed(" = "), level: SUM };
+  if (kind === "in") return { latex: listed(" \\in "), level: SUM };
+  return { latex: listed(` \\text{ ${kind} } `), level: SUM };
 }
 
 const at = ({ latex, level }: Piece, least: number): string => (level >= least ? latex : `\\left(${latex}\\right)`);
