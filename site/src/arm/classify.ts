@@ -1,4 +1,4 @@
-// Boundary or internal: what kind of singularity a pose is, by the rule of ../../../exercises/singularities/classification.py.
+// Classify singularities as boundary or internal, as in ../../../exercises/singularities/classification.py.
 //
 // Let u span the directions that J cannot produce (u J = 0) and k the motions that do not move the task (J k = 0). To
 // second order the arm moves by u . (dJ/dk k) along u. It is a boundary of the reach if that has one sign for all k and

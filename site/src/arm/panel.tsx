@@ -21,12 +21,11 @@ import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
 import { obstacle, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
-import { Route } from "./route.js";
 import { useSize } from "./size.js";
 import { digits, InRadians } from "./speech.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
-import { Welding } from "./weld.js";
+import { Route, Welding } from "./weld.js";
 import { inWords, nearness, poseAndPoint, sizeName } from "./words.js";
 
 export type { NamedPose };

@@ -8,11 +8,12 @@ import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
-import { crossings, follow, type Journey, pathTo, stationOn, suggested } from "./path.js";
+import { crossings, follow, type Journey, pathTo, pointOn, stationOn, suggested } from "./path.js";
 import { useStillness } from "./size.js";
 import { decimals, digits } from "./speech.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
+import { pixel, type Pixel, type View } from "./view.js";
 
 /** A weld from the pose at A to B, at a speed (m/s), with limits for revolute (rad/s) and prismatic joints (m/s). */
 export interface Weld {
@@ -294,3 +295,19 @@ function useClock(
 }
 
 export const journeyOf = (arm: Arm, weld: Weld): Journey => follow(arm, weld.from, pathTo(arm, weld.from, weld.target));
+
+/** The path over the arm: the part that the arm can follow, and the rest. */
+export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {
+  const { path, stations } = journey;
+  const ends = [0, stations.at(-1)!.s, path.length].map((s) => pixel(view, pointOn(path, s)));
+  const [[ax, ay], [ex, ey], [bx, by]] = ends as [Pixel, Pixel, Pixel];
+  const [px, py] = pixel(view, pointOn(path, place));
+  return (
+    <g class="arm-path">
+      <path class="arm-path-rest" d={`M${ex} ${ey}L${bx} ${by}`} />
+      <path class="arm-path-way" d={`M${ax} ${ay}L${ex} ${ey}`} />
+      <path class="arm-path-done" d={`M${ax} ${ay}L${px} ${py}`} />
+      <circle cx={ax} cy={ay} r={3.4} />
+    </g>
+  );
+}

@@ -13,6 +13,7 @@ import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
 import { attempted, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
+import { Rich } from "../practice/math.js";
 import { keep, kept } from "../practice/progress.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
@@ -20,7 +21,6 @@ import { type Message, said, say } from "../text/text.js";
 import { classesOf, currentClass, rowOf, type Stretch, withRow } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { Rich } from "./rich.js";
 import { answered, armsIn, isDue, NEEDED, NEW, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, ratesOf, Shares, velocityOf } from "./tools.js";
 

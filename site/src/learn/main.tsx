@@ -7,6 +7,7 @@ import { useMemo, useState } from "preact/hooks";
 import type { Index } from "../bank.js";
 import type { Told } from "../pages/live.js";
 import { showPart } from "../pages/part.js";
+import { Rich } from "../practice/math.js";
 import { kept } from "../practice/progress.js";
 import { WithIndex } from "../practice/with-index.js";
 import { storage } from "../storage.js";
@@ -17,7 +18,6 @@ import { placesOf } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { Rich } from "./rich.js";
 import { keepSkills, keptSkills, type Skill, type Skills } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */

@@ -24,6 +24,7 @@ interface FeedbackProps {
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
   const behind: Slip[] = [...(verdict.slips ?? [])];
   if (verdict.mistake !== undefined) behind.unshift({ mistake: verdict.mistake });
+  const told = behind.map((slip, i) => <Behind key={i} problem={problem} slip={slip} />);
   const pose = poseOf(problem, verdict);
   const isTried = isRead(verdict);
   const reasons = isTried ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
@@ -36,17 +37,15 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
       ))}
       {behind.length === 1 ? (
         <p class="mistake">
-          <strong>{say("practice.mistake")}</strong> <Behind problem={problem} slip={behind[0] as Slip} />
+          <strong>{say("practice.mistake")}</strong> {told[0]}
         </p>
       ) : null}
       {behind.length > 1 ? (
         <div class="mistake">
           <strong>{say("practice.mistakes")}</strong>
           <ul>
-            {behind.map((slip, i) => (
-              <li key={i}>
-                <Behind problem={problem} slip={slip} />
-              </li>
+            {told.map((each, i) => (
+              <li key={i}>{each}</li>
             ))}
           </ul>
         </div>

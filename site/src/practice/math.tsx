@@ -1,5 +1,6 @@
 // Formulas and texts of the bank in Preact: HTML that Python wrote, typeset once it is there.
 
+import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 
 import { typeset, typesetInto } from "../tex.js";
@@ -28,4 +29,13 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
     if (place.current) void typesetInto(place.current, latex, block);
   }, [latex, block]);
   return <span ref={place} class="formula" />;
+}
+
+/** A text with LaTeX between dollar signs. Braces contain a space, c_{1 2}, because {12} would be a placeholder. */
+export function Rich({ text }: { text: string }): JSX.Element {
+  return (
+    <>
+      {text.split("$").map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <span key={i}>{piece}</span>))}
+    </>
+  );
 }

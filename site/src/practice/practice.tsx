@@ -31,7 +31,6 @@ import {
   outcomesInWords,
   sortingOf,
 } from "./counting.js";
-import { Due } from "./due.js";
 import { keep, kept } from "./progress.js";
 import { Current } from "./current.js";
 import { type AllKept, keepAll } from "./all-kept.js";
@@ -193,4 +192,36 @@ function chosenBy(index: Index, wish: Wish, progress: Progress, from: number | n
   const order = inOrder(index, wish);
   const place = from ?? placeIn(order, progress);
   return { place, item: order[place % order.length] ?? null };
+}
+
+/** Minutes that a question takes, as a rule. */
+const EACH = 1.5;
+
+interface DueProps {
+  readonly count: number;
+  /** Whether what is due is being answered. */
+  readonly going: boolean;
+  /** The lesson, and the class of its arms, of which is asked now, in words; null for what went wrong. */
+  readonly of: string | null;
+  readonly onStart: () => void;
+}
+
+/** What is due for review, and a button to start with it. */
+function Due({ count, going, of, onStart }: DueProps): JSX.Element | null {
+  if (count === 0 && !going) return null;
+  return (
+    <p class="due" role="status">
+      {going ? (
+        <span>
+          {said(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))}
+          {of && count > 0 ? <span class="muted"> · {of}</span> : null}
+        </span>
+      ) : (
+        <>
+          <strong>{say("practice.due-now", { count, minutes: Math.ceil(EACH * count) })}</strong>
+          <Button style="quiet small" text={say("practice.due-start")} onClick={onStart} />
+        </>
+      )}
+    </p>
+  );
 }

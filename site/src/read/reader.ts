@@ -684,8 +684,8 @@ class Parser {
       this.at += 1;
     }
     if (this.here().kind === "name" && !WORDS.has(this.peek())) {
-      const more = this.piecesOf(this.peek()).slice(1);
-      if (more.some(({ kind }) => kind !== "name")) throw this.fail("read.bare", { name: called }); // sin theta1cos(theta2)
+      const more = this.piecesOf(this.peek()).slice(1); // sin theta1cos(theta2)
+      if (more.some(({ kind }) => kind !== "name")) throw this.fail("read.bare", { name: called });
       this.at += 1;
       factors.push(this.named(this.textAt(-1)));
     }
