@@ -139,7 +139,7 @@ def test_staffs_answers_are_the_references(staffs_run: tuple[dict[str, Any], str
         name = answer_variable(slot, part.name)
         assert _is_the_reference(staffs_run[0][name], part), name
     checks = "".join(check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts)
-    assert staffs_run[1].count("? Yes;") == checks.count("?") == len(staffs_run[1].splitlines()) > 0
+    assert staffs_run[1].count("? Yes.") == checks.count("?") == len(staffs_run[1].splitlines()) > 0
 
 
 def _is_the_reference(value: Any, part: Part) -> bool:
@@ -269,7 +269,7 @@ def _told(
         if sign:
             told[question + "?"] = said
         else:
-            last = "look again" if line.startswith("Look again") else next(reversed(told))
+            last = "look again" if line.startswith("Check again") else next(reversed(told))
             told[last] = told.get(last, "") + line
     return told
 
@@ -319,7 +319,7 @@ def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
 def test_right_answers_of_an_arm_told_by_axes_fit(family: str, twist_order: str) -> None:
     told = _told(drawn(family, 1, convention="screws", twist_order=twist_order), {})
     assert {said for question, said in told.items() if question != SINGULAR} <= {
-        "Yes; what both rest on may still be wrong."
+        "Yes. Both answers could still share an error."
     }
 
 
@@ -350,17 +350,17 @@ def test_forms_that_the_grader_takes_fit() -> None:
 
 
 OTHER_FORMS: list[tuple[Any, str]] = [
-    ("a1 cos 30\u00b0", "can't be told"),
+    ("a1 cos 30\u00b0", "Not checked"),
     (sp.Matrix([sp.nan, POSITION[1]]), "No."),  # what is nowhere a number does not fit
-    ([sp.Symbol("l1") * sp.cos(T1), A1], "no symbol of this problem is l1"),
-    (["a1*s14", "a2"], "what s14 is"),
-    (lambda t, u: [t, u], "no symbol of this problem is t, u"),
+    ([sp.Symbol("l1") * sp.cos(T1), A1], "this problem has no symbol l1"),
+    (["a1*s14", "a2"], "what is s14?"),
+    (lambda t, u: [t, u], "this problem has no symbol t, u"),
     (sp.Matrix([sp.Symbol("blank"), A1]), "Not yet"),
-    (None, "can't be told"),
-    (object(), "can't be told"),
-    (sp.Eq(T1, 0) & sp.Eq(T2, 0), "can't be told"),
-    (sp.Array([[[A1, A2]], [[A1, A2]]]), "can't be told"),
-    ([[A1, A2], [A1]], "can't be told"),
+    (None, "Not checked"),
+    (object(), "Not checked"),
+    (sp.Eq(T1, 0) & sp.Eq(T2, 0), "can't be checked"),
+    (sp.Array([[[A1, A2]], [[A1, A2]]]), "can't be checked"),
+    ([[A1, A2], [A1]], "can't be checked"),
     (sp.Matrix([A1, A2, T1, T2]), "2 x 2 and 4 x 2"),
 ]
 
@@ -380,14 +380,14 @@ def test_degrees_in_a_sine_are_seen_though_both_answers_fit() -> None:
 CONDITIONS: list[tuple[Any, str]] = [
     ([sp.Eq(sp.sin(T2), 0)], "Yes"), ([sp.Eq(T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
     ([sp.Eq(T2, 0), sp.Eq(T2, -sp.pi)], "Yes"), ([{T2: [0, sp.pi]}], "Yes"), ({T2: [0, sp.pi]}, "Yes"),
-    (sp.Or(sp.Eq(T2, 0), sp.Eq(T2, sp.pi)), "Yes"), ([sp.sin(T2)], "sin(theta2) is no condition"),
+    (sp.Or(sp.Eq(T2, 0), sp.Eq(T2, sp.pi)), "Yes"), ([sp.sin(T2)], "sin(theta2) is not a condition"),
     ([sp.Eq(sp.cos(T2), 1), sp.Eq(sp.cos(T2), -1)], "Yes"), ([sp.Eq(2 * T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
     ([sp.Eq(sp.cos(T2), 2)], "no configuration was found"),
     ([sp.Eq(T2, 0)], "Not all. Your Jacobian loses rank here, too"),
-    ([sp.Eq(T2, sp.pi / 2)], "No. There theta2 = pi/2, and your Jacobian keeps its rank"),
+    ([sp.Eq(T2, sp.pi / 2)], "No. With theta2 = pi/2, your Jacobian keeps its rank"),
     ([sp.And(sp.Eq(T2, 0), sp.Eq(T1, 0)), sp.Eq(T2, sp.pi)], "Not all."), ([sp.Eq(T1, sp.pi / 2)], "No. "),
-    ([0, sp.pi], "numbers without a joint"), ([False], "or of False"), ("theta2 = 0", "not told of text"),
-    ([sp.Symbol("blank")], "Not yet"), ([sp.Eq(T2, sp.pi * sp.Symbol("k"))], "no symbol of this problem is k"),
+    ([0, sp.pi], "Numbers without a joint"), ([False], "or False"), ("theta2 = 0", "not told of text"),
+    ([sp.Symbol("blank")], "Not yet"), ([sp.Eq(T2, sp.pi * sp.Symbol("k"))], "this problem has no symbol k"),
 ]  # fmt: skip
 
 
