@@ -62,11 +62,11 @@ def _tokenize(text: str) -> list[tuple[str, str, int]]:
             tokens.append((str(match.lastgroup), match.group(), position))
             depth += _DEPTH_CHANGES.get(match.group(), 0)
             if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
-                raise ParseError(f"brackets nest more than {MAX_DEPTH} deep {_describe_position(text, position)}")
+                raise ParseError(f"brackets are nested more than {MAX_DEPTH} deep {_describe_position(text, position)}")
         position = match.end()
     if position < len(text):
         example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
-        raise ParseError(f"cannot read {text[position]!r} {_describe_position(text, position)}; {example}")
+        raise ParseError(f"unexpected {text[position]!r} {_describe_position(text, position)}; {example}")
     tokens.append(("end", "", position))
     return tokens
 
@@ -75,7 +75,7 @@ def _describe_position(text: str, position: int) -> str:
     start = max(0, position - 15)
     nearby = (" " if ch.isspace() else ch for ch in text[start : position + 15])
     printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
-    return f"at character {position + 1}, near '{printable}'"
+    return f"(at character {position + 1}, near '{printable}')"
 
 
 class _Parser:
@@ -85,7 +85,7 @@ class _Parser:
         self.text, self.known_symbols = text, known_symbols
         self.tokens, self.position, self.depth = self.translate_words(_tokenize(text)), 0, 0
         if (signs := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
-            raise ParseError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
+            raise ParseError(f"the answer has {signs} signs ±, and each doubles the cases; write out the cases")
         self.bare_argument_end = -1
         """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.joined_product: Node | None = None
@@ -127,11 +127,11 @@ class _Parser:
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            raise self.parse_error(f"expected '{text}', found {self.peek() or 'the end'!r},")
+            raise self.parse_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
 
     def parse(self) -> Node:
         if self.tokens[0][0] == "end":
-            raise ParseError("nothing is there")
+            raise ParseError("the text is empty")
         self.skip_lambda_head()
         tree = self.parse_to_end()
         if self.braces_are_lists:
@@ -143,9 +143,9 @@ class _Parser:
         """Return the tree of all remaining tokens."""
         rows, has_comma = self.parse_rows("")
         if self.tokens[self.position][0] != "end":
-            raise self.parse_error(f"did not expect {self.peek()!r}")
+            raise self.parse_error(f"unexpected {self.peek()!r}")
         if not rows[0]:  # semicolons alone
-            raise ParseError("nothing is there")
+            raise ParseError("the text is empty")
         if len(rows) > 1 and any(len(row) > 1 for row in rows):
             return list_of_rows(rows)
         items = [entry for row in rows for entry in row]  # of a; b, too
@@ -215,10 +215,8 @@ class _Parser:
             return first
         if not is_alone or self.peek() in (",", "or", "|") or first.kind == "or":
             self.position = start
-            raise self.parse_error(
-                "a comma before 'and' may mean two things here; write brackets, as in "
-                "(theta1 = 0 or theta2 = 0) and theta3 = 0, without the comma,"
-            )
+            example = "(theta1 = 0 or theta2 = 0) and theta3 = 0"
+            raise self.parse_error(f"a comma before 'and' is ambiguous; use brackets and no comma, as in {example}")
         return Node("and", tuple(terms))
 
     def take_closing(self, closing: str) -> bool:
@@ -232,9 +230,8 @@ class _Parser:
             elif pairs and _is_value(item):  # theta2: 0, pi
                 pairs[-1].append(item)
             else:
-                raise self.parse_error(
-                    "a dictionary needs 'joint: values' throughout; write conditions without words before them,"
-                )
+                advice = "write conditions without words before them"
+                raise self.parse_error(f"every entry of a dictionary needs the form 'joint: values'; {advice}")
         assignments = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
         return Node("dict", tuple(Node("pair", pair) for pair in assignments))
 
@@ -252,7 +249,7 @@ class _Parser:
         """Count the nesting depth of brackets, bars and functions. Raises ParseError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise self.parse_error(f"{construct} nest more than {MAX_DEPTH} deep")
+            raise self.parse_error(f"{construct} are nested more than {MAX_DEPTH} deep")
         yield
         self.depth -= 1
 
@@ -302,7 +299,7 @@ class _Parser:
             return value
         self.position += 2 if bracket else 1
         if self.peek(-1) == "%" and self.tokens[self.position][0] in ("end", "op") and self.peek() != "(":
-            raise self.parse_error("percentages are not read; write a decimal, as in 0.5,")
+            raise self.parse_error("percentages are not allowed; write a decimal such as 0.5")
         step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if bracket:
             self.expect(")")
@@ -322,10 +319,8 @@ class _Parser:
             self.position += 1
             is_negative, term = self.parse_sign(), self.parse_product()
             if follows_bare_argument and term.kind == "name" and _is_angle(str(term.value)):
-                raise self.parse_error(
-                    f"a function without brackets stands before {op} {term.value}; write what it is of in brackets, "
-                    "as in sin(theta1 + theta2),"
-                )
+                message = f"a function without brackets comes before {op} {term.value}"
+                raise self.parse_error(f"{message}; put its argument in brackets, as in sin(theta1 + theta2)")
             term = _apply_sign(is_negative, term)
             alternatives = (Node("+", (node, term)), Node("-", (node, term)))
             node = Node("set", alternatives) if op == "±" else Node(op, (node, term))
@@ -350,19 +345,17 @@ class _Parser:
                 is_name = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
                 divisor_end = self.position if is_name else -1
             elif kind == "number" == self.tokens[self.position - 1][0]:
-                raise self.parse_error("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
+                raise self.parse_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
-                raise self.parse_error(f"the point of {text} may stand for a product; write *{text[1:]}, or *0{text},")
+                raise self.parse_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
             elif text == "(" and self.peek(1) in _MODULO_WORDS:
                 return node
             elif kind == "name" and self.is_unit(text):
                 self.position += 1
                 node = _convert_unit(node, text)
             elif kind == "name" and text not in _CONNECTIVES and self.position == divisor_end:
-                raise self.parse_error(
-                    f"/{self.peek(-1)} {text} may mean two things; write what stands below in brackets, as in "
-                    "a/(b*c), or a/b*c,"
-                )
+                advice = "put the denominator in brackets, as in a/(b*c), or write a/b*c"
+                raise self.parse_error(f"/{self.peek(-1)} {text} is ambiguous; {advice}")
             elif text == "|" and self.begins_absolute_value():
                 node = Node("*", (node, self.parse_power()))
             elif text == "[" and self.is_row_below(node):
@@ -383,7 +376,7 @@ class _Parser:
         start, node = self.position, self.parse_power()
         if is_bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
             self.position = start
-            raise self.parse_error("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
+            raise self.parse_error("unexpected '['; entries of a vector have names such as a1 or theta2")
         return node
 
     def begins_absolute_value(self) -> bool:
@@ -428,7 +421,7 @@ class _Parser:
         row = self.parse_bracket("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
         if len(rows) >= MAX_DIAGONAL or any(len(other_row.args) != len(row.args) for other_row in rows):
-            raise self.parse_error("two lists of different lengths stand side by side,")
+            raise self.parse_error("two lists of different lengths follow each other")
         return Node("list", (*rows, row))
 
     def is_unit(self, text: str) -> bool:
@@ -455,7 +448,7 @@ class _Parser:
         while self.take("**", "^"):
             exponents.append(_apply_sign(self.parse_sign(), self.parse_primary()))
             if len(exponents) > MAX_DEPTH:
-                raise self.parse_error(f"powers nest more than {MAX_DEPTH} deep")
+                raise self.parse_error(f"powers are nested more than {MAX_DEPTH} deep")
         if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
             return _transpose(base)
         tower = exponents.pop()
@@ -506,7 +499,7 @@ class _Parser:
 
     def parse_name(self, typed_name: str) -> Node:
         if len(typed_name) > names.MAX_NAME_LENGTH:
-            raise self.parse_error(f"a name of {len(typed_name)} characters is no symbol of this field,")
+            raise self.parse_error(f"a name of {len(typed_name)} characters is not a symbol")
         if typed_name.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
             variable = split_name(typed_name.removesuffix(".diff"), self.known_symbols)[0]
             return self.parse_binding_call("Derivative", _make_part_node(variable))
@@ -522,7 +515,7 @@ class _Parser:
             self.position += 1
             return _make_container(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
-            raise self.parse_error(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')};")
+            raise self.parse_error(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')}")
         if name in VOCABULARY["blank"]:
             return Node("blank")
         if name in SHORTHAND and name not in self.known_symbols and self.is_angle_ahead():
@@ -561,9 +554,8 @@ class _Parser:
         call = self.parse_function(function)
         if not any(map(_is_angle, find_names(call))):
             self.position = start
-            raise self.parse_error(
-                f"{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),"
-            )
+            advice = f"as in {name}(theta1); write {function}(…)"
+            raise self.parse_error(f"{name} means {function} only before an angle, {advice}")
         return call
 
     def multiply_parts(self, pieces: Sequence[NamePart]) -> Node:
@@ -580,7 +572,7 @@ class _Parser:
             elif not remaining:
                 factors.append(self.parse_function(piece.names[0]))
             else:
-                raise self.parse_error(f"expected what {piece.names[0]} is of,")
+                raise self.parse_error(f"{piece.names[0]} has no argument")
         product = combine_from_left("*", factors)
         if len(factors) > 1:
             self.joined_product = product
@@ -599,7 +591,7 @@ class _Parser:
             return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
             return trees.replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
-        raise self.parse_error(f"this {name} is not understood")
+        raise self.parse_error(f"this form of {name} is not supported")
 
     def parse_function(self, name: str) -> Node:
         power = None
@@ -614,7 +606,7 @@ class _Parser:
             else:
                 args = (self.parse_bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
-            raise self.parse_error(f"{name} takes {ARITY.get(name, 1)} argument, not {len(args)},")
+            raise self.parse_error(f"wrong number of arguments of {name}: {len(args)} instead of {ARITY.get(name, 1)}")
         if power is not None and power == _MINUS_ONE and name in VOCABULARY["inverses"]:
             return _make_call(VOCABULARY["inverses"][name], args)  # sin^-1(x) is the arc sine
         call = _make_call(name, args)
@@ -628,11 +620,11 @@ class _Parser:
             self.position += 1
         if self.tokens[self.position][0] == "name" and self.peek() not in _CONNECTIVES:
             if any(piece.kind != "name" for piece in split_name(self.peek(), self.known_symbols)[1:]):
-                raise self.parse_error(f"expected '(' after {name},")  # sin theta1cos(theta2)
+                raise self.parse_error(f"expected '(' after {name}")  # sin theta1cos(theta2)
             self.position += 1
             factors.append(self.parse_name(self.peek(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
-            raise self.parse_error(f"expected '(' after {name},")
+            raise self.parse_error(f"expected '(' after {name}")
         self.bare_argument_end = self.position
         return combine_from_left("*", factors)
 
@@ -640,8 +632,8 @@ class _Parser:
 _JOINT_PATTERN = compile_pattern("joint")
 _ANGLE_PATTERN, _ANGLE_SHORTHAND_PATTERN = compile_pattern("angle"), compile_pattern("short_of_angle")
 _ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
-_NEGATION_ADVICE = "says where they are not; write where they are,"
-_UNKNOWN_FUNCTION_ADVICE = "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
+_NEGATION_ADVICE = "is not supported; write the equations that hold, not those that don't"
+_UNKNOWN_FUNCTION_ADVICE = "is unknown; use sin, cos, tan, sqrt, exp or atan2"
 _MODULO_WORDS: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
@@ -749,7 +741,7 @@ def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meaning == "list":
         return Node("list", args)
-    raise parser.parse_error(f"{name} with {len(args)} arguments is not understood")
+    raise parser.parse_error(f"{name} with {len(args)} arguments is not supported")
 
 
 def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
@@ -761,10 +753,10 @@ def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
     '+'
     >>> parse_formula("sin(theta1")
     Traceback (most recent call last):
-    qdot.exercises.formula.trees.ParseError: expected ')', found 'the end', at character 11, near 'sin(theta1'
+    qdot.exercises.formula.trees.ParseError: expected ')', found the end (at character 11, near 'sin(theta1')
     """
     if len(text) > MAX_LENGTH:
-        raise ParseError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")
+        raise ParseError(f"the answer has {len(text)} characters; at most {MAX_LENGTH} are allowed")
     return (_parse_short_text if len(text) < SHORT_TEXT_LENGTH else _parse_long_text)(text, frozenset(known_symbols))
 
 

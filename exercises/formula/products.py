@@ -14,7 +14,7 @@ _MAX_NODES = LIMITS["worked_out"]
 """Maximum number of nodes in the results, because the entries of a product grow with each factor."""
 _MAX_INVERTED_ROWS = 3
 """Maximum number of rows of a matrix that is inverted."""
-_TOO_LONG = "the products of matrices are too long; write their entries"
+_TOO_LONG = "the matrix products are too long; write out their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
@@ -72,7 +72,7 @@ def _matrix_rows(node: Node) -> Rows:
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows or len({len(row) for row in rows}) != 1 or any(entry.kind == "list" for row in rows for entry in row):
         raise ParseError(
-            "a list that is no matrix stands in a product or a sum; write its rows, as in [[a, b], [c, d]]"
+            "a product or sum contains a list that is not a matrix; write its rows, as in [[a, b], [c, d]]"
         )
     return rows
 
@@ -115,8 +115,8 @@ def _power(rows: Rows, exponent: Node) -> Node:
         return list_of_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
     if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _MAX_INVERTED_ROWS:
-        advice = f"it is the inverse of one with up to {_MAX_INVERTED_ROWS} rows; write the entries"
-        raise ParseError(f"a power of a matrix is worked out where {advice}")
+        limits = f"qdot inverts matrices of at most {_MAX_INVERTED_ROWS} rows, and computes no other power"
+        raise ParseError(f"{limits}; write out the entries")
     indices = range(len(rows))
     cofactors = [[_apply_cofactor_sign(i + j, _minor(rows, j, i)) for j in indices] for i in indices]
     determinant = _determinant(rows)
@@ -141,5 +141,5 @@ def _apply_cofactor_sign(index: int, node: Node) -> Node:
 def _impossible_operation(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
     shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
-    number_words = "" if len(matrices) == operand_count else " and a number"
-    return ParseError(f"there is no {operation} of {shapes}{number_words}; write its entries, as in [[a, b], [c, d]]")
+    shapes += " and a number" if len(matrices) < operand_count else ""
+    return ParseError(f"there is no {operation} of {shapes}; write out the entries, as in [[a, b], [c, d]]")

@@ -23,8 +23,8 @@ _MAX_NODES, _MAX_STEPS = 100_000, 6000
 """Maximum number of nodes in all cases of whole numbers, and of steps in searches for zeros (some seconds each)."""
 _FIXED_COST = 10
 """Fixed cost that is added to the number of nodes of a case, and to the number of steps of a piece."""
-_TOO_LONG_MESSAGE = "the conditions are too long, or there are too many whole numbers in them"
-_NO_JOINT_MESSAGE = "a value stands there without a joint; write it as in theta1 = pi/3"
+_TOO_LONG_MESSAGE = "the conditions are too long, or they contain too many integers"
+_NO_JOINT_MESSAGE = "a value belongs to no joint; write theta1 = pi/3, for example"
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
                 return _parse_assignment(joint, value, joints)
         return _parse_vanishing_expression(Node("-", (left_side, right_side)))
     if node.kind == "name" and node.value in joints:
-        raise ParseError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
+        raise ParseError(f"{node.value} has no value; write {node.value} = pi/3, for example")
     return _parse_vanishing_expression(node)
 
 
@@ -98,8 +98,8 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
             joint = _find_joint(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
-                meanings = f"a joint and its value, or the values of {joints[0]} and {joints[1]}"
-                raise ParseError(f"a pair may be {meanings}; write {joints[0]} = 0 or {joints[1]} = 0")
+                meanings = f"a joint with its value, or values of {joints[0]} and {joints[1]}"
+                raise ParseError(f"a pair is ambiguous: {meanings}; write {joints[0]} = 0 or {joints[1]} = 0")
             if not is_label or find_names(node.args[1]) & set(joints):
                 union += parse_pieces(arg, joints)
         elif joint is not None:
@@ -124,7 +124,7 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
     """Return the pieces of the intersection: every combination of one piece from each set."""
     count = math.prod(len(pieces) for pieces in unions)
     if count > _MAX_PIECES:
-        raise ParseError(f"the conditions make {count} cases; more than {_MAX_PIECES} are not read")
+        raise ParseError(f"the conditions make {count} cases; at most {_MAX_PIECES} are allowed")
     return [sum(combination, ()) for combination in product(*unions)]
 
 
@@ -191,7 +191,7 @@ def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
         work += steps if is_searched else steps // 10  # a value needs no search
         if work > _MAX_STEPS:
-            raise ParseError(f"the conditions are too long, with their {len(claims)} cases")
+            raise ParseError(f"the conditions, with their {len(claims)} cases, are too long")
     return claims
 
 

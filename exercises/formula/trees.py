@@ -149,8 +149,8 @@ def refuse_statements(node: Node) -> None:
 
 def scalar_expected_error(node: Node) -> ParseError:
     """Return the error for a node that can't be part of a single expression."""
-    advice = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
-    return ParseError(f"{_KIND_DESCRIPTIONS.get(node.kind, node.kind)} stands where a single expression is due{advice}")
+    advice = "; write the expression alone" if node.kind in ("eq", "and", "or", "in") else ""
+    return ParseError(f"expected a single expression, found {_KIND_DESCRIPTIONS.get(node.kind, node.kind)}{advice}")
 
 
 def is_list_of_one(node: Node) -> bool:

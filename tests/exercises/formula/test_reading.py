@@ -106,14 +106,14 @@ def test_a_matrix_in_any_writing() -> None:
 
 REFUSED = [
     ("sin theta1/2", "expected '(' after sin"), ("sin theta1^2", "expected '(' after sin"),
-    ("sin", "expected '(' after sin"), ("1 000*a1", "two numbers stand side by side"),
-    ("1.2.3", "two numbers stand side by side"), ("a1.2", "the point of .2 may stand for a product"),
-    ("a1.foo(2)", "the function 'a1.foo' is not understood"), ("a1 | s2 | a2", "an alternative stands"),
-    ("12.37 %", "percentages are not read; write a decimal"), ("a1|s2", "an alternative stands"),
-    ("sin 2 3", "two numbers stand side by side"),
-    ("C(a1)", "C is cos before an angle only"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "stands before +"),
+    ("sin", "expected '(' after sin"), ("1 000*a1", "there is no operator between two numbers"),
+    ("1.2.3", "there is no operator between two numbers"), ("a1.2", "the point in .2 is ambiguous"),
+    ("a1.foo(2)", "the function 'a1.foo' is unknown"), ("a1 | s2 | a2", "found an alternative"),
+    ("12.37 %", "percentages are not allowed; write a decimal"), ("a1|s2", "found an alternative"),
+    ("sin 2 3", "there is no operator between two numbers"),
+    ("C(a1)", "C means cos only before an angle"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "comes before +"),
     ("sin theta1cos(theta2)", "expected '(' after sin"), ("s*theta1", "'s' is no symbol"),
-    ("sin1", "'sin1' is no symbol"), (r"\foo{a1}", "not understood"), (r"\frac{a1}", ""),
+    ("sin1", "'sin1' is no symbol"), (r"\foo{a1}", "is unknown"), (r"\frac{a1}", ""),
     (r"\begin{align}a1", ""), ("x" * 70, "a name of 70 characters"),
 ]  # fmt: skip
 

@@ -278,7 +278,7 @@ def test_bare_values_are_refused_where_several_joints_could_be_meant() -> None:
     for text in ("{0, pi}", "[0, pi]", "k*pi", "0, pi"):
         judged = judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s")
         assert judged.outcome is WRONG and "which joint" in judged.reason, text
-    assert "stands alone" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason
+    assert "has no value" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason
     alone = Domain({"theta1": "angle"})
     assert judge_singular("{0, pi}", ["sin(theta1) = 0"], ["theta1"], alone, "s").outcome is CORRECT
 
