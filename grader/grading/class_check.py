@@ -10,8 +10,8 @@ from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, A
 from qdot.exercises.assignment.release import notebook_path
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.grader.grading.certify import find_former_students
-from qdot.grader.submissions.layouts import find_only_folder
-from qdot.grader.submissions.submission import MAX_DEPTH, StudentFiles, Submission, SubmissionFolder, read_submission
+from qdot.grader.submissions.layouts import list_nested_folders
+from qdot.grader.submissions.submission import StudentFiles, Submission, SubmissionFolder, read_submission
 
 SAMPLE_SIZE = 25
 """Maximum number of students whose notebooks are inspected; they are spread over the roster."""
@@ -52,10 +52,10 @@ def check_class(
     ids = [student.id for student in assignment.roster]
     unknown_names = submissions.not_on_roster
     if unknown_names and not submissions.by_student:
-        raise QdotError(
-            f"{named_path}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
-            + _describe_likely_cause([*unknown_names, *_names_inside(submissions_folder)], ids, assignment.key)
-        )
+        _, *nested_folders = list_nested_folders(submissions_folder)  # archives often contain such folders
+        names = [*unknown_names, *(path.name for folder in nested_folders for path in folder.iterdir())]
+        problem = "no file or folder here belongs to a student in roster.csv, so nothing was graded"
+        raise QdotError(f"{named_path}: {problem}. {_describe_likely_cause(names, ids, assignment.key)}")
     absent_students = [student for student in ids if student not in submissions.by_student]
     if respelled := _match_respelled_identifiers(unknown_names, absent_students):
         problem = f"submissions of {count_noun(len(respelled), 'student')} would have no owner, so nothing was graded"
@@ -145,16 +145,6 @@ def _find_student_in_name(name: str, ids: Sequence[str]) -> str:
     pattern = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
     students = set(pattern.findall(PurePath(name).stem))
     return students.pop() if len(students) == 1 else ""
-
-
-def _names_inside(folder: Path) -> list[str]:
-    """Return the names inside a folder's only subfolder, level by level; archives often contain such a subfolder."""
-    names, subfolder = list[str](), find_only_folder(folder)
-    for _ in range(MAX_DEPTH):
-        if subfolder is not None:
-            names += [path.name for path in subfolder.iterdir()]
-            subfolder = find_only_folder(subfolder)
-    return names
 
 
 def _match_respelled_identifiers(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:

@@ -123,8 +123,8 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         notes.append(
-            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: the group {group!r}{hint} has "
-            f"no answers in this class, so this line has no effect yet; {known_groups}"
+            f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}: the group {group!r}{hint} "
+            f"has no answers in this class, so this line has no effect yet; {known_groups}"
         )
     return notes
 

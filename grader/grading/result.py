@@ -163,6 +163,11 @@ class Result:
         return {name: override for name, override in overrides.items() if override is not None}
 
     @property
+    def file(self) -> str:
+        """The file name of the notebook that counts; "" if nothing was submitted."""
+        return "" if self.submission is None else self.submission.file
+
+    @property
     def percent(self) -> float:
         """The score as a percentage of `max_score`."""
         return 100 * self.score / self.max_score

@@ -70,11 +70,7 @@ def _check_writable(assignment: Assignment, student: Student, result: Result) ->
         grades_csv([result], assignment.roster)
         return result
     except Exception as error:  # an error in one student's result must not stop the others
-        return ungraded_result(assignment, student, _file_of(result), error)
-
-
-def _file_of(result: Result) -> str:
-    return "" if result.submission is None else result.submission.file
+        return ungraded_result(assignment, student, result.file, error)
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
@@ -91,7 +87,7 @@ def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[St
     except QdotError:
         raise
     except Exception as error:  # an error in one page must not stop the others
-        result = ungraded_result(assignment, student, _file_of(result), error)
+        result = ungraded_result(assignment, student, result.file, error)
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
     return result

@@ -51,16 +51,7 @@ class Comparison:
         return describe_p_value(self.corrected_p_value)
 
 
-def _describe_kinds(chain: Chain) -> str:
-    return "".join(joint.kind for joint in chain.joints)
-
-
-def _describe_offsets(chain: Chain) -> str:
-    count = sum(offset != 0 for offset in chain.offsets)
-    return f"{count} of {chain.n} joints have an offset"
-
-
-def _describe_senses(chain: Chain) -> str:
+def _describe_twists(chain: Chain) -> str:
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
     return f"{count_noun(sum(bool(twist < 0) or twist == sp.pi for twist in twists), 'twist')} negative or 180°"
 
@@ -68,7 +59,7 @@ def _describe_senses(chain: Chain) -> str:
 def _describe_base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
-        return "base frame = space frame"
+        return "base frame = world frame"
     return "base tilted" if base.tilt != 0 else "base rotated" if base.yaw != 0 else "base translated"
 
 
@@ -76,41 +67,35 @@ def _describe_point(chain: Chain) -> str:
     return f"P {'at' if convention_of(chain).point.is_origin else 'not at'} the origin of the last frame"
 
 
-def _describe_lengths(chain: Chain) -> str:
-    return count_noun(len(chain.parameters), "symbolic length")
-
-
-def _describe_difficulty(chain: Chain) -> str:
-    return f"difficulty {difficulty_band(chain)}"
-
-
-def _describe_oblique_axes(chain: Chain) -> str:
+def _describe_directions(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
-    return f"{oblique} of {chain.n} joint axes not parallel to an axis of the space frame"
+    return f"{oblique} of {chain.n} axes at home not parallel to a coordinate axis"
 
 
-def _describe_senses_at_home(chain: Chain) -> str:
+def _describe_components(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
-    return f"{count} of {chain.n} joint axes with a negative component"
+    return f"{count} of {chain.n} axes at home with a negative component"
 
 
-FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _describe_kinds, "lengths": _describe_lengths}
+Features = Mapping[str, Callable[[Chain], str]]
+"""Functions that describe a feature of an arm, by the name of the feature."""
+FEATURES: Features = {
+    "kinds of joints": lambda chain: "".join(joint.kind for joint in chain.joints),
+    "lengths": lambda chain: count_noun(len(chain.parameters), "symbolic length"),
+}
 """Features in which the arms of any family may differ."""
-TABLE_FEATURES: Mapping[str, Callable[[Chain], str]] = {
-    "joint offsets": _describe_offsets,
-    "senses of the axes": _describe_senses,
+TABLE_FEATURES: Features = {
+    "joint offsets": lambda chain: f"{sum(offset != 0 for offset in chain.offsets)} of {chain.n} joints have an offset",
+    "senses of the axes": _describe_twists,
     "base": _describe_base,
     "point of interest": _describe_point,
 }
 """Features in which arms described by a DH table may differ, in the frames of that table."""
-SCREW_FEATURES: Mapping[str, Callable[[Chain], str]] = {
-    "directions of the axes": _describe_oblique_axes,
-    "senses of the axes": _describe_senses_at_home,
-}
+SCREW_FEATURES: Features = {"directions of the axes": _describe_directions, "senses of the axes": _describe_components}
 """Features in which arms described by their axes, which have no frames, may differ."""
-STRUCTURE_FEATURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
+STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {difficulty_band(chain)}"}
 """Features in which arms differ only if their family samples the structure, too; they take time to compute."""
 
 

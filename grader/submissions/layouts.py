@@ -161,10 +161,19 @@ LAYOUTS: dict[str, Layout] = {
 """The layouts in order: the first one that recognises a file or folder determines its owner."""
 
 
-def find_only_folder(root: Path) -> Path | None:
-    """Return the only entry of a folder if it is a folder, as in an unpacked export; else None."""
-    entries = _list_entries(root)
-    return entries[0] if len(entries) == 1 and not entries[0].is_symlink() and safe_check(entries[0].is_dir) else None
+MAX_DEPTH = 5
+"""Maximum number of nested folders, each the only entry of its parent, that are opened in search of submissions."""
+
+
+def list_nested_folders(root: Path) -> Iterator[Path]:
+    """Yield a folder, then the folder that is its only entry, and so on, as in an unpacked export."""
+    yield root
+    for _ in range(MAX_DEPTH):
+        entries = _list_entries(root)
+        if len(entries) != 1 or entries[0].is_symlink() or not safe_check(entries[0].is_dir):
+            return
+        (root,) = entries
+        yield root
 
 
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:

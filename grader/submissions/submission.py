@@ -28,14 +28,12 @@ from qdot.grader.submissions.cells import (
     printable_name,
     read_cells,
 )
-from qdot.grader.submissions.layouts import SubmittedPath, find_only_folder, find_submitted_paths, safe_check
+from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths, list_nested_folders, safe_check
 from qdot.grader.submissions.roster import PossibleOwners, Roster
 
 if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
     from qdot.exercises.assignment.assignment import Assignment, Student
 
-MAX_DEPTH = 5
-"""Maximum number of nested folders, each the only entry of its parent, that are opened in search of submissions."""
 MAX_FILES, MAX_NOTEBOOKS = 20_000, 50
 """Maximum number of files that a student may submit, and maximum number of notebooks of theirs that are graded."""
 NOT_FETCHED_FILE = ".not-fetched.csv"
@@ -161,13 +159,9 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
         name = path.name if safe_check(path.is_dir) else path.stem
         return roster.find_by_identifier(name) or roster.find_owner(replace(submitted, ids=(*submitted.ids, name)))
 
-    inner: Path | None = root
-    for _ in range(MAX_DEPTH + 1):
-        if inner is None:
-            break
-        if any(find_owner(submitted).students for submitted in find_submitted_paths(inner)):
-            return inner, find_owner
-        inner = find_only_folder(inner)
+    for folder in list_nested_folders(root):
+        if any(find_owner(submitted).students for submitted in find_submitted_paths(folder)):
+            return folder, find_owner
     return root, find_owner
 
 
