@@ -223,5 +223,5 @@ def test_the_page_gives_the_action_what_it_takes() -> None:
         )
         used += [step for step in steps if step.get("uses", "").startswith(NAME)]
     assert used and all(step["with"].keys() <= known.keys() for step in used)
-    table = page[page.index("| input |") : page.index("It needs no right but")]
+    table = page[page.index("| input |") : page.index("It needs only")]
     assert set(re.findall(r"`([\w-]+)`(?=[^|]*\|[^|]*\|\n)", table)) >= known.keys()

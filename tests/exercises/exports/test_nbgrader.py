@@ -177,7 +177,7 @@ def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(
     assignment: Assignment, generated: Path, running: NbGrader
 ) -> None:
     """Its own digest of a cell that nobody may change, and in its configuration qdot's steps."""
-    assert running.configured[0] == "MakeWhole" and {"Mark", "Late"} <= set(running.configured)
+    assert running.configured[0] == "RestoreCells" and {"Mark", "ApplyLateRule"} <= set(running.configured)
     assert not {"Execute", "AssignLatePenalties"} & set(running.configured)
     released = nbformat.read(generated / "release" / "hw" / "hw.ipynb", as_version=4)
     about = {cell.metadata.nbgrader.grade_id: cell.metadata for cell in released.cells if "nbgrader" in cell.metadata}

@@ -439,7 +439,7 @@ def compiled(source: str | bytes, folder: Path) -> str:
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("asked", [{"solutions": True}, {"sheet": "key"}])
+@pytest.mark.parametrize("asked", [{"has_solutions": True}, {"sheet": "key"}])
 def test_latex_compiles(order: ExportRequest, asked: dict[str, Any], tmp_path: Path) -> None:
     """Of a class, one handout with the solutions, which has all that the others have, and a key."""
     compiled(next(iter(files(replace(order, **asked), "latex").values())).content, tmp_path)

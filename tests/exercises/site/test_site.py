@@ -248,7 +248,7 @@ def test_a_site_is_told_in_the_convention_of_a_course(built: Path, few_pages: No
     assert "described by screw axes" in fails(*ordered(site, "--convention", "dh", "--twist-order", "v-omega"))
     assignment = a_class(tmp_path / "hw", [Student("ada")])
     said = fails(*ordered(site, "--assignment", assignment.folder, "--convention", "screws"))
-    assert 'convention = "screws" in assignment.toml' in said
+    assert 'set them in assignment.toml, as in convention = "screws"' in said
 
 
 def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(few_pages: None, tmp_path: Path) -> None:

@@ -330,7 +330,7 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
     assert first.mistake == "Extra term"
     page = make_class_page(assignment, results)
     assert f'<code class="key">{first.key}</code> <strong>3 students</strong>, earned 0 of 1' in page
-    assert page.index(first.key) < page.index("1 of one student alone") < page.index(other.key)
+    assert page.index(first.key) < page.index("1 answer given by only one student") < page.index(other.key)
     _, results = settled("1", "fine", first.key)
     page = make_class_page(assignment, results)
     assert "<strong>set to 1</strong>" in page and "fine" in page and page == make_class_page(assignment, results)
