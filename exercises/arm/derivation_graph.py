@@ -130,11 +130,6 @@ class Working:
         computed_stages = {name for w in (self, *self._first_joints.values()) for name in w._results}
         return any(stage == name or stage in prerequisites(name) for name in computed_stages)
 
-    def jacobians(self) -> list[np.ndarray]:
-        """Return the Jacobians that have been computed so far, including those of `for_first_joints`."""
-        workings = (self, *self._first_joints.values())
-        return [w._results[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._results]
-
     @property
     def n(self) -> int:
         """The number of joints."""

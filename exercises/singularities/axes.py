@@ -43,10 +43,6 @@ class Sample:
         """Return the value of a measure at this configuration."""
         return float(measure(self.arm, self.q[None])[0])
 
-    def evaluate_nearby(self, measure: Measure) -> float:
-        """Return the value of a measure at a configuration near this one."""
-        return float(measure(self.arm, nearby_configuration(self)[None])[0])
-
 
 def measure_samples(samples: Sequence[Sample], measure: Measure) -> np.ndarray:
     """Return the values of a measure (k) at k samples, whose arms have the same structure."""

@@ -25,7 +25,9 @@ from qdot.exercises.singularities.axes import (
     axis_spread,
     collinearity_error,
     common_direction_error,
+    measure_samples,
     nearby_configuration,
+    nearby_samples,
     origin_collinearity_error,
     prismatic_slant,
 )
@@ -139,11 +141,8 @@ def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Measured
 
 def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
     """Return the statements that do not also hold near the samples; other statements say nothing about the samples."""
-    return [
-        meaning
-        for meaning in meanings
-        if any(sample.evaluate_nearby(meaning.measure) >= ZERO_TOLERANCE for sample in samples)
-    ]
+    nearby = nearby_samples(samples)
+    return [meaning for meaning in meanings if measure_samples(nearby, meaning.measure).max() >= ZERO_TOLERANCE]
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:

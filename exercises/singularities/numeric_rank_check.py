@@ -70,15 +70,20 @@ def check_rank_loss(
     wrong: set[int] = set()
     converged_count, unexplained = 0, []
     rng = Stream(seed)
+
+    def find_zeros(k: int, branch: _Branch, rank: _RankTest) -> np.ndarray:
+        """Return configurations on branch k, and note if J keeps full rank at one of them."""
+        converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
+        if converged.any() and not rank.loses_rank(q[converged]).all():
+            wrong.add(k)
+        return np.asarray(q[converged])
+
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         arms.append(arm)
         rank = _RankTest(arm, chain)
         numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
-            converged, q = branch.find_zeros(rank.sample_configurations(start_count, rng))
-            samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
-            if converged.any() and not rank.loses_rank(q[converged]).all():
-                wrong.add(k)
+            samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank)]
         q = rank.search_singular(rank.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
         explained = np.zeros(len(q), dtype=bool)
@@ -88,12 +93,9 @@ def check_rank_loss(
     searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
-            rank = _RankTest(arm, chain)
-            converged, q = _Branch(branches[k], chain, values).find_zeros(rank.sample_configurations(start_count, rng))
-            if converged.any():
-                arms.append(arm)
-                samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
-                wrong |= set() if rank.loses_rank(q[converged]).all() else {k}
+            zeros = find_zeros(k, _Branch(branches[k], chain, values), _RankTest(arm, chain))
+            samples[k] += [(len(arms), configuration) for configuration in zeros]
+            arms += [arm] if len(zeros) else []
     search_results = start_count * searched_arm_count, converged_count, tuple(unexplained)
     return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searched_arm_count, *search_results)
 

@@ -31,6 +31,7 @@ from qdot.exercises.singularities.singularity import (
     replace_marks,
     split_zero_cases,
     tidy_branches,
+    trig_coefficients,
 )
 
 _POSITION = TASK_ROWS[:3]
@@ -386,11 +387,10 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
     angles = {trig.args[0] for trig in trigs if search.contains_joints(trig)}
     if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
         return []
-    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    polynomial = sp.Poly(sp.expand(factor).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
-    if polynomial.total_degree() != 1 or polynomial.free_symbols & {angle}:
+    coefficients = trig_coefficients(factor, angle, angle)
+    if coefficients is None:
         return []
-    a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    a, b, c = coefficients
     if sp.expand(a - b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
         roots, tangent = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)], -a / c
     elif sp.expand(a + b) == 0:

@@ -243,14 +243,21 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
     offset = sp.expand(phi - joint)
     if offset.has(joint):
         return None
+    coefficients = trig_coefficients(sp.expand_trig(condition) if arguments else condition, phi, joint)
+    if coefficients is None:
+        return None
+    values = (principal_angle(value - offset) for value in _roots_of_trig(*coefficients))
+    return joint, tuple(dict.fromkeys(values))
+
+
+def trig_coefficients(condition: sp.Expr, angle: sp.Expr, joint: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
+    """Return A, B and C of a condition A + B cos(angle) + C sin(angle); None if it has another form."""
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    expanded = sp.expand_trig(condition) if arguments else condition
-    polynomial = sp.Poly(sp.expand(expanded).xreplace({sp.cos(phi): cosine, sp.sin(phi): sine}), cosine, sine)
-    if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
+    polynomial = sp.Poly(sp.expand(condition).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
+    if polynomial.total_degree() != 1 or joint in polynomial.free_symbols:
         return None
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    values = (principal_angle(value - offset) for value in _roots_of_trig(a, b, c))
-    return joint, tuple(dict.fromkeys(values))
+    return a, b, c
 
 
 def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
