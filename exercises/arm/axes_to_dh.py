@@ -77,7 +77,7 @@ def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
 
 
 def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Return all (tilt, yaw, turn) of a rotation Rz(yaw) Rx(tilt) Rz(turn): two, or one if z_0 is vertical."""
+    """Return all (tilt, yaw, angle) of a rotation Rz(yaw) Rx(tilt) Rz(angle): two, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
     sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
@@ -144,7 +144,7 @@ class _TableFrame:
 
 def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableFrame]:
     """Return one row of the table, without its variable, and the frame after it, whose z lies along `next_axis`."""
-    frame, next_direction, next_turn = table_frame.frame, next_axis.direction, sp.S.Zero
+    frame, next_direction, next_rotation = table_frame.frame, next_axis.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     to_next_point, normal = _evaluate_matrix(next_axis.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
     if next_axis.kind == "P":
@@ -152,9 +152,9 @@ def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableF
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
         d = recognize_exact(to_next_point.dot(z)) if not next_axis.kind else sp.S.Zero
-        next_x, a, next_turn = x, sp.S.Zero, table_frame.z_rotation
+        next_x, a, next_rotation = x, sp.S.Zero, table_frame.z_rotation
         if not _is_zero_vector(offset):
-            next_x, a, next_turn = _direction_and_length(offset, x, z.cross(x))
+            next_x, a, next_rotation = _direction_and_length(offset, x, z.cross(x))
     else:
         next_x = _evaluate_matrix(normal / normal.norm())
         a = evaluate_entry(to_next_point.dot(next_x))
@@ -163,11 +163,11 @@ def _next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint, _TableF
             next_x, a = -next_x, -a
         a = recognize_exact(a)
         offset = a * next_x
-    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_turn - table_frame.z_rotation
+    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_rotation - table_frame.z_rotation
     alpha = angle_of(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
     origin = _evaluate_matrix(frame.origin + d * z + offset)
     next_pose = Pose(_evaluate_matrix(sp.Matrix.hstack(next_x, next_direction.cross(next_x), next_direction)), origin)
-    return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, next_turn if alpha == 0 else -next_turn)
+    return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, next_rotation if alpha == 0 else -next_rotation)
 
 
 def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:

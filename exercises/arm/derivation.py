@@ -162,8 +162,8 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     return tuple(minors)
 
 
-def _count_terms(sums: Iterable[sp.Expr]) -> int:
-    return sum(len(sp.Add.make_args(each)) for each in sums)
+def _count_terms(minors: Iterable[sp.Expr]) -> int:
+    return sum(len(sp.Add.make_args(minor)) for minor in minors)
 
 
 def minors_are_long(chain: Chain) -> bool:

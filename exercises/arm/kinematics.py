@@ -43,10 +43,10 @@ class _ParallelRun:
     def __init__(self, outer: sp.Matrix, angle: sp.Expr) -> None:
         self.outer, self.angle = outer, angle
 
-    def turn_z(self, angle: sp.Expr) -> None:
+    def rotate_z(self, angle: sp.Expr) -> None:
         self.angle = self.angle + angle
 
-    def turn_x(self, alpha: sp.Expr) -> None:
+    def rotate_x(self, alpha: sp.Expr) -> None:
         if alpha == 0:
             return
         if alpha in (sp.pi, -sp.pi):  # Rz(phi) Rx(pi) = Rx(pi) Rz(-phi): still parallel, opposite sense
@@ -73,17 +73,17 @@ def _walk_frames(
     All frames share one run object, which changes after it has been yielded.
     """
     run = _ParallelRun(sp.eye(3), sp.S.Zero)
-    run.turn_z(base.yaw)
-    run.turn_x(base.tilt)
+    run.rotate_z(base.yaw)
+    run.rotate_x(base.tilt)
     origin = sp.Matrix(base.position)
     yield run, origin
     for row in rows:
         for axis, angle, length in steps(row):
             if axis == "x":
                 origin = origin + run.vector(length, sp.S.Zero, sp.S.Zero)
-                run.turn_x(angle)
+                run.rotate_x(angle)
             else:
-                run.turn_z(angle)
+                run.rotate_z(angle)
                 origin = origin + run.vector(sp.S.Zero, sp.S.Zero, length)
         yield run, origin
 

@@ -77,8 +77,8 @@ class _Reader:
         for joint in self.joints:
             child = self.child(joint)
             if child in self.parent_joints:
-                other = self.name(self.parent_joints[child])
-                raise self.joint_error(joint, f"link {child!r} is also the child of joint {other!r}")
+                earlier_joint = self.name(self.parent_joints[child])
+                raise self.joint_error(joint, f"link {child!r} is also the child of joint {earlier_joint!r}")
             self.parent_joints[child] = joint
 
     def joint_error(self, joint: ElementTree.Element, message: str) -> QdotError:

@@ -127,9 +127,9 @@ def _point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[State
         _find_point_on_axis,
         _find_collinear_axes,
         _find_extreme_reach,
-        _find_extreme_side_of_slide,
-        _find_parallel_slides,
-        _find_slide_at_link,
+        _find_extreme_side_of_prismatic,
+        _find_parallel_prismatic,
+        _find_prismatic_at_link,
         _find_parallel_axes,
         _find_coplanar_parallel_axes,
         _find_origin_on_axis,
@@ -276,7 +276,7 @@ def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Ite
             yield from _yield_if_special(samples, words, partial(coplanarity_error, row=triple))
 
 
-def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
     for prismatic in _joints_of_kind(chain, "P"):
         side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
@@ -285,20 +285,21 @@ def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iter
                 yield _extreme_statement(f"{side} as joint {mover + 1} can bring it", prismatic, [mover], {1})
 
 
-def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for pair in combinations(_joints_of_kind(chain, "P"), 2):
         words = f"the axes of prismatic joints {_joint_names(pair)} are parallel"
         yield from _yield_if_special(samples, words, partial(axis_spread, joints=pair))
 
 
-def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+def _find_prismatic_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     parallel_pairs = [pair for pair in combinations(_revolute_joints(chain), 2) if are_parallel(samples, *pair)]
-    for slide, (i, j) in product(_joints_of_kind(chain, "P"), parallel_pairs):
+    for prismatic, (i, j) in product(_joints_of_kind(chain, "P"), parallel_pairs):
         link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
         for is_across, preposition in ((False, "along"), (True, "at right angles to")):
-            measure = partial(prismatic_slant, slide=slide, i=i, j=j, across=is_across)
-            yield from _yield_if_special(samples, f"prismatic joint {slide + 1} moves {preposition} {link}", measure)
+            words = f"prismatic joint {prismatic + 1} moves {preposition} {link}"
+            measure = partial(prismatic_slant, prismatic=prismatic, i=i, j=j, across=is_across)
+            yield from _yield_if_special(samples, words, measure)
 
 
 def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:

@@ -138,18 +138,18 @@ def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
     return all(np.linalg.norm(cross(sample.axes[i], sample.axes[j])) < 1e-6 for sample in samples)
 
 
-def prismatic_slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int, across: bool) -> np.ndarray:
+def prismatic_slant(arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, across: bool) -> np.ndarray:
     """Return the sine of the angle between a prismatic joint and the line from axis i to axis j.
 
     With `across`, return the sine of the angle by which the joint deviates from the perpendicular of that line. The
     axes are parallel; the line is the shortest between them. If they coincide, return 1.
     """
     frames = arm.frames(q)
-    line, slide_direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., slide, :3, 2]
+    line, direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., prismatic, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
     line_length = norms(line)
-    deviation = np.abs(np.sum(slide_direction * line, axis=-1)) if across else norms(cross(slide_direction, line))
+    deviation = np.abs(np.sum(direction * line, axis=-1)) if across else norms(cross(direction, line))
     return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
 
 

@@ -115,9 +115,10 @@ def _sample_piece(
     `lengths` are the lengths of each arm, and `role` is the role of prismatic joints.
     """
     joints, count = [q.name for q in chain.q], 3 * samples_per_arm
-    given = {symbol.name: np.repeat([each[symbol.name] for each in lengths], count) for symbol in chain.parameters}
-    given[_ARM_KEY] = np.repeat(np.arange(len(lengths)), count)
-    space = ConfigurationSpace(joints, domain_of(chain, given, role))
+    names = [symbol.name for symbol in chain.parameters]
+    values_by_name = {name: np.repeat([values[name] for values in lengths], count) for name in names}
+    values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), count)
+    space = ConfigurationSpace(joints, domain_of(chain, values_by_name, role))
     names = {*space.collect_names([[piece]]), _ARM_KEY}
     values = space.sample_piece(piece, names, stream, count=count * len(lengths))
     configurations = np.array([values[joint] for joint in joints]).T
@@ -222,7 +223,7 @@ def representative_samples(chain: Chain, conditions: Sequence[str]) -> list[Samp
     """Return enough configurations on conditions (text) to generalize from these to all."""
     # the look and the kind may depend on which symbolic length is larger
     arms = _ARMS_PER_LENGTH * max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else _ARMS_PER_LENGTH
-    each = -(-_SAMPLE_COUNT // (arms * len(conditions)))
-    samples_of_all = (sample_condition(chain, condition, "seen", arms, each) for condition in conditions)
+    samples_per_arm = -(-_SAMPLE_COUNT // (arms * len(conditions)))
+    samples_of_all = (sample_condition(chain, condition, "seen", arms, samples_per_arm) for condition in conditions)
     samples = list(chain_together.from_iterable(samples_of_all))
     return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

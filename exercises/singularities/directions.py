@@ -124,8 +124,8 @@ def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sin
         factor = sp.diff(trig.args[0], joint)
         if factor != 0:
             rest = trig.args[0] - factor * joint
-            other = sp.cos(rest) if isinstance(trig, sp.sin) else -sp.sin(rest)
-            replacements[trig] = trig.func(rest) * cosine + other * factor * sine
+            derivative = sp.cos(rest) if isinstance(trig, sp.sin) else -sp.sin(rest)
+            replacements[trig] = trig.func(rest) * cosine + derivative * factor * sine
     return expression.xreplace(replacements)
 
 

@@ -91,8 +91,8 @@ def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns
         points = _solutions_of_joint(polynomial, circles, prime)
         if points is not None:
             others = polynomials[:k] + polynomials[k + 1 :]
-            substituted = ([_substitute_point(point, other, prime) for other in others] for point in points)
-            return any(_may_vanish(remaining, circles, prime, max_zeros) for remaining in substituted)
+            substituted = ([_substitute_point(point, remaining, prime) for remaining in others] for point in points)
+            return any(_may_vanish(system, circles, prime, max_zeros) for system in substituted)
     return _has_zero(polynomials, circles, prime, max_zeros)
 
 

@@ -129,11 +129,11 @@ def candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Measured
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _extreme_meanings(chain, samples, i, j)
-    slide_meanings = _slides_at_links(chain, samples) if has_angular_rows else []
+    at_links = _prismatic_at_links(chain, samples) if has_angular_rows else []
     # A prismatic joint passes through zero, which changes the order of the origins without being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
     origins = [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
-    across, along = ([meaning for meaning in slide_meanings if meaning.kind == kind] for kind in ("across", "along"))
+    across, along = ([meaning for meaning in at_links if meaning.kind == kind] for kind in ("across", "along"))
     meanings += _special_meanings(samples, [*across, *origins, *along])
     meanings += _in_one_plane(chain, samples, revolute)
     return meanings + _special_meanings(samples, _common_direction(chain, samples))
@@ -161,14 +161,14 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
     return meanings
 
 
-def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
+def _prismatic_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about prismatic joints along or across links between parallel axes."""
     kinds = [joint.kind for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
     line = "the line from the axis of joint {} to that of joint {}"
     return [
         _meaning_of(kind, (prismatic, i, i + 1), f"prismatic joint {{}} moves {how} {line}",
-                    partial(prismatic_slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
+                    partial(prismatic_slant, prismatic=prismatic, i=i, j=i + 1, across=kind == "across"))
         for prismatic, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
         if are_parallel(samples, i, i + 1)
         for kind, how in (("along", "along"), ("across", "at right angles to"))
@@ -187,7 +187,7 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
     line = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear, with ${names[1]}$"
     pairs = (("straight", "between the others"), ("doubled", "not between the others"))
     measure = partial(origin_collinearity_error, k=k)
-    return [MeasuredMeaning(kind, (k,), f"{line} {where}", measure) for kind, where in pairs]
+    return [MeasuredMeaning(kind, (k,), f"{line} {position}", measure) for kind, position in pairs]
 
 
 def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:

@@ -59,7 +59,7 @@ class ReducedCase:
 
     - `case`: the conditions of the case.
     - `joints`: the joint (from 1) of each column of the matrix; 0 for a column that combines two joints.
-    - `find_branches`: the branches of rank loss, each a list of conditions under which the matrix has less than full
+    - `branches`: the branches of rank loss, each a list of conditions under which the matrix has less than full
       rank.
     """
 
@@ -446,7 +446,7 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
 
 def _count_operations(singular_set: ReciprocalSet) -> int:
     """Return the number of operations in all conditions."""
-    return sum(int(sp.count_ops(condition)) for way in singular_set.branches for condition in way)
+    return sum(int(sp.count_ops(condition)) for branch in singular_set.branches for condition in branch)
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:

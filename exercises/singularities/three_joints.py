@@ -77,7 +77,7 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     # the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
     arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[:, None]  # a slide may be the only length
+    arm_size = np.maximum(arm_size + norms(targets - foot), 1e-12)[:, None]  # a prismatic joint may be the only length
     origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
     if arms.kinds[2] == "P":
         middle, along, across = point, axes[:, 2], np.zeros_like(point)

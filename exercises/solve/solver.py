@@ -262,7 +262,7 @@ def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
     check = stage.check
     assert check is not None
     count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
-    parts = {"chain": chain, "found": stage, "check": check, "count": count, "never_singular": NEVER_SINGULAR}
+    parts = {"chain": chain, "redundant": stage, "check": check, "count": count, "never_singular": NEVER_SINGULAR}
     return _render_sentences("solve/check.md.j2", **parts)
 
 
@@ -302,7 +302,7 @@ def _singular_json(chain: Chain, singularities: Singularities) -> dict[str, Any]
     return content | ({"note": singularities.note} if singularities.note else {})
 
 
-TWISTS = "space_jacobian", "body_jacobian"
+TWISTS, _TWIST_DERIVATIONS = ("space_jacobian", "body_jacobian"), (derive_space_jacobian, derive_body_jacobian)
 """Further results for an arm described by its axes, 6 x n each, in the order of `twist_rows`."""
 
 
@@ -311,23 +311,12 @@ def twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
     return TWISTS if SCREWS in convention_of(chain).features else ()
 
 
-def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
-    """Return functions that compute the Jacobians of TWISTS as plain data; none for an arm described by a table.
-
-    There is no body frame if P is not fixed to the last link.
-    """
-    if not twist_jacobian_names(chain):
-        return ()
+def _twist_json(chain: Chain, name: str, derive_twists: Callable[[Chain], sp.Matrix]) -> dict[str, Any]:
+    """Return one of TWISTS as plain data; there is no body frame if P is not fixed to the last link."""
     convention = convention_of(chain)
-
-    def rows(derive_twists: Callable[[Chain], sp.Matrix]) -> list[list[str]]:
-        return _text_rows(convention.reorder_twists(derive_twists(chain)))
-
-    has_body = QUESTIONS["body-jacobian"].objection(chain) is None
-    return (
-        lambda: {"twist_rows": list(convention.velocity_names), TWISTS[0]: rows(derive_space_jacobian)},
-        lambda: {TWISTS[1]: rows(derive_body_jacobian) if has_body else None},
-    )
+    exists = name == TWISTS[0] or QUESTIONS["body-jacobian"].objection(chain) is None
+    rows = _text_rows(convention.reorder_twists(derive_twists(chain))) if exists else None
+    return {"twist_rows": list(convention.velocity_names), name: rows}
 
 
 def _text_rows(matrix: sp.Matrix) -> list[list[str]]:
@@ -393,7 +382,7 @@ def text_stages(robot: Robot) -> Stages:
     if shows_same or not w.convention.shows_table:
         description = None  # the standard text below shows the same
     rounded = ROUNDED_NOTE if robot.is_table_rounded else ""
-    arm = render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=description, rounded=rounded)
+    arm = render("solve/arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, description=description, rounded=rounded)
     yield ReadyResult("arm", arm)
     parts: list[Part] = []
     explained: set[str] = set()
@@ -450,7 +439,7 @@ def _render_special_lengths(chain: Chain, singularities: Singularities, number: 
         number=number,
         note=singularities.lengths_remark,
         special=[(special, Wording(special.chain)) for special in singularities.special_cases],
-        looked_at=length_relations(chain, singularities.singular or ()) if singularities.special_cases else [],
+        examined=length_relations(chain, singularities.singular or ()) if singularities.special_cases else [],
     )
 
 
@@ -469,7 +458,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[s
 def _render_redundant(chain: Chain, redundant: RedundantSingularities, number: int | None = None) -> str:
     """Return the section on the singular set of a redundant arm; it has no number while it is incomplete."""
     w, steps = Wording(chain), solution_steps(chain)
-    return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
+    return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, redundant=redundant, number=number)
 
 
 def data_stages(chain: Chain) -> Stages:
@@ -480,9 +469,9 @@ def data_stages(chain: Chain) -> Stages:
     yield "the Jacobian"
     rows = _text_rows(d.geometric)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
-    for name, part in zip(TWISTS, _screw_parts(chain), strict=False):
+    for name, derive_twists in zip(twist_jacobian_names(chain), _TWIST_DERIVATIONS, strict=False):
         yield f"the {name.replace('_j', ' J')}"
-        yield ReadyResult(name, part())
+        yield ReadyResult(name, _twist_json(chain, name, derive_twists))
     if d.is_square:
         yield "the determinant"
         with suppress(TooLong):

@@ -92,7 +92,7 @@ def find_special_lengths(
             components = _find_components(special_chain)
         except TooLong:
             continue
-        new_components = [one for one in components if not _is_known(one, known_components, special_chain)]
+        new_components = [c for c in components if not _is_known(c, known_components, special_chain)]
         if new_components:
             yield SpecialLength(length, value, special_chain, tuple(new_components))
 

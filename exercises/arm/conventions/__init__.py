@@ -18,10 +18,10 @@ from qdot.exercises.arm.conventions.standard_dh import StandardDh
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Chain
 
-REGISTRY: dict[str, type[Convention]] = {each.name: each for each in (StandardDh, ModifiedDh, Screws)}
+REGISTRY: dict[str, type[Convention]] = {convention.name: convention for convention in (StandardDh, ModifiedDh, Screws)}
 """All conventions by name; the first is the default."""
 
-ALIASES = {alias: each.name for each in REGISTRY.values() for alias in each.aliases}
+ALIASES = {alias: convention.name for convention in REGISTRY.values() for alias in convention.aliases}
 """Other common names of conventions, each with the name that is used here."""
 
 
