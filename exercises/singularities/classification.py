@@ -119,8 +119,8 @@ def _sample_piece(
     values_by_name = {name: np.repeat([values[name] for values in lengths], count) for name in names}
     values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), count)
     space = ConfigurationSpace(joints, domain_of(chain, values_by_name, role))
-    names = {*space.collect_names([[piece]]), _ARM_KEY}
-    values = space.sample_piece(piece, names, stream, count=count * len(lengths))
+    sampled_names = {*space.collect_names([[piece]]), _ARM_KEY}
+    values = space.sample_piece(piece, sampled_names, stream, count=count * len(lengths))
     configurations = np.array([values[joint] for joint in joints]).T
     samples = []
     for number, arm_lengths in enumerate(lengths):
