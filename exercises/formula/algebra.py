@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from qdot.exercises.formula.trees import Node
+from qdot.exercises.formula.trees import Node, split_signed_terms
 
 Matrix = Sequence[Sequence[Node]]
 
@@ -59,13 +59,7 @@ def apply_function(function: str, a: Node) -> Node:
 
 def split_terms(sum_node: Node) -> list[Node]:
     """Return the terms of a sum without expanding products."""
-    if sum_node.kind == "+":
-        return split_terms(sum_node.args[0]) + split_terms(sum_node.args[1])
-    if sum_node.kind == "-":
-        return split_terms(sum_node.args[0]) + [negate(term) for term in split_terms(sum_node.args[1])]
-    if sum_node.kind == "neg":
-        return [negate(term) for term in split_terms(sum_node.args[0])]
-    return [sum_node]
+    return [negate(term) if sign < 0 else term for term, sign in split_signed_terms(sum_node)]
 
 
 def expand_terms(node: Node, max_count: int) -> list[Node] | None:

@@ -103,31 +103,30 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
         elif op == "sqrt":
             step = _square_root_step(angles[operands[0]])
         else:
-            step = _algebraic_step(op, operands, constant, sizes) if len(sizes) == len(operands) else None
+            size = _algebraic_size(op, constant, sizes) if len(sizes) == len(operands) else None
+            step = ((op, operands, constant), size) if size is not None else None
         modular.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
     return ModularProgram(tuple(modular), program.outputs)
 
 
-def _algebraic_step(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]) -> SizedStep | None:
+def _algebraic_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     if op == "number":
-        return (op, (), constant), (0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
-    if op == "name" and constant == "I":
-        return ("turn", (), ROOT_ORDER // 4), _UNIT_SIZE
+        return 0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator)
     if op == "name" and constant != "E":
-        return (op, (), constant), (1.0, 0.0, 0.0, 0.0)
+        return _UNIT_SIZE if constant == "I" else (1.0, 0.0, 0.0, 0.0)
     if op == "sum":
         size: Size = (0.0, -inf, 0.0, 0.0)
         for term, count in zip(sizes, constant, strict=True):
             size = _add_sizes(size, term, count)
-        return (op, operands, constant), size
+        return size
     if op == "neg":
-        return (op, operands, None), sizes[0]
+        return sizes[0]
     if op in ("*", "/"):
-        return (op, operands, None), _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
+        return _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
         a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
         n = abs(constant)
-        return (op, operands, constant), (n * a, n * b, n * c, n * d) if constant else _UNIT_SIZE
+        return (n * a, n * b, n * c, n * d) if constant else _UNIT_SIZE
     return None
 
 
@@ -237,15 +236,13 @@ def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
     if op == "neg":
         return -args[0]
     if op == "name":
-        return point.value(f"name/{data}")
+        return point.field.power(ROOT_ORDER // 4) if data == "I" else point.value(f"name/{data}")
     if op == "number":
         return _residue(data, prime)
     if op == "/":
         return args[0] * _inverse(args[1], prime)
     if op == "integer power":
         return pow(args[0] if data >= 0 else _inverse(args[0], prime), abs(data), prime)
-    if op == "turn":
-        return point.field.power(data)
     factor, roots, turn = data
     value = _residue(factor, prime) * point.field.power(turn)
     for root in roots:

@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.formula.trees import Node, find_names, scalar_expected_error
+from qdot.exercises.formula.trees import Node, find_names, scalar_expected_error, split_signed_terms
 
 BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
@@ -72,17 +72,8 @@ def _terms_or_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
     """Return the terms of a nested sum and their signs, or the operands of any other node and no signs."""
     if node.kind not in ("+", "-"):
         return node.args, ()
-    terms, signs, stack = [], [], [(node, 1)]
-    while stack:
-        current, sign = stack.pop()
-        if current.kind == "neg":
-            stack.append((current.args[0], -sign))
-        elif current.kind in ("+", "-"):
-            stack += [(current.args[1], sign if current.kind == "+" else -sign), (current.args[0], sign)]
-        else:
-            terms.append(current)
-            signs.append(sign)
-    return tuple(terms), tuple(signs)
+    terms, signs = zip(*split_signed_terms(node), strict=True)
+    return terms, signs
 
 
 def _sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:

@@ -77,6 +77,20 @@ def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
     return results[0]
 
 
+def split_signed_terms(node: Node) -> list[tuple[Node, int]]:
+    """Return the terms of a nested sum, each with its sign 1 or -1; products are not expanded."""
+    terms, stack = [], [(node, 1)]
+    while stack:
+        current, sign = stack.pop()
+        if current.kind == "neg":
+            stack.append((current.args[0], -sign))
+        elif current.kind in ("+", "-"):
+            stack += [(current.args[1], sign if current.kind == "+" else -sign), (current.args[0], sign)]
+        else:
+            terms.append((current, sign))
+    return terms
+
+
 def replace_names(tree: Node, values: Mapping[str, Node]) -> Node:
     """Return the tree with names replaced by the trees in `values`."""
     return fold(tree, lambda node, args: values.get(node.value, node) if node.kind == "name" else node.with_args(args))

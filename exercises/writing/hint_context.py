@@ -42,11 +42,6 @@ class HintContext:
         self.chain = chain
         self.derivation: Derivation = derive(chain)
 
-    @property
-    def at_zero(self) -> dict[sp.Symbol, sp.Expr]:
-        """All joint variables at zero, for substitution."""
-        return dict.fromkeys(self.chain.q, sp.S.Zero)
-
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
         symbols = sorted(matrix.free_symbols, key=lambda s: (s not in self.chain.q, natural_sort_key(s.name)))

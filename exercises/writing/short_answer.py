@@ -52,7 +52,8 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
     def choice(self, answer: Choice) -> dict[str, Any]:
         has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options
-        has_words = has_words and not _is_tall(self.part, answer.correct)
+        details = self.part.details
+        has_words = has_words and not (isinstance(details, Options) and details.offered[answer.correct].is_tall)
         words = option_text(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 
@@ -83,7 +84,3 @@ def _unit_latex(unit: str) -> str:
     pieces = re.split(r"\^(\d)", unit)
     latex = "".join(rf"^{{{piece}}}" if k % 2 else rf"\text{{{piece}}}" for k, piece in enumerate(pieces) if piece)
     return rf"\,{latex}" if unit else ""
-
-
-def _is_tall(part: Part, index: int) -> bool:
-    return isinstance(part.details, Options) and part.details.offered[index].is_tall

@@ -87,6 +87,12 @@ class SolutionSteps:
         self.derivation: Derivation = derive(chain)
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
+        self.kinds = [joint.kind for joint in chain.joints]
+        """R or P for every joint."""
+        self.rates, self.velocity = sp.Matrix(chain.rates), sp.Matrix(task_velocity(chain))
+        """The vectors of the joint rates and of the task's velocity."""
+        self.home_configuration = dict.fromkeys(chain.q, sp.S.Zero)
+        """All joint variables at zero, for substitution."""
 
     @cached_property
     def angles(self) -> AngleNames:
@@ -121,11 +127,6 @@ class SolutionSteps:
     def has_angle_sums(result: sp.Matrix) -> bool:
         """Return whether a result has sines or cosines of sums of joint angles."""
         return any(len(trig.args[0].free_symbols) > 1 for trig in result.atoms(sp.sin, sp.cos))
-
-    @property
-    def kinds(self) -> list[str]:
-        """R or P for every joint."""
-        return [joint.kind for joint in self.chain.joints]
 
     def _substitute_numbers(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure, simplified, with this arm's numbers."""
@@ -165,10 +166,6 @@ class SolutionSteps:
 
     def _depends_on_joints(self, expression: sp.Matrix | sp.Expr) -> bool:
         return bool(expression.free_symbols & set(self.chain.q))
-
-    @property
-    def _home_configuration(self) -> dict[sp.Symbol, sp.Expr]:
-        return dict.fromkeys(self.chain.q, sp.S.Zero)
 
     @property
     def home_pose(self) -> sp.Matrix:
@@ -212,7 +209,7 @@ class SolutionSteps:
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint with all joint variables at zero (3 x 1)."""
-        return self.derivation.z[:, joint - 1].xreplace(self._home_configuration).applyfunc(sp.expand)
+        return self.derivation.z[:, joint - 1].xreplace(self.home_configuration).applyfunc(sp.expand)
 
     def rotated_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as rotated by the joints before it (3 x 1), or None if they don't rotate it."""
@@ -226,7 +223,7 @@ class SolutionSteps:
         Joints that do not move P are omitted. Joint 1 is omitted, too, because then P is at its final position.
         """
         positions: list[tuple[int, sp.Matrix]] = []
-        previous = self.derivation.position.xreplace(self._home_configuration)
+        previous = self.derivation.position.xreplace(self.home_configuration)
         for joint in range(self.chain.point.frame, 0, -1):
             earlier_joints_at_zero = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             position = self.derivation.position.xreplace(earlier_joints_at_zero)
@@ -276,19 +273,9 @@ class SolutionSteps:
         derivation = derive(self.convention.first_joints(k))
         return [self._column(derivation, i) for i in range(k)]
 
-    @property
-    def rates(self) -> sp.Matrix:
-        """The vector of joint rates."""
-        return sp.Matrix(self.chain.rates)
-
     def rate_along_z(self, joint: int) -> sp.Matrix:
         """Return the joint's rate along z of its own frame (3 x 1)."""
         return sp.Matrix([0, 0, self.chain.rates[joint - 1]])
-
-    @property
-    def velocity(self) -> sp.Matrix:
-        """The vector of the task's velocity."""
-        return sp.Matrix(task_velocity(self.chain))
 
     @cached_property
     def cofactors(self) -> sp.Matrix:

@@ -4,7 +4,7 @@ SymPy evaluates both sin(15°) and cos(75°) to the latter. The angle is taken f
 is 15°.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -13,6 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.writing.shortening import split_constant
 
 _FIFTEEN_DEGREES = sp.pi / 12
 
@@ -28,17 +29,12 @@ class _SumOfRoots:
 @lru_cache(maxsize=256)
 def constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
     """Return the constant angles of an arm's table and base in their order, reduced to at most 90 degrees."""
-    constants = [*_table_constants(chain), chain.base.yaw, chain.base.tilt]
-    reduced_angles = (
-        abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in constants if (angle / sp.pi).is_Rational
-    )
+    rows = convention_of(chain).rows
+    table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta)[1]))
+    constants = [*table_constants, chain.base.yaw, chain.base.tilt]
+    rational = (angle for angle in constants if (angle / sp.pi).is_Rational)
+    reduced_angles = (abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in rational)
     return tuple(dict.fromkeys(angle for angle in reduced_angles if angle != 0))
-
-
-def _table_constants(chain: Chain) -> Iterator[sp.Expr]:
-    for row in convention_of(chain).rows:
-        yield row.alpha
-        yield row.theta.as_independent(*row.theta.free_symbols, as_Add=True)[0] if row.theta.free_symbols else row.theta
 
 
 def use_constant_angles(expression: sp.Expr, angles: Sequence[sp.Expr] = ()) -> sp.Expr:
