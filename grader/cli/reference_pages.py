@@ -49,11 +49,10 @@ def _read_platform_runs() -> Iterator[dict[str, str]]:
     """Yield the records of runs in the real programs (tests/platforms), with the counts of each run as a phrase."""
     for path in PLATFORM_RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
-        counts = (
-            f"{item}: {count['passed']} of {count['of']}" + (f" ({count['but']})" if count["but"] else "")
-            for item, count in run["counts"].items()
-        )
-        yield {**run, "told": "; ".join(counts)}
+        counts = run["counts"].values()
+        passed, total = (sum(count[key] for count in counts) for key in ("passed", "of"))
+        exceptions = [f"{item}: {count['but']}" for item, count in run["counts"].items() if count["but"]]
+        yield {**run, "result": "; ".join([f"{passed} of {total}", *exceptions])}
 
 
 # --- compatibility ---

@@ -125,7 +125,7 @@ def variation_page() -> str:
         thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
         groups=GROUPS,
         sharing=measured["formulas"],
-        sharing_steps=(DEFAULT_VARIATION, "full"),
+        sharing_step=DEFAULT_VARIATION,
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
         difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
