@@ -46,10 +46,8 @@ def write_bank(
     `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
     certificate. Solutions are written only if `with_solutions`.
     """
-    entries = []
-    with closing(
-        ordered_map(_write_problem, problems, jobs, keep_state, ((folder, find_failures, with_solutions),))
-    ) as records:
+    entries, state = [], (folder, find_failures, with_solutions)
+    with closing(ordered_map(_write_problem, problems, jobs, keep_state, (state,))) as records:
         for entry in records:
             if isinstance(entry, FailedSlot):
                 on_failed(entry)
@@ -144,21 +142,16 @@ def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
     asked_names = {asked_name for entry in entries for asked_name in entry["questions"]}
-    return _json_text(
-        {
-            "format": 1,
-            "feedback": feedback,
-            "families": [
-                {"name": name, "title": title, "source": source, "problems": list(_entries_of(entries, name))}
-                for name, title, source in titles
-            ],
-            "questions": [
-                {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
-                for question in ASKED.values()
-                if question.name in asked_names
-            ],
-        }
-    )
+    families = [
+        {"name": name, "title": title, "source": source, "problems": list(_entries_of(entries, name))}
+        for name, title, source in titles
+    ]
+    questions = [
+        {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
+        for question in ASKED.values()
+        if question.name in asked_names
+    ]
+    return _json_text({"format": 1, "feedback": feedback, "families": families, "questions": questions})
 
 
 def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:

@@ -1,7 +1,8 @@
 """Make the pages on the book: a page with an interactive arm for each of Examples 6.1 to 6.4, and the errata."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.chapter import Example, corrections, examples
@@ -31,13 +32,16 @@ def address(number: str) -> str:
 
 def chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
-    overview = {language: _overview(language) for language in (ENGLISH, *LANGUAGES)}
-    yield Page(OVERVIEW, *overview.pop(ENGLISH), section=SECTION, kind="wide", translations=overview)
+    yield _translated_page(OVERVIEW, _overview, "wide")
     for index, example in enumerate(examples()):
-        pages = {language: _example(index, language) for language in (ENGLISH, *LANGUAGES)}
-        yield Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide", translations=pages)
-    errata = {language: _errata(language) for language in (ENGLISH, *LANGUAGES)}
-    yield Page(ERRATA, *errata.pop(ENGLISH), section=SECTION, translations=errata)
+        yield _translated_page(address(example.number), partial(_example, index), "wide")
+    yield _translated_page(ERRATA, _errata)
+
+
+def _translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: str = "") -> Page:
+    """Return a page whose title and body in a language are what `write` returns."""
+    translations = {language: write(language) for language in LANGUAGES}
+    return Page(path, *write(ENGLISH), section=SECTION, kind=kind, translations=translations)
 
 
 def _list_examples(language: str) -> list[dict[str, object]]:
@@ -77,9 +81,8 @@ def _example(index: int, language: str) -> tuple[str, str]:
     arm = example.arm
     numbers = [number for number, page in _errata_pages().items() if page == address(example.number)]
     corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
-    errata_list = templates.get_template("site/errata-list.md.j2").render(
-        errata=corrections_here, places={}, level="###"
-    )
+    errata_template = templates.get_template("site/errata-list.md.j2")
+    errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
     intro = templates.get_template("site/example-given.md.j2").render(example=example)
     title = catalogue(language).gettext("Example %(number)s", number=example.number)
     return title, templates.get_template("site/example.html.j2").render(
@@ -103,8 +106,9 @@ def live_arm(chain: Chain) -> Json:
 
 def _errata_pages() -> dict[int, str]:
     """Return the address of the example's page for each correction, by the correction's number."""
-    addresses = {f"Example {erratum.number}": address(erratum.number) for erratum in examples()}
-    errata = enumerate(corrections(), 1)
     return {
-        number: page for number, erratum in errata for name, page in addresses.items() if erratum.where.startswith(name)
+        number: address(example.number)
+        for number, erratum in enumerate(corrections(), 1)
+        for example in examples()
+        if erratum.where.startswith(f"Example {example.number}")
     }

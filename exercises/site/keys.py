@@ -108,11 +108,10 @@ class _KeyMaker(AnswerVisitor[Json]):
             return key
         key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
         if not answer.counts_up_to_a_factor:
-            extras = {
-                "linear": _linear_coefficients(self.problem, self.part, points),
-                "throughout": list(_mistakes_throughout(self.problem, self.part, points, key)),
-            }
-            key |= {name: extra for name, extra in extras.items() if extra}
+            if factors := _linear_coefficients(self.problem, self.part, points):
+                key["linear"] = factors
+            if throughout := list(_mistakes_throughout(self.problem, self.part, points, key)):
+                key["throughout"] = throughout
         return key
 
     def direction(self, answer: Direction) -> Json:
@@ -122,13 +121,9 @@ class _KeyMaker(AnswerVisitor[Json]):
     def _direction_in_numbers(self) -> Json:
         key, _ = _formula_key(self.problem, self.part)
         reference = np.array([entry[0] for entry in key["right"]], dtype=float)
-        return key | {
-            "mistakes": self._mistakes(
-                _likeliest_mistakes(
-                    _unit_vectors_of_mistakes(self.problem, self.part, reference), reference / np.linalg.norm(reference)
-                )
-            )
-        }
+        unit_vectors = _unit_vectors_of_mistakes(self.problem, self.part, reference)
+        mistakes = _likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
+        return key | {"mistakes": self._mistakes(mistakes)}
 
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
@@ -180,12 +175,8 @@ def _linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> 
     factors = {}
     for name, symbol in problem.symbols().items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
-            values = [
-                np.real(
-                    evaluate(program, first_points | {name: first_points[name] * 0 + k}, FINGERPRINT_POINT_COUNT)[0]
-                )
-                for k in range(3)
-            ]
+            samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
+            values = [np.real(evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0]) for sample in samples]
             if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
                 factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in values[1] - values[0]]
     return factors
@@ -205,12 +196,9 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     rows_of_points: list[list[float]] = []
     correct: list[list[float | None]] = []
     for k in range(SAMPLED_POINT_COUNT):
-        row = [
-            float(points[name][k]) if name in fixed_names else _round_to_six_digits(points[name][k]) for name in symbols
-        ]
-        values = [
-            _to_double(value) for value in _evaluate_entries(program, dict(zip(symbols, row, strict=True)), used_names)
-        ]
+        point = {name: float(points[name][k]) for name in symbols}
+        point |= {name: _round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
+        row, values = list(point.values()), list(map(_to_double, _evaluate_entries(program, point, used_names)))
         if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
             rows_of_points.append(row)
             correct.append(values)
@@ -235,20 +223,13 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) ->
     working = numeric_working(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
     known_fingerprints = {_fingerprint(compute_answer(working, part), is_direction)}
     for wrong in _wrong_answers_of_mistakes(working, part, known_fingerprints):
-        if wrong.answer.shape[:2] != (part.shape or (1, 1)):
+        if wrong.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(wrong.answer):
             continue
-        if (
-            not _is_finite_and_nonzero(wrong.answer)
-            or (fingerprint := _fingerprint(wrong.answer, is_direction)) in known_fingerprints
-        ):
-            continue
-        if is_direction and len(set(fingerprint)) == 1:  # many mistakes lead to a constant
-            continue
-        known_fingerprints.add(fingerprint)
-        yield {
-            **_describe_mistake(wrong),
-            "print": [float(text) for text in fingerprint],
-        }
+        fingerprint = _fingerprint(wrong.answer, is_direction)
+        is_constant = is_direction and len(set(fingerprint)) == 1  # many mistakes lead to a constant
+        if fingerprint not in known_fingerprints and not is_constant:
+            known_fingerprints.add(fingerprint)
+            yield {**_describe_mistake(wrong), "print": [float(text) for text in fingerprint]}
 
 
 def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
@@ -256,24 +237,19 @@ def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(answer_code(problem, part), problem.domain().roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
-    edits = [
-        (THROUGHOUT_MISTAKES.index(name), name, edited_rows)
-        for name, edited_rows in edit_throughout(rows)
-        if name in THROUGHOUT_MISTAKES
-    ]
-    known_fingerprints = {
-        _fingerprint(np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1))
-    }
-    for _, name, edited_rows in sorted(edits, key=lambda item: item[0])[:MAX_THROUGHOUT_MISTAKES]:
+    edits = [edit for edit in edit_throughout(rows) if edit[0] in THROUGHOUT_MISTAKES]
+    edits.sort(key=lambda edit: THROUGHOUT_MISTAKES.index(edit[0]))
+    correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
+    known_fingerprints = {_fingerprint(correct)}
+    for name, edited_rows in edits[:MAX_THROUGHOUT_MISTAKES]:
         entries = [entry for row in edited_rows for entry in row]
         values = evaluate(compile_program(entries), first_points, FINGERPRINT_POINT_COUNT)[0]
         if not np.isfinite(values).all() or (fingerprint := _fingerprint(values)) in known_fingerprints:
             continue
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
-        mistake = _mistake_record(
-            name, catalogue.CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
-        )
+        sentence = catalogue.CATALOGUE[name].sentence({"Where": "In your answer"})
+        mistake = _mistake_record(name, sentence, ", ".join(sorted(missing_names)))
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
@@ -290,16 +266,18 @@ def _wrong_answers_of_mistakes(working: Working, part: Part, seen: Collection[ob
             yield from catalogue.apply_mistake(mistake, working, part)
 
 
-def _unit_vectors_of_mistakes(
-    problem: Problem, part: Part, correct: np.ndarray
-) -> Iterator[tuple[float, Json, list[float]]]:
+NumericMistakes = Iterator[tuple[float, Json, list[float]]]
+"""Wrong numbers, each with how likely its mistake is, and the record of the mistake."""
+
+
+def _unit_vectors_of_mistakes(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
     """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
     for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
 
 
-def _likeliest_mistakes(answers: Iterable[tuple[float, Json, list[float]]], correct: Iterable[float]) -> Iterator[Json]:
+def _likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
     """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
     right_rounded = _round_digits(correct)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
@@ -350,34 +328,29 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
 
     For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
     """
-    answers = chain(
-        _mistaken_answers(problem, part), _speed_mistakes(problem, part), _derived_mistakes(problem, part, precise)
-    )
-    return _likeliest_mistakes(answers, map(float, answer.reference))
+    answers = chain(_mistaken_answers(problem, part), _speed_mistakes(problem, part))
+    derived_answers = _derived_mistakes(problem, part, precise)
+    return _likeliest_mistakes(chain(answers, derived_answers), map(float, answer.reference))
 
 
-def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+def _mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
             yield 1.0, _mistake_record(mistake.name, mistake.sentence(mistaken.words)), values
 
 
-def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> Iterator[tuple[float, Json, list[float]]]:
+def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
     derived, numbers_of_answer = _derived_part(part)
     if derived is None:
         return
     for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = numbers_of_answer(wrong.answer)
         if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _RATE_MISTAKES):
-            yield (
-                catalogue.variant_frequency(wrong),
-                _describe_mistake(wrong),
-                flat.tolist(),
-            )
+            yield catalogue.variant_frequency(wrong), _describe_mistake(wrong), flat.tolist()
 
 
-def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
+def _speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
     """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
     if part.kind != "speed":
         return
@@ -459,19 +432,12 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact = {atom.joint: constant_value(atom.expression) for atom in piece if atom.joint is not None}
-            configurations = np.array([values[name] for name in symbols]).T[:CONFIGURATIONS_PER_PIECE]
-            keys.append(
-                [
-                    [_coordinate_value(*pair) for pair in zip(configuration, map(exact.get, symbols), strict=True)]
-                    for configuration in configurations
-                ]
-            )
+            columns = [
+                [float(f"{sampled:.9f}" if exact.get(name) is None else exact[name]) + 0.0 for sampled in values[name]]
+                for name in symbols
+            ]
+            keys.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
     return keys
-
-
-def _coordinate_value(sampled: float, exact: Any) -> float:
-    """Return the exact value if there is one, or else the sampled value with nine decimals."""
-    return (float(f"{sampled:.9f}") if exact is None else float(exact)) + 0.0
 
 
 # ---

@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import figure_svg
 from qdot.exercises.site.arms import gallery
 from qdot.exercises.site.chapter import chapter_pages, live_arm
-from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, DocumentationEntry, arrange_pages
+from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import render, template_folder
@@ -162,22 +162,12 @@ def _documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
     yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
-            body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
-            body = link_pages(body)
+            path = docs / f"{entry.name}.md"
+            body = link_pages(commands if entry.name == COMMANDS else to_html(path.read_text(encoding="utf-8")))
             shown_headings = find_headings(body) if len(find_headings(body)) >= MIN_LISTED_HEADINGS else []
-            page_body = render(
-                "site/doc.html.j2",
-                body=body,
-                groups=groups,
-                entry=entry,
-                headings=shown_headings,
-                translate=translate_message,
-            )
+            context = {"body": body, "groups": groups, "entry": entry, "headings": shown_headings}
+            page_body = render("site/doc.html.j2", **context, translate=translate_message)
             yield Page(f"docs/{entry.name}.html", entry.title, page_body, section="docs", kind="docs")
-
-
-def _text(docs: Path, entry: DocumentationEntry) -> str:
-    return (docs / f"{entry.name}.md").read_text(encoding="utf-8")
 
 
 def link_pages(page: str) -> str:

@@ -53,24 +53,14 @@ def _table_of(chain: Chain, title: str) -> Json:
 
 def _entry(value: sp.Expr, joint_number: int) -> str:
     """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
-    joint_names = {
-        sp.Symbol(f"theta{joint_number}"): sp.Symbol(f"q{joint_number}"),
-        sp.Symbol(f"d{joint_number}"): sp.Symbol(f"q{joint_number}"),
-    }
+    joint_names = {sp.Symbol(f"{name}{joint_number}"): sp.Symbol(f"q{joint_number}") for name in ("theta", "d")}
     shortened = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
     return f"{float(shortened):.6g}" if shortened.is_Float else str(shortened)
 
 
 def _table(name: str, fields: Mapping[str, Any]) -> Json:
-    defaults = {
-        "convention": "dh",
-        "angles": "radians",
-        "tool": ZERO_VECTOR,
-        "place": ZERO_VECTOR,
-        "turn": ZERO_VECTOR,
-        "task": None,
-    }
-    return {"name": name, **defaults, **fields}
+    vectors = dict.fromkeys(("tool", "place", "turn"), ZERO_VECTOR)
+    return {"name": name, "convention": "dh", "angles": "radians", **vectors, "task": None, **fields}
 
 
 def _library() -> Iterator[Json]:

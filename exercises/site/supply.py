@@ -64,13 +64,10 @@ class BankProblem:
         if questions == (QUIZ,):
             questions = select_quiz_questions(self.family, self.frame_convention[0])
         elif self.question_share is not None:
-            questions = deal_questions(
-                questions_with_sampled_numbers(self.family, self.frame_convention), *self.question_share
-            )
-        seed = self.seed + (draw - 1) * MAX_ARMS
-        return generate(
-            ProblemId(self.family, seed, questions, variation=self.variation).with_convention(*self.frame_convention)
-        )
+            names = questions_with_sampled_numbers(self.family, self.frame_convention)
+            questions = deal_questions(names, *self.question_share)
+        identity = ProblemId(self.family, self.seed + (draw - 1) * MAX_ARMS, questions, variation=self.variation)
+        return generate(identity.with_convention(*self.frame_convention))
 
     def find_certified(self, find_failures: FindFailures) -> Problem | FailedSlot:
         """Return the first draw that passes its certificate. Raises QdotError if a given `problem` fails."""
@@ -103,21 +100,15 @@ def problems_of_families(
     steps = [canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
-        seed_ranges = (range(first_seed, variants + 1, len(steps)) for first_seed in range(1, len(steps) + 1))
-        steps_and_seeds = zip(steps, seed_ranges, strict=True)
         arms = [
             replace(arm, frame_convention=frame_convention)
-            for step, seeds in steps_and_seeds
-            for arm in _problems_of_step(name, step, seeds, frame_convention)
+            for first_seed, step in enumerate(steps, 1)
+            for arm in _problems_of_step(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
         ]
         for arm in sorted(arms, key=lambda arm: arm.seed):
             problems.append(arm)
             if arm.seed % 2 and arm.seed <= MAX_QUIZ_SEED and not FAMILIES[name].has_varied_structure:
-                problems.append(
-                    BankProblem(
-                        name, f"{arm.key}-{QUIZ}", arm.seed, (QUIZ,), arm.variation, frame_convention=frame_convention
-                    )
-                )
+                problems.append(replace(arm, key=f"{arm.key}-{QUIZ}", questions=(QUIZ,), question_share=None))
     return problems
 
 
@@ -126,19 +117,12 @@ def _problems_of_step(family: str, step: str, seeds: range, frame_convention: Fr
     if not seeds:
         return
     distinct, repeated = _distinct_seeds(family, step, seeds)
-    make_problem = partial(_problem_of_seed, family, step)
-    yield make_problem(distinct[0])
+    yield BankProblem(family, f"{distinct[0]:03d}", distinct[0], variation=step)
     for index, seed in enumerate(distinct[1:]):
-        yield replace(
-            make_problem(seed),
-            questions=deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct) - 1),
-        )
+        names = deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct) - 1)
+        yield BankProblem(family, f"{seed:03d}", seed, names, step)
     for index, seed in enumerate(repeated):
-        yield replace(make_problem(seed), question_share=(index, len(repeated)))
-
-
-def _problem_of_seed(family: str, step: str, seed: int) -> BankProblem:
-    return BankProblem(family, f"{seed:03d}", seed, variation=step)
+        yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated)))
 
 
 def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
@@ -169,10 +153,8 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
     total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
-    chosen = {
-        names[index % len(names)]
-        for index in range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
-    }
+    dealt = range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
+    chosen = {names[index % len(names)] for index in dealt}
     return tuple(name for name in names if name in chosen)
 
 
@@ -185,15 +167,11 @@ def _questions_of_family(family: str, convention: str) -> tuple[str, ...]:
 def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
     """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
     step, questions = next(iter(VARIATION_STEPS)), _questions_of_family(family, frame_convention[0])
-    problems = [
-        generate(ProblemId(family, seed, questions, variation=step).with_convention(*frame_convention))
-        for seed in COMPARED_SEEDS
-    ]
-    answers_of_problems = [
-        [json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in problems
-    ]
-    return tuple(
-        part.name
-        for part, *answers in zip(problems[0].parts, *answers_of_problems, strict=True)
-        if len(set(answers)) > 1
-    )
+    identities = [ProblemId(family, seed, questions, variation=step) for seed in COMPARED_SEEDS]
+    problems = [generate(identity.with_convention(*frame_convention)) for identity in identities]
+    parts_of_questions = zip(*(problem.parts for problem in problems), strict=True)
+    answers = {
+        parts[0].name: {json.dumps([part.answer.as_json(), repr(part.details)]) for part in parts}
+        for parts in parts_of_questions
+    }
+    return tuple(name for name, different_answers in answers.items() if len(different_answers) > 1)
