@@ -9,23 +9,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.labels import LabelRequest
+from qdot.exercises.arm.conventions.base import Convention
+from qdot.exercises.figure.lettering import Lettering, joint_lettering, length_lettering
+from qdot.exercises.figure.places import LabelRequest
 from qdot.exercises.figure.plane import choose_view, is_drawn_flat
 from qdot.exercises.figure.pose import Skeleton, compute_table_entries
-from qdot.exercises.figure.shapes import (
-    Circle,
-    Glyph,
-    Polyline,
-    Shape,
-    TextRun,
-    Vector2D,
-    joint_lettering,
-    length_lettering,
-)
+from qdot.exercises.figure.shapes import Circle, Glyph, Polyline, Shape, Vector2D, list_outlines, make_cross
 from qdot.exercises.figure.view import (
     Drawing,
     View,
@@ -59,20 +51,25 @@ class Scene:
     bones: Skeleton
     view: View
     glyph_positions: tuple[np.ndarray, ...]
-    offsets: tuple[sp.Expr, ...]
     frames_without_x: frozenset[int]
     is_planar: bool
     frames: np.ndarray
     is_sparse: bool = False
     is_home: bool = False
 
+    @property
+    def convention(self) -> Convention:
+        """The convention that describes the arm."""
+        return convention_of(self.chain)
+
+    @property
+    def shown_world_axes(self) -> list[int]:
+        """The numbers of the world's axes that can be drawn: in a flat drawing, only the two in its plane."""
+        return [k for k in range(3) if not self.is_planar or self.view.lies_flat(np.eye(3)[k])]
+
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
         return np.asarray(self.bones.frames[i - 1, :3, 2])
-
-    def is_axis_end_on(self, i: int) -> bool:
-        """Return whether the axis of joint i points at the reader or away, so that the joint is seen end-on."""
-        return self.view.is_end_on(self.axis(i))
 
     def is_glyph_beside_link(self, i: int) -> bool:
         """Return whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
@@ -84,20 +81,18 @@ class Scene:
 
 def make_scene(chain: Chain, bones: Skeleton, view: View, is_sparse: bool = False) -> Scene:
     """Return the scene with a position for each glyph at which it does not cover another one."""
-    taken_positions: list[np.ndarray] = []
-    order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
-    places: dict[int, np.ndarray] = {}
-    for i in order:
-        places[i] = _find_free_position(bones, view, i, taken_positions)
-        taken_positions.append(places[i])
-    ordered_places = tuple(places[i] for i in range(chain.n))
-    flat, frames = is_drawn_flat(chain), convention_frames(chain, bones)
-    frames_without_x = frozenset[int]() if flat or _shows_all_x_axes(chain) else _crowded_frames(frames[:, :3, 3])
+    positions: dict[int, np.ndarray] = {}
+    for i in sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0):
+        positions[i] = _find_free_position(bones, view, i, list(positions.values()))
+    glyph_positions = tuple(positions[i] for i in range(chain.n))
+    is_flat, frames = is_drawn_flat(chain), convention_frames(chain, bones)
+    has_small_wrist = convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS  # then all x axes are drawn
+    frames_without_x = frozenset[int]() if is_flat or has_small_wrist else _crowded_frames(frames[:, :3, 3])
     if is_sparse:
         frames_without_x = frozenset(range(1, chain.n))
     home = compute_table_entries(chain, {q.name: 0.0 for q in chain.q})
     is_home = bool(np.allclose(bones.entries, home, atol=1e-9))
-    return Scene(chain, bones, view, ordered_places, chain.offsets, frames_without_x, flat, frames, is_sparse, is_home)
+    return Scene(chain, bones, view, glyph_positions, frames_without_x, is_flat, frames, is_sparse, is_home)
 
 
 def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
@@ -110,11 +105,6 @@ def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
 def _is_movable(bones: Skeleton, i: int) -> bool:
     """Return whether a link runs along the axis of joint i, so that its glyph can be moved along the link."""
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
-
-
-def _shows_all_x_axes(chain: Chain) -> bool:
-    """Return whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
-    return convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS
 
 
 def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
@@ -130,18 +120,10 @@ def _find_free_position(bones: Skeleton, view: View, i: int, taken_positions: li
     z = bones.frames[i, :3, 2]
     candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
-        steps: tuple[float, ...] = (-GLYPH_DISTANCE, GLYPH_DISTANCE) if i == 0 else (GLYPH_DISTANCE, -GLYPH_DISTANCE)
-        if not _is_movable(bones, i) and has_no_links(bones):
-            if i == 0:
-                steps = (-GLYPH_DISTANCE_WITHOUT_LINKS, GLYPH_DISTANCE_WITHOUT_LINKS)
-            else:
-                steps = (
-                    GLYPH_DISTANCE_WITHOUT_LINKS,
-                    GLYPH_DISTANCE_WITHOUT_LINKS / 2,
-                    -GLYPH_DISTANCE_WITHOUT_LINKS,
-                    -GLYPH_DISTANCE_WITHOUT_LINKS / 2,
-                )
-        candidates += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
+        distance, steps = GLYPH_DISTANCE, [-1.0, 1.0, -2.0, 2.0] if i == 0 else [1.0, -1.0, 2.0, -2.0]
+        if has_no_links(bones) and not _is_movable(bones, i):
+            distance, steps = GLYPH_DISTANCE_WITHOUT_LINKS, steps if i == 0 else [1.0, 0.5, -1.0, -0.5, 2.0]
+        candidates += [origin + step * distance / view.scale * z for step in steps]
         if i == 0 and _shares_origin(bones):
             candidates = candidates[4:]
     for candidate in candidates:
@@ -164,23 +146,16 @@ def _shares_origin(bones: Skeleton) -> bool:
 
 def draw_link(scene: Scene, i: int) -> Drawing:
     """Return link i as bars, labelled with its lengths."""
-    bones, joint = scene.bones, scene.chain.joints[i - 1]
+    bones, view, joint, glyph = scene.bones, scene.view, scene.chain.joints[i - 1], scene.glyph_positions[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
-    shapes: tuple[Shape, ...] = ()
-    labels: list[LabelRequest] = []
-    if scene.is_glyph_beside_link(i):
-        shapes += _draw_bar(scene.view, [scene.glyph_positions[i - 1], start], "link")
+    bars = [([glyph, start], "link")] if scene.is_glyph_beside_link(i) else []
+    labels = _label_length(view, corner, end, length_lettering(joint.a))
     if joint.kind == "P":
-        glyph_position = scene.glyph_positions[i - 1]
-        shapes += _draw_bar(scene.view, [glyph_position, corner], "rod") + _draw_bar(
-            scene.view, [start, glyph_position], "link"
-        )
-        shapes += _draw_bar(scene.view, [corner, end], "link")
+        bars += [([glyph, corner], "rod"), ([start, glyph], "link"), ([corner, end], "link")]
     else:
-        shapes += _draw_bar(scene.view, [start, corner, end], "link")
-        labels += _label_length(scene.view, start, corner, length_lettering(joint.d))
-    labels += _label_length(scene.view, corner, end, length_lettering(joint.a))
-    return Drawing(shapes, tuple(labels))
+        bars.append(([start, corner, end], "link"))
+        labels = _label_length(view, start, corner, length_lettering(joint.d)) + labels
+    return Drawing(tuple(shape for points, style in bars for shape in _draw_bar(view, points, style)), tuple(labels))
 
 
 def draw_path_to_point(scene: Scene) -> Drawing:
@@ -202,11 +177,11 @@ def _draw_bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, 
     return (Polyline(line, style), Polyline(line, f"{style}-inside"))
 
 
-def _label_length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[LabelRequest]:
+def _label_length(view: View, start: np.ndarray, end: np.ndarray, pieces: Lettering) -> list[LabelRequest]:
     """Return the label of a straight piece, which can be placed on either side; none for a zero length."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
-    return [LabelRequest(pieces, anchors_beside(view.to_pixels(start), view.to_pixels(end)), gap=8.0, rank=1)]
+    return [LabelRequest(pieces, anchors_beside(*view.path_in_pixels([start, end])), gap=8.0, rank=1)]
 
 
 def anchors_beside(first: Vector2D, second: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
@@ -225,64 +200,40 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
     kind, position, z, view = scene.chain.joints[i - 1].kind, scene.glyph_positions[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
-    if scene.is_axis_end_on(i) and kind == "R":
-        center = view.to_pixels(position)
-        shapes = (
-            Circle(center, JOINT_RADIUS, "joint-face"),
-            *_end_on_mark(center, view.component_toward_reader(z) > 0),
-        )
-    elif kind == "R":
+    if kind == "P":
+        length_to_corner = view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position))
+        half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)
+        shapes = draw_sleeve(view, position, z, half_length, 9.0 if scene.is_planar else 8.0)
+    elif not view.is_end_on(z):
         shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
-    else:
-        half_length = min(
-            SLEEVE_HALF_LENGTH, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position))
-        )
-        shapes = draw_sleeve(view, position, z, max(half_length, 8.0), 9.0 if scene.is_planar else 8.0)
+    else:  # a dot if the axis comes out of the page, a cross if it goes into it
+        center = view.to_pixels(position)
+        comes_out = view.component_toward_reader(z) > 0
+        mark = (Circle(center, 2.4, "dot"),) if comes_out else make_cross(center, 0.7071 * JOINT_RADIUS, "mark")
+        shapes = (Circle(center, JOINT_RADIUS, "joint-face"), *mark)
     return Drawing((Glyph(i, kind, shapes),))
-
-
-def _end_on_mark(center: Vector2D, points_at_reader: bool) -> tuple[Polyline | Circle, ...]:
-    """Return a dot for an axis that comes out of the page, a cross for one that goes into it."""
-    if points_at_reader:
-        return (Circle(center, 2.4, "dot"),)
-    (x, y), r = center, 0.7071 * JOINT_RADIUS
-    return (
-        Polyline(((x - r, y - r), (x + r, y + r)), "mark"),
-        Polyline(((x - r, y + r), (x + r, y - r)), "mark"),
-    )
 
 
 def draw_ground(scene: Scene) -> Drawing:
     """Return the hatched ground that carries the base: a line in a flat drawing, a plate in space."""
     view, frame = scene.view, scene.bones.frames[0]
-    x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
-    if view.is_end_on(z):
-        return _draw_ground_line(view, origin, x, -y)
+    x, y, z, origin = frame[:3].T
+    if view.is_end_on(z):  # a pedestal
+        middle = origin - 24 / view.scale * y
+        foot = [origin, middle - 13 / view.scale * x, middle + 13 / view.scale * x]
+        pedestal = Polyline(view.path_in_pixels(foot), "pedestal", True)
+        return Drawing((pedestal, *_draw_hatched_line(view, middle, x, -y)))
     half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].kind == "R" else SLEEVE_HALF_LENGTH
     ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
+    middle, size = origin + ground_level / view.scale * z, 28.0 / view.scale
     if scene.is_planar:
-        return Drawing(
-            _draw_hatched_line(view, origin + ground_level / view.scale * z, x if view.lies_flat(x) else y, -z)
-        )
-    size, middle = 28.0 / view.scale, origin + ground_level / view.scale * z
+        return Drawing(_draw_hatched_line(view, middle, x if view.lies_flat(x) else y, -z))
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.path_in_pixels(corners), "plate", True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
         ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
         shapes.append(Polyline(view.path_in_pixels([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
     return Drawing(tuple(shapes))
-
-
-def _draw_ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawing:
-    """Return a pedestal on hatched ground, for a base whose z axis is seen end-on."""
-    unit = 1.0 / view.scale
-    foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
-    return Drawing(
-        (
-            Polyline(view.path_in_pixels(foot), "pedestal", True),
-            *_draw_hatched_line(view, origin + unit * 24 * down, x, down),
-        )
-    )
 
 
 def _draw_hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
@@ -295,75 +246,63 @@ def _draw_hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.n
     return (*ticks, Polyline(view.path_in_pixels([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
-def draw_joint_angle(scene: Scene, i: int) -> Drawing:
+def draw_joint_variable(scene: Scene, i: int) -> Drawing:
+    """Return the arc of theta_i or the dimension line of d_i; nothing for an arm that is described by its axes."""
+    if scene.convention.is_drawn_at_home:  # without x axes, no angle is shown
+        return Drawing()
+    return _draw_joint_angle(scene, i) if scene.chain.joints[i - 1].kind == "R" else _draw_joint_length(scene, i)
+
+
+def _draw_joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     row, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
-    convention = convention_of(scene.chain)
-    if row.kind != "R" or convention.is_drawn_at_home:  # without x axes, no angle is shown
-        return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.glyph_positions[i - 1]
-    label = joint_lettering(scene.chain.q[i - 1], scene.offsets[i - 1], is_angle=True)
     directions = []
     is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
-    if is_apart or i - 1 in scene.frames_without_x or convention.is_proximal:
+    if is_apart or i - 1 in scene.frames_without_x or scene.convention.is_proximal:
         directions.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or row.a == 0:
         directions.append(unit_vector_at(x, y, angle))
     radius = ARC_RADIUS[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
-    return draw_arc(view, center, (x, y), angle, radius, LabelRequest(label, (), "angle")) + Drawing(
-        tuple(
-            Polyline(view.path_in_pixels([center, center + v * (radius + 14) / view.scale]), "dashed")
-            for v in directions
-        )
-    )
+    ends = [center + direction * (radius + 14) / view.scale for direction in directions]
+    dashed = tuple(Polyline(view.path_in_pixels([center, end]), "dashed") for end in ends)
+    label = joint_lettering(scene.chain.q[i - 1], scene.chain.offsets[i - 1], is_angle=True)
+    return draw_arc(view, center, (x, y), angle, radius, label) + Drawing(dashed)
 
 
 def draw_arc(
-    view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: LabelRequest
+    view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, pieces: Lettering
 ) -> Drawing:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), with its label outside."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
     arc_angles = angle * np.arange(count + 1)[:, None] / count
     points = view.path_in_pixels(center + unit_vector_at(*xy, arc_angles) * radius / view.scale)
-    anchors = []
-    for share in (0.5, 0.35, 0.65, 0.2, 0.8):
-        outward = unit_vector_at(*xy, share * angle)
-        anchors.append((view.to_pixels(center + outward * radius / view.scale), view.drawn_direction(outward)))
+    outward = [unit_vector_at(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
+    spots = view.path_in_pixels([center + vector * radius / view.scale for vector in outward])
+    anchors = tuple(zip(spots, map(view.drawn_direction, outward), strict=True))
     further_points = points[:: max(1, count // 8)]
-    request = LabelRequest(
-        label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", further_points=further_points
-    )
+    request = LabelRequest(pieces, anchors, "angle", gap=4.0, kind="angle", further_points=further_points)
     return Drawing(draw_line_with_arrowhead(points, "arc", 7.0), (request,))
 
 
-def draw_joint_length(scene: Scene, i: int) -> Drawing:
+def _draw_joint_length(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
-    if scene.chain.joints[i - 1].kind != "P" or convention_of(scene.chain).is_drawn_at_home:
-        return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
-    is_glyph_apart = (
-        np.linalg.norm(scene.glyph_positions[i - 1] - start) > 1e-9
-    )  # then another joint's arc is at O_{i-1}
-    label = joint_lettering(scene.chain.q[i - 1], scene.offsets[i - 1], is_angle=False)
-    return draw_dimension(scene, start, end, label, ARC_RADIUS[scene.is_planar] + 9.0 if is_glyph_apart else 23.0)
+    is_glyph_apart = np.linalg.norm(scene.glyph_positions[i - 1] - start) > 1e-9
+    distance = ARC_RADIUS[scene.is_planar] + 9.0 if is_glyph_apart else 23.0  # another joint's arc may be at O_{i-1}
+    label = joint_lettering(scene.chain.q[i - 1], scene.chain.offsets[i - 1], is_angle=False)
+    return draw_dimension(scene, start, end, label, distance)
 
 
-def draw_dimension(
-    scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], distance: float
-) -> Drawing:
+def draw_dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: Lettering, distance: float) -> Drawing:
     """Return a dimension line for two points (3, m), `distance` pixels from them, on the side away from the arm."""
     view, side = scene.view, _find_free_side(scene, start, end) / scene.view.scale
     first, second = view.path_in_pixels([point + side * distance for point in (start, end)])
     middle = ((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
-    lines = tuple(
-        Polyline(view.path_in_pixels([point + side * 6.0, point + side * (distance + 5.0)]), "extension")
-        for point in (start, end)
-    )
-    arrows = (
-        *draw_line_with_arrowhead((middle, first), "dimension", 7.0),
-        *draw_line_with_arrowhead((middle, second), "dimension", 7.0),
-    )
+    ends = [[point + side * 6.0, point + side * (distance + 5.0)] for point in (start, end)]
+    lines = tuple(Polyline(view.path_in_pixels(pair), "extension") for pair in ends)
+    arrows = [arrow for end in (first, second) for arrow in draw_line_with_arrowhead((middle, end), "dimension", 7.0)]
     anchors = tuple((spot, view.drawn_direction(side)) for spot, _ in anchors_beside(first, second)[::2])
     return Drawing((*lines, *arrows), (LabelRequest(label, anchors, gap=4.0),))
 
@@ -389,12 +328,8 @@ def draw_links_and_joints(scene: Scene) -> Drawing:
     drawing = Drawing() if is_ground_in_front else draw_ground(scene)
     for i in range(1, chain.n + 1):
         along = view.component_toward_reader(bones.corners[i - 1] - bones.origins[i - 1])
-        joint_and_link = [draw_joint(scene, i), draw_link(scene, i)]
-        drawing += (
-            joint_and_link[0] + joint_and_link[1]
-            if along > 1e-9 and chain.joints[i - 1].kind == "R"
-            else joint_and_link[1] + joint_and_link[0]
-        )
+        joint, link = draw_joint(scene, i), draw_link(scene, i)
+        drawing += joint + link if along > 1e-9 and chain.joints[i - 1].kind == "R" else link + joint
         if i == chain.point.frame:
             drawing += draw_path_to_point(scene)
         if i == 1 and is_ground_in_front:
@@ -420,10 +355,9 @@ def fit_drawing(
     for _ in range(3):
         drawing = draw(view)
         low, high = find_bounding_box(drawing.shapes)
-        spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
-        scale_factor = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
         offset = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
         shift = (offset[0] + view.shift[0], offset[1] + view.shift[1])
+        scale_factor = min((size[k] - 2 * margin[k]) / max(high[k] - low[k], 1e-9) for k in range(2))
         if scale_factor >= 0.999:
             return drawing.shift(offset), View(view.axes, view.scale, shift)
         view = View(view.axes, view.scale * scale_factor, shift)
@@ -442,12 +376,11 @@ def _initial_view(chain: Chain, bones: Skeleton, max_arm_size: Vector2D, axes: n
 def find_bounding_box(shapes: tuple[Shape, ...]) -> tuple[Vector2D, Vector2D]:
     """Return two corners of the bounding box of shapes: the smallest and the largest coordinates."""
     points: list[Vector2D] = []
-    for shape in shapes:
-        for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
-            if isinstance(inner, Circle):
-                (x, y), r = inner.center, inner.radius
-                points += [(x - r, y - r), (x + r, y + r)]
-            else:
-                points += inner.points
+    for outline in list_outlines(shapes):
+        if isinstance(outline, Circle):
+            (x, y), r = outline.center, outline.radius
+            points += [(x - r, y - r), (x + r, y + r)]
+        else:
+            points += outline.points
     x_values, y_values = [x for x, _ in points], [y for _, y in points]
     return (min(x_values), min(y_values)), (max(x_values), max(y_values))

@@ -5,22 +5,17 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
-from qdot.exercises.short_questions.places import find_options_to_draw
 
 from qdot.exercises.answer_types import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import (
-    draw_joint_angle,
-    draw_joint_length,
-    draw_links_and_joints,
-    fit_drawing,
-    make_scene,
-)
+from qdot.exercises.figure.arm import draw_joint_variable, draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.labels import Layout
+from qdot.exercises.figure.lettering import FONT_SIZE, lettering_size, upright_lettering
 from qdot.exercises.figure.model import make_model
 from qdot.exercises.figure.plane import choose_view, is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import (
@@ -35,36 +30,19 @@ from qdot.exercises.figure.pose import (
     compute_table_entries,
     make_drawable_chain,
 )
-from qdot.exercises.figure.shapes import (
-    FONT_SIZE,
-    Figure,
-    format_svg_points,
-    lettering_size,
-    one_decimal,
-    upright_lettering,
-)
+from qdot.exercises.figure.shapes import Figure, format_svg_points, one_decimal
 from qdot.exercises.figure.small import PANEL_SIZE, choose_grid, draw_in_pose, draw_thumbnail, singular_panel
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.short_questions.places import find_options_to_draw
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 
 __all__ = [
-    "Example",
-    "alt_text",
-    "arm_figure",
-    "examples_svg",
-    "figure_pose",
-    "figure_svg",
-    "one_decimal",
-    "options_svg",
-    "part_alt",
-    "part_svg",
-    "singular_panel",
-    "singular_svg",
-    "thumbnail_svg",
-]
+    "Example", "alt_text", "arm_figure", "examples_svg", "figure_pose", "figure_svg", "one_decimal", "options_svg",
+    "part_alt", "part_svg", "singular_panel", "singular_svg", "thumbnail_svg",
+]  # fmt: skip
 
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
@@ -129,27 +107,24 @@ def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tup
         drawing, layout = _draw_in_given_pose(chain, entries)
     for _ in range(1, LABEL_ROUNDS):
         layout.place_all()
-    placed = layout.placement
-    return Figure(WIDTH, HEIGHT, drawing.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
+    return Figure(WIDTH, HEIGHT, drawing.shapes + layout.leaders, layout.texts), tuple(map(float, entries))
 
 
 def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
     """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
-    best: tuple[float, LabelledDrawing, np.ndarray] | None = None
-    for order, entries in enumerate(
-        best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
-    ):
-        max_cost = math.inf if best is None else best[0] - LATER_POSE_COST * order
-        labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), max_cost)
-        cost = round(cost + LATER_POSE_COST * order, 1)  # rounded: a tie goes to the first on every machine
-        if best is None or cost < best[0]:
-            best = (cost, labelled_drawing, entries)
-        if best[0] <= max(
-            GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing[0].labels), LATER_POSE_COST * (order + 1)
-        ):
+    best_cost, best = math.inf, None
+    poses = best_poses(chain, make_drawable_chain(chain), POSES_TRIED[chain.n > LONG_ARM_JOINTS])
+    for order, entries in enumerate(poses):
+        order_cost = LATER_POSE_COST * order
+        labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost - order_cost)
+        cost = round(cost + order_cost, 1)  # rounded: a tie goes to the first on every machine
+        if best is None or cost < best_cost:
+            best_cost, best = cost, (labelled_drawing, entries)
+        good_cost = GOOD_LABEL_COST * (1 + order / 5) * len(labelled_drawing[0].labels)
+        if best_cost <= max(good_cost, LATER_POSE_COST * (order + 1)):
             break
     assert best is not None
-    return best[1:]
+    return best
 
 
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
@@ -157,15 +132,14 @@ def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
     is_planar = is_drawn_flat(chain)
     views = [choose_view(chain)] if is_planar else best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
     for sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
-        best: tuple[float, LabelledDrawing] | None = None
+        best_cost, best = math.inf, None
         for axes in views:
-            max_cost = math.inf if best is None else best[0]
-            labelled_drawing, cost = _draw_and_label(chain, _list_skeletons(chain, entries), max_cost, axes, sparse)
-            if best is None or round(cost, 1) < best[0]:
-                best = (round(cost, 1), labelled_drawing)
+            drawn, cost = _draw_and_label(chain, _list_skeletons(chain, entries), best_cost, axes, sparse)
+            if best is None or round(cost, 1) < best_cost:
+                best_cost, best = round(cost, 1), drawn
         assert best is not None
-        cost, labelled_drawing = best
-        if cost <= CLEAR_LABEL_COST[is_planar] * len(labelled_drawing[0].labels):
+        labelled_drawing = best
+        if best_cost <= CLEAR_LABEL_COST[is_planar] * len(best[0].labels):
             break
     return labelled_drawing
 
@@ -183,15 +157,16 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 @lru_cache(maxsize=64)
 def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
     """Return the drawing as SVG; cached, as the staff's notebook and the store need it right after each other."""
+    description = alt_text(chain, pose is not None and any(value for _, value in pose))
+    return _render("arm", name, make_title(chain), description, figure=_draw_with_labels(chain, pose)[0])
+
+
+def _render(template: str, name: str, title: str, description: str, **content: Any) -> str:
+    """Return a figure as SVG; `name` makes its ids unique in a page. Screen readers read title and description."""
     return render(
-        "figure/arm.svg.j2",
-        figure=_draw_with_labels(chain, pose)[0],
-        name=name,
-        title=make_title(chain),
-        description=alt_text(chain, pose is not None and any(value for _, value in pose)),
-        fixed=one_decimal,
-        path=format_svg_points,
-    )
+        f"figure/{template}.svg.j2", name=name, title=title, description=description, fixed=one_decimal,
+        path=format_svg_points, **content,
+    )  # fmt: skip
 
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
@@ -206,16 +181,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     """Return a small drawing of the arm without lettering as a self-contained SVG element."""
     figure = draw_thumbnail(chain)
     size = tuple(PANEL_PERCENT * length // 100 for length in (figure.width, figure.height))
-    return render(
-        "figure/thumbnail.svg.j2",
-        figure=figure,
-        name=name,
-        size=size,
-        title=make_title(chain),
-        description=alt_text(chain, is_posed=True),
-        fixed=one_decimal,
-        path=format_svg_points,
-    )
+    return _render("thumbnail", name, make_title(chain), alt_text(chain, is_posed=True), figure=figure, size=size)
 
 
 def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
@@ -228,9 +194,8 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
         return ""
     captions = [caption for caption, _ in panel.drawings]
     description = describe_panels(captions, panel.legend, panel.remark, words, panel.has_lost_direction)
-    return _render_panels(
-        panel.drawings, f"{panel.legend} {panel.remark}", name, make_panels_title(chain, words), description
-    )
+    title, remark = make_panels_title(chain, words), f"{panel.legend} {panel.remark}"
+    return _render_panels(panel.drawings, remark, name, title, description)
 
 
 def part_alt(chain: Chain, part: Part) -> str:
@@ -260,65 +225,41 @@ class Example:
 
 def examples_svg(examples: Sequence[Example], name: str, remark: str = "") -> str:
     """Return drawings to scale of arms with numeric lengths in given configurations, side by side, with captions."""
-    drawings = [
-        (example.caption, draw_in_pose(example.chain, example.pose, example.mark_offset)) for example in examples
-    ]
-    descriptions = (
-        f"{example.caption}: {', '.join(_describe_joint_value(q, value) for q, value in example.pose.items())}"
-        for example in examples
-    )
+    drawings = [(item.caption, draw_in_pose(item.chain, item.pose, item.mark_offset)) for item in examples]
+    descriptions = [f"{example.caption}: {_describe_pose(example.pose)}" for example in examples]
     title = f"{make_title(examples[0].chain)}: where the answer differs"
     return _render_panels(drawings, remark, name, title, f"{'; '.join(descriptions)}.")
 
 
 def describe_options(poses: Sequence[Mapping[str, float]]) -> str:
     """Return a description of drawings to choose from."""
-    descriptions = (", ".join(_describe_joint_value(q, value) for q, value in pose.items()) for pose in poses)
-    return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, descriptions, strict=False)) + "."
+    return "; ".join(f"{letter}: {_describe_pose(pose)}" for letter, pose in zip(LETTERS, poses, strict=False)) + "."
 
 
-def _describe_joint_value(joint: str, value: float) -> str:
-    return f"{joint} = {value * 180 / np.pi:.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
+def _describe_pose(pose: Mapping[str, float]) -> str:
+    return ", ".join(
+        f"{joint} = {np.degrees(value):.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
+        for joint, value in pose.items()
+    )
 
 
 def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: str, title: str, description: str) -> str:
     """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
-    columns, rows = choose_grid(
-        len(drawings), max(lettering_size(upright_lettering(caption))[0] for caption, _ in drawings), WIDTH
-    )
+    widest_caption = max(lettering_size(upright_lettering(caption))[0] for caption, _ in drawings)
+    columns, rows = choose_grid(len(drawings), widest_caption, WIDTH)
     panel_width, panel_height = (PANEL_PERCENT * length // 100 for length in PANEL_SIZE)
-    panel_height += PANEL_GAP
-    middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
-    panels = [
-        {
-            "x": middles[k % columns] - panel_width / 2,
-            "y": PANEL_GAP // 2 + (panel_height + LINE_HEIGHT) * (k // columns),
-            "middle": middles[k % columns],
-            "base": (panel_height + LINE_HEIGHT) * (k // columns) + panel_height + LINE_HEIGHT // 2,
-            "figure": figure,
-            "caption": caption,
-        }
-        for k, (caption, figure) in enumerate(drawings)
-    ]
-    end = (panel_height + LINE_HEIGHT) * rows
-    remark_lines = [
-        {"y": end + LINE_HEIGHT * k + LINE_HEIGHT // 2, "text": text}
-        for k, text in enumerate(textwrap.wrap(remark, (WIDTH - 2 * PANEL_GAP) // LETTER_WIDTH))
-    ]
-    return render(
-        "figure/panels.svg.j2",
-        panels=panels,
-        remark=remark_lines,
-        name=name,
-        font=FONT_SIZE,
-        width=WIDTH,
-        height=end + LINE_HEIGHT * len(remark_lines),
-        scale=PANEL_PERCENT / 100,
-        title=title,
-        description=description,
-        fixed=one_decimal,
-        path=format_svg_points,
-    )
+    row_height = panel_height + PANEL_GAP + LINE_HEIGHT
+    panels = []
+    for k, (caption, figure) in enumerate(drawings):
+        row, column = divmod(k, columns)
+        middle, top = WIDTH * (2 * column + 1) / (2 * columns), row_height * row
+        panels.append({"x": middle - panel_width / 2, "middle": middle, "y": PANEL_GAP // 2 + top, "caption": caption,
+                       "base": top + row_height - LINE_HEIGHT // 2, "figure": figure})  # fmt: skip
+    remark_lines = textwrap.wrap(remark, (WIDTH - 2 * PANEL_GAP) // LETTER_WIDTH)
+    return _render(
+        "panels", name, title, description, panels=panels, remark=remark_lines, font=FONT_SIZE, width=WIDTH,
+        end=row_height * rows, line_height=LINE_HEIGHT, scale=PANEL_PERCENT / 100,
+    )  # fmt: skip
 
 
 def _list_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
@@ -341,9 +282,8 @@ def _draw_and_label(
     """
     layers: list[tuple[float, float, Drawing]] = []
     for bones in skeletons:
-        drawing, view = fit_drawing(
-            chain, bones, partial(_draw_parts, chain, bones, is_sparse), MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes
-        )
+        draw = partial(_draw_parts, chain, bones, is_sparse)
+        drawing, view = fit_drawing(chain, bones, draw, MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes)
         arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
         layers.append((round(world_cost, 1), arm_cost, drawing))
         if world_cost == 0.0:
@@ -357,15 +297,13 @@ def _draw_and_label(
 def _draw_parts(chain: Chain, bones: Skeleton, is_sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     scene = make_scene(chain, bones, view, is_sparse)
-    on_top = convention_of(chain).is_drawn_at_home  # because at home, a link may run along an axis of the space frame
-    world_underneath, world_on_top = (
-        (Drawing(), frames.draw_world(scene)) if on_top else (frames.draw_world(scene), Drawing())
-    )
+    arm, world = draw_links_and_joints(scene), frames.draw_world(scene)
     if is_sparse:
-        drawing = world_underneath + Drawing(draw_links_and_joints(scene).shapes) + world_on_top
-    else:
-        drawing = world_underneath + draw_links_and_joints(scene) + world_on_top
+        arm = Drawing(arm.shapes)
+    # At home, a link may run along an axis of the space frame, which is then drawn on top.
+    drawing = arm + world if scene.convention.is_drawn_at_home else world + arm
+    if not is_sparse:
         for i in range(1, chain.n + 1):
-            drawing += draw_joint_angle(scene, i) + draw_joint_length(scene, i)
+            drawing += draw_joint_variable(scene, i)
     drawing += frames.draw_body_frame(scene) + frames.draw_axes(scene)
     return drawing + frames.draw_end_on_z_names(scene) + frames.draw_origins(scene)

@@ -1,25 +1,21 @@
 """Draw the frames of an arm: axes, origins, the world frame with the base's position in it, and the point P."""
 
 import math
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
+import sympy as sp
 
-from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure.arm import Scene, anchors_beside, draw_arc, draw_dimension, has_no_links
-from qdot.exercises.figure.labels import LabelRequest
-from qdot.exercises.figure.pose import compute_table_entries
-from qdot.exercises.figure.shapes import (
-    Circle,
-    Polyline,
-    Shape,
-    TextRun,
-    Vector2D,
+from qdot.exercises.figure.lettering import (
+    Lettering,
     indexed_lettering,
     length_lettering,
     sign_and_lettering,
     upright_lettering,
 )
+from qdot.exercises.figure.places import LabelRequest, anchors_around
+from qdot.exercises.figure.shapes import Circle, Polyline, Shape, Vector2D
 from qdot.exercises.figure.view import Drawing, View, draw_arrow
 
 AXIS_LENGTH = {True: 52.0, False: 54.0}
@@ -37,26 +33,22 @@ distance of zero. The cost falls linearly to 0 at the minimum distance.
 
 def draw_axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
-    if not convention_of(scene.chain).frame_numbers:
+    convention, view, is_flat = scene.convention, scene.view, scene.is_planar
+    if not convention.frame_numbers:
         return _draw_joint_axes(scene)
-    view, is_flat = scene.view, scene.is_planar
-    base = convention_of(scene.chain).base
-    length = AXIS_LENGTH[is_flat] if not has_no_links(scene.bones) else LONG_AXIS_LENGTH
-    axes_by_position: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
-    for i, frame in enumerate(scene.frames):
-        for k, name in enumerate(AXIS_NAMES):
-            axis, origin = frame[:3, k], frame[:3, 3]
-            is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and base.is_world)
-            if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
-                continue
-            key = tuple(round(drawing) for drawing in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            earlier_names = axes_by_position[key][3] + upright_lettering(", ") if key in axes_by_position else ()
-            axes_by_position.setdefault(key, (origin, axis, name, ()))
-            axes_by_position[key] = (*axes_by_position[key][:3], (*earlier_names, *indexed_lettering(name, str(i))))
-    drawing = Drawing()
-    for origin, axis, name, pieces in axes_by_position.values():
-        drawing += _draw_axis(view, origin, axis, name, pieces, length)
-    return drawing
+    length = LONG_AXIS_LENGTH if has_no_links(scene.bones) else AXIS_LENGTH[is_flat]
+    axes_by_position: dict[tuple[int, ...], tuple[tuple[np.ndarray, np.ndarray, str], Lettering]] = {}
+    for (i, frame), (k, name) in product(enumerate(scene.frames), enumerate(AXIS_NAMES)):
+        axis, origin = frame[:3, k], frame[:3, 3]
+        is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and convention.base.is_world)
+        if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
+            continue
+        key = tuple(round(drawing) for drawing in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
+        first, names = axes_by_position.get(key, ((origin, axis, name), ()))
+        comma = upright_lettering(", ") if names else ()
+        axes_by_position[key] = first, (*names, *comma, *indexed_lettering(name, str(i)))
+    axes = axes_by_position.values()
+    return sum((_draw_axis(view, *first, names, length) for first, names in axes), Drawing())
 
 
 def _draw_joint_axes(scene: Scene) -> Drawing:
@@ -65,37 +57,26 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
     The name has a prime if the arm is not at home.
     """
     view, drawing = scene.view, Drawing()
-    home = compute_table_entries(scene.chain, {q.name: 0.0 for q in scene.chain.q})
-    prime = () if np.allclose(scene.bones.entries, home) else upright_lettering("′")
+    prime = () if scene.is_home else upright_lettering("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name = indexed_lettering("ω" if joint.kind == "R" else "v", str(i))
-        axis = scene.axis(i)
-        position = scene.glyph_positions[i - 1]
-        name = (*name, *prime)
+        name = (*indexed_lettering("ω" if joint.kind == "R" else "v", str(i)), *prime)
+        axis, position = scene.axis(i), scene.glyph_positions[i - 1]
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
             continue
-        pixel = view.to_pixels(position)
-        anchors = tuple((pixel, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
+        anchors = anchors_around(view.to_pixels(position), (0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7))
         drawing += Drawing((), (LabelRequest(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
     return drawing
 
 
 def _draw_axis(
-    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
+    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: Lettering, length: float
 ) -> Drawing:
     """Return an axis as an arrow of `length` pixels with a label."""
     end = origin + axis * length / view.scale
     reach = view.path_in_pixels([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
-    request = LabelRequest(
-        pieces,
-        ((view.to_pixels(end), view.drawn_direction(axis)),),
-        name,
-        gap=3.0,
-        rank=2,
-        kind="axis",
-        further_points=reach,
-    )
+    anchors = anchors_around(view.to_pixels(end), view.drawn_direction(axis))
+    request = LabelRequest(pieces, anchors, name, gap=3.0, rank=2, kind="axis", further_points=reach)
     return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
@@ -107,15 +88,16 @@ def draw_body_frame(scene: Scene) -> Drawing:
     """
     if not has_body_frame(scene) or _is_point_at_world_origin(scene):
         return Drawing()
-    view, point, drawing = scene.view, scene.bones.path[-1], Drawing()
-    for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        drawing += _draw_axis(view, point, np.eye(3)[k], "w", indexed_lettering(AXIS_NAMES[k], "b"), BODY_AXIS_LENGTH)
+    drawing = Drawing()
+    for k in scene.shown_world_axes:
+        letters = indexed_lettering(AXIS_NAMES[k], "b")
+        drawing += _draw_axis(scene.view, scene.bones.path[-1], np.eye(3)[k], "w", letters, BODY_AXIS_LENGTH)
     return drawing
 
 
 def has_body_frame(scene: Scene) -> bool:
     """Return whether the body frame is drawn or named: at home, if P is on the last link."""
-    return convention_of(scene.chain).is_drawn_at_home and scene.is_home and scene.chain.point.frame == scene.chain.n
+    return scene.convention.is_drawn_at_home and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
 def _is_point_at_world_origin(scene: Scene) -> bool:
@@ -125,27 +107,23 @@ def _is_point_at_world_origin(scene: Scene) -> bool:
 
 def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
-    labelled_points: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
-    point = scene.bones.path[-1]
-    origins = [(i, scene.frames[i, :3, 3]) for i in convention_of(scene.chain).frame_numbers]
+    view, point = scene.view, scene.bones.path[-1]
     body_name = upright_lettering(", {b}") if has_body_frame(scene) else ()
-    named_points = [(point, (*indexed_lettering("P"), *body_name))] + [
-        (o, indexed_lettering("O", str(i))) for i, o in origins
-    ]
+    named_points = [(point, (*indexed_lettering("P"), *body_name))]
+    named_points += [(scene.frames[i, :3, 3], indexed_lettering("O", str(i))) for i in scene.convention.frame_numbers]
+    labelled_points: list[tuple[np.ndarray, Lettering]] = []
     for position, pieces in named_points:
         for k, (earlier_position, earlier_pieces) in enumerate(labelled_points):
-            if np.linalg.norm(position - earlier_position) * scene.view.scale < 1.0:
+            if np.linalg.norm(position - earlier_position) * view.scale < 1.0:
                 labelled_points[k] = (earlier_position, (*earlier_pieces, *upright_lettering(" = "), *pieces))
                 break
         else:
             labelled_points.append((position, pieces))
     requests = []
     for number, (position, pieces) in enumerate(labelled_points):
-        pixel = scene.view.to_pixels(position)
-        anchors = tuple((pixel, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
+        anchors = anchors_around(view.to_pixels(position), (0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7))
         requests.append(LabelRequest(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
-    dot = (Circle(scene.view.to_pixels(point), 4.6, "point"),)
-    return Drawing(dot, tuple(requests))
+    return Drawing((Circle(view.to_pixels(point), 4.6, "point"),), tuple(requests))
 
 
 def crowding_cost(scene: Scene) -> tuple[float, float]:
@@ -153,14 +131,14 @@ def crowding_cost(scene: Scene) -> tuple[float, float]:
 
     The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
     """
-    view, base = scene.view, convention_of(scene.chain).base
+    view = scene.view
     points = [view.to_pixels(origin) for origin in _distinct_origins(scene)]
     arm_cost = sum(_closeness_cost(math.dist(p, q), MIN_ORIGIN_DISTANCE) for p, q in combinations(points, 2))
-    if not any(base.position):
+    if not any(scene.convention.base.position):
         return arm_cost, 0.0
     world, cost = view.to_pixels(np.zeros(3)), 0.0
-    for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
-        end = view.to_pixels(AXIS_LENGTH[scene.is_planar] / view.scale * axis)
+    for axis in scene.shown_world_axes:
+        end = view.to_pixels(AXIS_LENGTH[scene.is_planar] / view.scale * np.eye(3)[axis])
         cost += sum(_closeness_cost(_distance_to_segment(point, world, end), MIN_AXIS_DISTANCE) for point in points)
     return arm_cost, cost + sum(_closeness_cost(math.dist(point, world), MIN_ORIGIN_DISTANCE) for point in points)
 
@@ -178,7 +156,7 @@ def _distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> flo
 
 def _distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
-    rows, origins = convention_of(scene.chain).rows, scene.frames[:, :3, 3]
+    rows, origins = scene.convention.rows, scene.frames[:, :3, 3]
     is_distinct = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
     return [origin for origin, is_new in zip(origins, is_distinct, strict=True) if is_new]
 
@@ -187,75 +165,62 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
     """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
-    if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).frame_numbers:
+    if not scene.is_planar or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
-    labels, first = [], convention_of(scene.chain).frame_on_axis(1)
+    labels, first = [], scene.convention.frame_on_axis(1)
     for i in range(first, first + n) if min(map(abs, signs)) > 0.9 else range(first, n + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
-            anchors = tuple((pixel, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
+            anchors = anchors_around(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
             labels.append(LabelRequest(indexed_lettering("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
 
 def draw_world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
-    view, convention = scene.view, convention_of(scene.chain)
+    view, convention = scene.view, scene.convention
     base, name = convention.base, convention.fixed_frame
-    if base.is_world and convention.frame_numbers:
-        return _draw_first_length(scene)
-    base_origin = scene.frames[0, :3, 3]
+    if base.is_world and convention.frame_numbers:  # the first row of a modified table may have a length a_0
+        _, length = convention.step_to_standard_frame(0)
+        return Drawing() if length == 0 else _draw_leg(scene, scene.frames[0, :3, 3], scene.bones.origins[0], length)
+    origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
-    length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
-    drawing, corner = Drawing(), np.zeros(3)
-    for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        if has_body_frame(scene) and _is_point_at_world_origin(scene):
-            body_name = (*upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
-        else:
-            body_name = ()
-        drawing += _draw_axis(
-            view, np.zeros(3), np.eye(3)[k], "w", (*indexed_lettering(AXIS_NAMES[k], name), *body_name), length
-        )
-        edge = np.eye(3)[k] * base_origin[k]
-        if scene.is_sparse:
-            drawing += Drawing(
-                (Polyline(view.path_in_pixels([corner, corner + edge]), "leg"),) if base.position[k] != 0 else ()
-            )
-        elif base.position[k] != 0 and _is_along_first_link(scene, k):
-            drawing += draw_dimension(scene, corner, corner + edge, length_lettering(base.position[k]), 46.0)
-        elif base.position[k] != 0:
-            line = Polyline(view.path_in_pixels([corner, corner + edge]), "leg")
-            anchors = anchors_beside(*view.path_in_pixels([corner, corner + edge]))
-            drawing += Drawing(
-                (line,), (LabelRequest(length_lettering(base.position[k]), anchors, "text", gap=4.0, rank=1),)
-            )
-        corner = corner + edge
+    axis_length = AXIS_LENGTH[scene.is_planar] + (0.0 if is_apart else 18.0)
+    carries_body_names = has_body_frame(scene) and _is_point_at_world_origin(scene)
+    drawing = Drawing()
+    for k in scene.shown_world_axes:
+        axis, length, letters = np.eye(3)[k], base.position[k], indexed_lettering(AXIS_NAMES[k], name)
+        if carries_body_names:
+            letters = (*letters, *upright_lettering(", "), *indexed_lettering(AXIS_NAMES[k], "b"))
+        drawing += _draw_axis(view, origin, axis, "w", letters, axis_length)
+        end = corner + axis * base_origin[k]
+        if length != 0 and not scene.is_sparse and _is_along_first_link(scene, k):
+            drawing += draw_dimension(scene, corner, end, length_lettering(length), 46.0)
+        elif length != 0:
+            drawing += _draw_leg(scene, corner, end, length)
+        corner = end
     if is_apart:
-        pixel = view.to_pixels(np.zeros(3))
-        anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
+        anchors = anchors_around(view.to_pixels(origin), (-0.7, 0.7), (0.7, 0.7))
         drawing += Drawing((), (LabelRequest(indexed_lettering("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
     return drawing + _draw_base_yaw(scene, is_apart) if convention.frame_numbers else drawing
 
 
-def _draw_first_length(scene: Scene) -> Drawing:
-    """Return a dashed line from O_0 to the axis of joint 1, if the first row of a modified table has a length a_0."""
-    _, length = convention_of(scene.chain).step_to_standard_frame(0)
-    if length == 0:
-        return Drawing()
-    ends = scene.view.path_in_pixels([scene.frames[0, :3, 3], scene.bones.origins[0]])
+def _draw_leg(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr) -> Drawing:
+    """Return a dashed line between two points (3, m), labelled with its length unless the drawing is sparse."""
+    ends = scene.view.path_in_pixels([start, end])
     label = LabelRequest(length_lettering(length), anchors_beside(*ends), "text", gap=4.0, rank=1)
     return Drawing((Polyline(ends, "leg"),), () if scene.is_sparse else (label,))
 
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:
     """Return whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
-    rest, link = convention_of(scene.chain).base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
+    rest, link = scene.convention.base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
 def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
     """Return the arc of the base's yaw, from the direction of the world's x axis to the x axis of frame 0."""
-    base, view, frame = convention_of(scene.chain).base, scene.view, scene.frames[0]
+    base, view, frame = scene.convention.base, scene.view, scene.frames[0]
     if base.yaw == 0 or scene.is_sparse:
         return Drawing()
     x, origin = frame[:3, 0], frame[:3, 3]
@@ -264,5 +229,5 @@ def _draw_base_yaw(scene: Scene, is_apart: bool) -> Drawing:
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
     dashed_line: tuple[Shape, ...] = (Polyline(view.path_in_pixels([origin, end]), "dashed"),) if is_apart else ()
     sign, letters = sign_and_lettering(base.yaw, is_angle=True)
-    label = LabelRequest((*(upright_lettering("−") if sign == "−" else ()), *letters), (), "angle")
-    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)
+    pieces = (*(upright_lettering("−") if sign == "−" else ()), *letters)
+    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, pieces)

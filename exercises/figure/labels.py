@@ -6,65 +6,10 @@ thin leader line connects the label to the thing.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
-from qdot.exercises.figure.places import InkPoints, LabelPlaces, LeaderLine
-from qdot.exercises.figure.shapes import (
-    FONT_SIZE,
-    Box,
-    Polyline,
-    Shape,
-    Text,
-    TextRun,
-    Vector2D,
-    make_font_runs,
-    shift_points,
-)
-
-LEADER_DISTANCE = 15.0
-"""Distance in pixels from which a label gets a leader line."""
-
-
-@dataclass(frozen=True)
-class LabelRequest:
-    """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
-
-    `kind` is the kind of thing that the label names. `further_points` has more points of that thing; no other label of
-    the kind should be near them. Labels of a lower `rank` are placed earlier.
-    """
-
-    pieces: tuple[TextRun, ...]
-    anchors: tuple[tuple[Vector2D, Vector2D], ...]
-    style: str = "text"
-    gap: float = 5.0
-    rank: int = 0
-    kind: str = "length"
-    further_points: tuple[Vector2D, ...] = ()
-
-    @property
-    def named_points(self) -> tuple[Vector2D, ...]:
-        """The points that the label may name; the label is placed near one of them."""
-        return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
-
-    def shift(self, vector: Vector2D) -> "LabelRequest":
-        """Return the label shifted by a vector."""
-        spots = shift_points(tuple([spot for spot, _ in self.anchors]), vector)
-        anchors = tuple([(spot, direction) for spot, (_, direction) in zip(spots, self.anchors, strict=True)])
-        return replace(self, anchors=anchors, further_points=shift_points(self.further_points, vector))
-
-    @property
-    def leader_distance(self) -> float:
-        """The distance in pixels from which the label needs a leader."""
-        return max(LEADER_DISTANCE, self.gap + LEADER_DISTANCE - 3.0)
-
-
-@dataclass(frozen=True)
-class Placement:
-    """The labels and the cost of their places: 0 is perfect, 400 or more means that two overlap."""
-
-    texts: tuple[Text, ...]
-    leaders: tuple[Polyline, ...]
-    cost: float
+from qdot.exercises.figure.lettering import FONT_SIZE, make_font_runs
+from qdot.exercises.figure.places import InkPoints, LabelPlaces, LabelRequest, LeaderLine
+from qdot.exercises.figure.shapes import Box, Polyline, Shape, Text, Vector2D
 
 
 class Layout:
@@ -82,9 +27,7 @@ class Layout:
         for i, request in enumerate(requests):
             same_kind = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
             rivals = [point for k in same_kind for point in points_by_request[k]]
-            self._places.append(
-                LabelPlaces(request.pieces, request.anchors, request.gap, request.leader_distance, rivals, ink, size)
-            )
+            self._places.append(LabelPlaces(request, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
         self._boxes: dict[int, Box] = {}
         self._costs: dict[int, float] = {}
@@ -120,21 +63,24 @@ class Layout:
         return None
 
     @property
-    def placement(self) -> Placement:
-        """The labels at their current places."""
-        texts = tuple(self._make_text(i) for i in self._order)
-        return Placement(texts, tuple(line.shape for line in self._leaders.values()), self.cost)
+    def leaders(self) -> tuple[Polyline, ...]:
+        """The leaders of the labels at their current places."""
+        return tuple(line.shape for line in self._leaders.values())
+
+    @property
+    def texts(self) -> tuple[Text, ...]:
+        """The labels at their current places, lowest rank first."""
+        return tuple(map(self._make_text, self._order))
 
     def _make_text(self, i: int) -> Text:
         box, request = self._boxes[i], self._requests[i]
         middle, base = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT_SIZE
-        return Text(
-            middle, base, make_font_runs(request.pieces), request.style, box, self._places[i].find_nearest_point(box)[1]
-        )
+        named_point = self._places[i].find_nearest_point(box)[1]
+        return Text(middle, base, make_font_runs(request.pieces), request.style, box, named_point)
 
     @property
     def cost(self) -> float:
-        """The total cost of the labels' places."""
+        """The total cost of the labels' places: 0 is perfect, 400 or more means that two overlap."""
         return sum(self._costs.values())
 
 

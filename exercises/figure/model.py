@@ -11,23 +11,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain, Point
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.pose import compute_table_entries
-from qdot.exercises.figure.shapes import (
-    Figure,
+from qdot.exercises.figure.lettering import (
     FontRun,
-    TextRun,
+    Lettering,
     joint_lettering,
     length_lettering,
     lettering_size,
     make_font_runs,
 )
+from qdot.exercises.figure.pose import compute_table_entries, scale_prismatic_entries
+from qdot.exercises.figure.shapes import Figure
 
 _LENGTH_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
 """The possible lengths of models in centimetres; the longest length of an arm becomes the last one."""
 _MODEL_ANGLE_OFFSET, _MODEL_LENGTH_OFFSET = sp.pi / 6, sp.Rational(35, 100)
 """The joint offsets of models (rad, m); their labels are at least as wide as most."""
+
+LetteringMap = dict[Lettering, Lettering]
+"""The model's lettering with the arm's."""
 
 
 @dataclass(frozen=True)
@@ -44,19 +47,14 @@ class Model:
 
     def model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
         """Return the joint values of the model (rad, m) for those of the arm. Raises QdotError if one is missing."""
-        entries = self._scale_prismatic_entries(compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
+        entries = scale_prismatic_entries(self.arm, compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
         zeros = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
-        return tuple(
-            (q.name, round(float(entry - zero), 9)) for q, entry, zero in zip(self.arm.q, entries, zeros, strict=True)
-        )
+        values = [round(float(entry - zero), 9) for entry, zero in zip(entries, zeros, strict=True)]
+        return tuple(zip([q.name for q in self.arm.q], values, strict=True))
 
     def arm_entries(self, model_entries: Sequence[float] | np.ndarray) -> tuple[float, ...]:
         """Return the entries of the arm's table in a pose of the model."""
-        return tuple(map(float, self._scale_prismatic_entries(np.array(model_entries), self.size_ratio)))
-
-    def _scale_prismatic_entries(self, entries: np.ndarray, factor: float) -> np.ndarray:
-        is_prismatic = np.array([joint.kind == "P" for joint in self.arm.joints])
-        return np.where(is_prismatic, entries * factor, entries)
+        return tuple(map(float, scale_prismatic_entries(self.arm, np.array(model_entries), self.size_ratio)))
 
     def relabel(self, figure: Figure) -> Figure:
         """Return the model's figure with the arm's own lettering."""
@@ -70,27 +68,24 @@ def make_model(chain: Chain) -> Model:
     """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
         return Model(chain, chain, {}, 1.0)
-    lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
-    length, longer = _model_lengths(chain, lettering)
-    joints = []
-    for joint, q, offset in zip(chain.joints, chain.q, chain.offsets, strict=True):
-        entry = q + _model_offset(q, offset, joint.kind == "R", lettering)
-        joint_entries = {"theta": entry, "d": length(joint.d)} if joint.kind == "R" else {"d": entry}
-        joints.append(replace(joint, **joint_entries, a=length(joint.a)))
-    u, v, w = map(length, chain.point.offset)
-    point = Point(chain.point.frame, (u, v, w))
-    model_chain = Chain("model", tuple(joints), chain.task, chain.base, point, convention=chain.convention)
-    return Model(
-        chain,
-        model_chain,
-        {make_font_runs(model): make_font_runs(arm_letters) for model, arm_letters in lettering.items()},
-        longer,
-    )
+    lettering: LetteringMap = {}
+    length, size_ratio = _model_lengths(chain, lettering)
+    offsets = dict(zip(chain.q, chain.offsets, strict=True))
+    variables = {q.name: q for q in chain.q}
+
+    def replace_entry(name: str, entry: sp.Expr) -> sp.Expr:
+        if name in variables:
+            q = variables[name]
+            return q + _model_offset(q, offsets[q], name.startswith("theta"), lettering)
+        return entry if name.startswith((*ANGLE_PREFIXES, "base")) else length(entry)
+
+    model = chain.map_entries(replace_entry)
+    model_chain = Chain("model", model.joints, chain.task, chain.base, model.point, convention=chain.convention)
+    font_runs = {make_font_runs(letters): make_font_runs(arm_letters) for letters, arm_letters in lettering.items()}
+    return Model(chain, model_chain, font_runs, size_ratio)
 
 
-def _model_lengths(
-    chain: Chain, lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
-) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
+def _model_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
     """Return a function from the arm's lengths to the model's, and the arm's size relative to the model.
 
     The arm's lengths are unchanged if its base position has numbers, because both must stay in proportion. They are
@@ -122,9 +117,7 @@ def _model_lengths(
     return length, float(sizes[0]) * 100 / _LENGTH_STEPS[-1]
 
 
-def _model_offset(
-    q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
-) -> sp.Expr:
+def _model_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: LetteringMap) -> sp.Expr:
     """Return the model's offset of a joint, and store the lettering; unchanged if symbolic or if its label is wider."""
     model_offset = _MODEL_ANGLE_OFFSET if is_revolute else _MODEL_LENGTH_OFFSET
     if offset == 0 or not offset.is_number:

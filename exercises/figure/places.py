@@ -5,12 +5,14 @@ Lines are represented by points; each possible place of the label has a cost.
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
 
-from qdot.exercises.figure.shapes import Box, Circle, Glyph, Polyline, Shape, TextRun, Vector2D, lettering_size
+from qdot.exercises.figure.lettering import Lettering, lettering_size
+from qdot.exercises.figure.shapes import Box, Circle, Polyline, Shape, Vector2D, list_outlines, shift_points
 
 PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
 EXTRA_DISTANCES = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
@@ -41,17 +43,55 @@ _PlaceEntry = tuple[int, int, int, float, _CosSin]
 """A place: its base cost (hundredths), number, anchor, extra distance, and direction."""
 
 
+LEADER_DISTANCE = 15.0
+"""Distance in pixels from which a label gets a leader line."""
+
+
+@dataclass(frozen=True)
+class LabelRequest:
+    """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
+
+    `kind` is the kind of thing that the label names. `further_points` has more points of that thing; no other label of
+    the kind should be near them. Labels of a lower `rank` are placed earlier.
+    """
+
+    pieces: Lettering
+    anchors: tuple[tuple[Vector2D, Vector2D], ...]
+    style: str = "text"
+    gap: float = 5.0
+    rank: int = 0
+    kind: str = "length"
+    further_points: tuple[Vector2D, ...] = ()
+
+    @property
+    def named_points(self) -> tuple[Vector2D, ...]:
+        """The points that the label may name; the label is placed near one of them."""
+        return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
+
+    def shift(self, vector: Vector2D) -> "LabelRequest":
+        """Return the label shifted by a vector."""
+        spots = shift_points(tuple([spot for spot, _ in self.anchors]), vector)
+        anchors = tuple([(spot, direction) for spot, (_, direction) in zip(spots, self.anchors, strict=True)])
+        return replace(self, anchors=anchors, further_points=shift_points(self.further_points, vector))
+
+    @property
+    def leader_distance(self) -> float:
+        """The distance in pixels from which the label needs a leader."""
+        return max(LEADER_DISTANCE, self.gap + LEADER_DISTANCE - 3.0)
+
+
+def anchors_around(point: Vector2D, *directions: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
+    """Return anchors at one point with several preferred directions."""
+    return tuple((point, direction) for direction in directions)
+
+
 class InkPoints:
     """Points on the lines of shapes, each with half the width of its line."""
 
     def __init__(self, shapes: Iterable[Shape]) -> None:
         x, y, half_width = sample_points(shapes).T
-        self._left, self._top, self._right, self._bottom = (
-            x - half_width,
-            y - half_width,
-            x + half_width,
-            y + half_width,
-        )
+        self._left, self._right = x - half_width, x + half_width
+        self._top, self._bottom = y - half_width, y + half_width
 
     def count_covered(self, box: Box) -> int:
         """Return how many points a box covers."""
@@ -64,17 +104,15 @@ def sample_points(shapes: Iterable[Shape]) -> np.ndarray:
     """Return points on the shapes' lines, about 4 pixels apart, as rows x, y, half width (k x 3)."""
     circles: list[tuple[float, float, float]] = []
     pieces: list[tuple[float, ...]] = []
-    for shape in shapes:
-        for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
-            if isinstance(inner, Circle):
-                circles.append((*inner.center, inner.radius + CIRCLE_MARGIN))
-            else:
-                half_width = HALF_WIDTH.get(inner.style, THIN_HALF_WIDTH)
-                points = (*inner.points, inner.points[0]) if inner.closed else inner.points
-                pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
-    return np.concatenate(
-        [np.array(circles, dtype=float).reshape(-1, 3), _points_along(np.array(pieces).reshape(-1, 5))]
-    )
+    for outline in list_outlines(shapes):
+        if isinstance(outline, Circle):
+            circles.append((*outline.center, outline.radius + CIRCLE_MARGIN))
+        else:
+            half_width = HALF_WIDTH.get(outline.style, THIN_HALF_WIDTH)
+            points = (*outline.points, outline.points[0]) if outline.closed else outline.points
+            pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
+    circle_points = np.array(circles, dtype=float).reshape(-1, 3)
+    return np.concatenate([circle_points, _points_along(np.array(pieces).reshape(-1, 5))])
 
 
 def _points_along(pieces: np.ndarray) -> np.ndarray:
@@ -87,28 +125,23 @@ def _points_along(pieces: np.ndarray) -> np.ndarray:
     return np.hstack([start[piece_index] + direction[piece_index] * share, half_width[piece_index]])
 
 
-class LeaderLine:
+class LeaderLine(InkPoints):
     """A label's leader among other labels: a straight line with points on it."""
 
     def __init__(self, shape: Polyline) -> None:
+        super().__init__((shape,))
         self.shape = shape
-        self.start, self.end = shape.points
-        (x0, y0), (x1, y1) = shape.points
-        self._ink = InkPoints((shape,))
+        self.start, self.end = (x0, y0), (x1, y1) = shape.points
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
-        self._low, self._high = (
-            (min(x0, x1) - THIN_HALF_WIDTH, min(y0, y1) - THIN_HALF_WIDTH),
-            (max(x0, x1) + THIN_HALF_WIDTH, max(y0, y1) + THIN_HALF_WIDTH),
+        low, high = (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1))
+        self._bounds = tuple(value - THIN_HALF_WIDTH for value in low) + tuple(
+            value + THIN_HALF_WIDTH for value in high
         )
 
     def is_near(self, box: Box) -> bool:
         """Return whether the line may pass through a box."""
-        left, top, right, bottom = box
-        return right > self._low[0] and left < self._high[0] and bottom > self._low[1] and top < self._high[1]
-
-    def count_covered(self, box: Box) -> int:
-        """Return how many points of the line a box covers."""
-        return self._ink.count_covered(box)
+        left, top, right, bottom = self._bounds
+        return box[2] > left and box[0] < right and box[3] > top and box[1] < bottom
 
     def is_covered_by(self, box: Box) -> bool:
         """Return whether a box covers points of the line."""
@@ -117,9 +150,8 @@ class LeaderLine:
 
     def crosses(self, start: Vector2D, end: Vector2D) -> bool:
         """Return whether the line crosses another one."""
-        return _lie_on_both_sides(start, end, self.start, self.end) and _lie_on_both_sides(
-            self.start, self.end, start, end
-        )
+        is_separated = _lie_on_both_sides(start, end, self.start, self.end)
+        return is_separated and _lie_on_both_sides(self.start, self.end, start, end)
 
 
 def _lie_on_both_sides(start: Vector2D, end: Vector2D, first: Vector2D, second: Vector2D) -> bool:
@@ -162,32 +194,19 @@ class _Place:
 
 
 class LabelPlaces:
-    """The places of one label `gap` pixels from one of its anchors, each with a preferred direction.
+    """The places of one label; `rivals` are points of other things of the kind."""
 
-    `far` is the distance from which it needs a leader; `rivals` are points of other things of the kind.
-    """
-
-    def __init__(
-        self,
-        pieces: tuple[TextRun, ...],
-        anchors: Sequence[tuple[Vector2D, Vector2D]],
-        gap: float,
-        far: float,
-        rivals: Sequence[Vector2D],
-        ink: InkPoints,
-        size: Vector2D,
-    ) -> None:
-        self._gap, self._leader_distance, self._rivals, self._ink = gap, far, rivals, ink
-        w, h = lettering_size(pieces)
+    def __init__(self, request: LabelRequest, rivals: Sequence[Vector2D], ink: InkPoints, size: Vector2D) -> None:
+        self._gap, self._leader_distance, self._rivals, self._ink = request.gap, request.leader_distance, rivals, ink
+        w, h = lettering_size(request.pieces)
         self._half = (w / 2, h / 2)
         self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN
-        self._anchors = [(*point, *_unit_vector(direction)) for point, direction in anchors]
-        self._named_points = tuple(dict.fromkeys(point for point, _ in anchors))
+        self._anchors = [(*point, *_unit_vector(direction)) for point, direction in request.anchors]
+        self._named_points = request.named_points
         self._evaluated_places: dict[int, _Place] = {}
         x, y = zip(*self._named_points, strict=True)
-        far = gap + EXTRA_DISTANCES[-1] + 2 * w
+        far = self._gap + EXTRA_DISTANCES[-1] + 2 * w
         self._bounds_of_places: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
-        self._cached_bounding_box: Box | None = None
 
     def find_best(
         self, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine], max_cost: float
@@ -222,11 +241,8 @@ class LabelPlaces:
                 if place.leader_cost < 0:
                     self._evaluate_leader(place)
                 cost += place.leader_cost
-                if (
-                    place.leader_cost
-                    and cost <= least_cost
-                    and _is_crossed(place.box, place.leader_end, label_boxes, leaders)
-                ):
+                has_cheap_leader = place.leader_cost and cost <= least_cost
+                if has_cheap_leader and _is_crossed(place.box, place.leader_end, label_boxes, leaders):
                     cost += CROSSED_COST
                 if cost < least_cost or (cost == least_cost and number < best):
                     best, least_cost = number, cost
@@ -280,27 +296,21 @@ class LabelPlaces:
     def _is_near_any_place(self, rival: Vector2D) -> bool:
         """Return whether a point is near any possible place; a point far from all of them causes no confusion."""
         (x, y), far = rival, self._leader_distance
-        left, top, right, bottom = self._bounding_box()
+        left, top, right, bottom = self._bounding_box
         return left - far < x < right + far and top - far < y < bottom + far
 
+    @cached_property
     def _bounding_box(self) -> Box:
-        """Return the bounding box of all places."""
-        if self._cached_bounding_box is None:
-            outermost = [
-                self._make_place(0, anchor, further, turn).box
-                for _, _, anchor, further, turn in _list_places(len(self._anchors))
-                if further == EXTRA_DISTANCES[-1]
-            ]
-            left, top, right, bottom = zip(*outermost, strict=True)
-            self._cached_bounding_box = min(left), min(top), max(right), max(bottom)
-        return self._cached_bounding_box
+        """The bounding box of all places."""
+        places = [place for place in _list_places(len(self._anchors)) if place[3] == EXTRA_DISTANCES[-1]]
+        left, top, right, bottom = zip(*(self._make_place(0, *place[2:]).box for place in places), strict=True)
+        return min(left), min(top), max(right), max(bottom)
 
     def needs_leader(self, box: Box) -> bool:
         """Return whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
         distance, _ = self.find_nearest_point(box)
-        return distance > self._leader_distance or any(
-            _distance_to_box(box, rival) < distance for rival in _points_near(box, self._rivals, distance)
-        )
+        near_rivals = _points_near(box, self._rivals, distance)
+        return distance > self._leader_distance or any(_distance_to_box(box, rival) < distance for rival in near_rivals)
 
 
 def _unit_vector(direction: Vector2D) -> Vector2D:
@@ -311,10 +321,7 @@ def _unit_vector(direction: Vector2D) -> Vector2D:
 
 def _ink_cost(covered_count: int) -> int:
     """Return the cost of covering a number of points of lines."""
-    return (
-        INK_COST * (covered_count if covered_count < COSTLY_POINT_COUNT else COSTLY_POINT_COUNT)
-        + MORE_INK_COST * covered_count
-    )
+    return INK_COST * min(covered_count, COSTLY_POINT_COUNT) + MORE_INK_COST * covered_count
 
 
 def _distance_to_box(box: Box, point: Vector2D) -> float:
@@ -328,25 +335,19 @@ def _distance_to_box(box: Box, point: Vector2D) -> float:
 
 def _points_near(box: Box, points: Sequence[Vector2D], max_distance: float) -> list[Vector2D]:
     """Return the points that may be less than `max_distance` away from a box."""
-    left = box[0] - max_distance - 0.01
-    top = box[1] - max_distance - 0.01
-    right = box[2] + max_distance + 0.01
-    bottom = box[3] + max_distance + 0.01
+    reach = max_distance + 0.01
+    left, top, right, bottom = box[0] - reach, box[1] - reach, box[2] + reach, box[3] + reach
     return [point for point in points if left < point[0] < right and top < point[1] < bottom]
-
-
-def leader_start(box: Box, point: Vector2D) -> Vector2D:
-    """Return the point of a box that is nearest to a point."""
-    return min(max(point[0], box[0]), box[2]), min(max(point[1], box[1]), box[3])
 
 
 def _is_crossed(box: Box, point: Vector2D, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine]) -> bool:
     """Return whether the segment from a box to a point crosses other boxes or leaders."""
-    (x, y), (u, v) = start, _ = leader_start(box, point), point
+    u, v = point
+    x, y = min(max(u, box[0]), box[2]), min(max(v, box[1]), box[3])  # the nearest point of the box
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
     for left, top, right, bottom in label_boxes:
         if left < x1 and right > x0 and top < y1 and bottom > y0:
             for share in CROSSING_SHARES:
                 if left < x + share * (u - x) < right and top < y + share * (v - y) < bottom:
                     return True
-    return any(line.crosses(start, point) for line in leaders)
+    return any(line.crosses((x, y), point) for line in leaders)

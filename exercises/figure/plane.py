@@ -1,12 +1,11 @@
 """Choose the view of an arm: perpendicular to the plane in which it moves, or oblique from above if there is none."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Base, Chain, Point
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 
 
@@ -30,9 +29,7 @@ VIEW_DESCRIPTIONS = {
 
 def with_exact_numbers(chain: Chain) -> Chain:
     """Return the same arm with Python numbers in its base and point converted to SymPy numbers."""
-    (x, y, z), (u, v, w) = (map(sp.sympify, coordinates) for coordinates in (chain.base.position, chain.point.offset))
-    base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
-    return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
+    return chain.map_entries(lambda _, entry: sp.sympify(entry))
 
 
 def choose_view(chain: Chain) -> np.ndarray:

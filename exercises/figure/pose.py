@@ -7,13 +7,13 @@ pose is given, the view is chosen instead: the usual view is rotated about the v
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.plane import SPATIAL_VIEW, axonometric_view, choose_view, is_drawn_flat
@@ -79,20 +79,17 @@ def make_drawable_chain(chain: Chain, base_distance_factor: float = 1.0) -> Chai
         size = min_share + (max_share - min_share) * min(abs(float(value)) / unit, 1.3)  # a base may be far away
         return sp.Float((1 if value > 0 else -1) * unit * size)
 
-    def angle(value: sp.Expr) -> sp.Expr:
-        return value.xreplace(values)
-
-    def row(joint: Joint, variable: sp.Symbol) -> Joint:
-        d = variable if joint.kind == "P" else length(joint.d)
-        theta = variable if joint.kind == "R" else angle(joint.theta)
-        return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
-
+    variables = {variable.name: variable for variable in chain.q}
     base_range = (0.55, 1.0) if chain.n <= LONG_ARM_JOINTS else (0.3, 0.5)  # a long arm needs more of the drawing
-    x, y, z = (base_distance_factor * length(value, *base_range) for value in chain.base.position)
-    u, v, w = (length(value) for value in chain.point.offset)
-    rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
-    base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
-    return replace(chain, joints=rows, base=base, tool=Point(chain.point.frame, (u, v, w)))
+
+    def replace_entry(name: str, entry: sp.Expr) -> sp.Expr:
+        if name in variables:
+            return variables[name]
+        if name.startswith(ANGLE_PREFIXES):
+            return entry.xreplace(values)
+        return base_distance_factor * length(entry, *base_range) if name.startswith("base") else length(entry)
+
+    return chain.map_entries(replace_entry)
 
 
 def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
@@ -111,10 +108,9 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
                 set_default(expression, unit * (0.5 if is_small else next(shares)))
         set_default(joint.theta, 0.5)
         set_default(joint.alpha, 0.5 + 0.1 * index)
-    for expression in chain.point.offset:
-        set_default(expression, 0.45 * unit)
-    for expression in chain.base.position:
-        set_default(expression, 0.7 * unit)
+    for expressions, value in ((chain.point.offset, 0.45 * unit), (chain.base.position, 0.7 * unit)):
+        for expression in expressions:
+            set_default(expression, value)
     set_default(chain.base.yaw, 0.5)
     set_default(chain.base.tilt, 0.5)
     return values
@@ -127,8 +123,8 @@ def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
 
 def _longest_length(chain: Chain) -> float:
     """Return the longest numeric length (m) of an arm, or a default if it has none."""
-    lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    return max((abs(float(value)) for value in lengths if value.is_number and value != 0), default=DEFAULT_LENGTH)
+    offsets = [abs(float(value)) for value in chain.point.offset if value.is_number and value != 0]
+    return max(numeric_lengths(chain) + offsets, default=DEFAULT_LENGTH)
 
 
 def compute_table_entries(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
@@ -143,22 +139,26 @@ def compute_table_entries(chain: Chain, pose: Mapping[str, float]) -> np.ndarray
     return np.array(entries)
 
 
+def scale_prismatic_entries(chain: Chain, entries: np.ndarray, factor: float) -> np.ndarray:
+    """Return entries of the table (… x n) with those of prismatic joints multiplied by a factor."""
+    return np.where([joint.kind == "P" for joint in chain.joints], entries * factor, entries)
+
+
+def numeric_lengths(chain: Chain) -> list[float]:
+    """Return the absolute values of the nonzero numeric lengths a and d in the table (m)."""
+    return [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
+
+
 def list_candidate_poses(chain: Chain, drawn: Chain) -> np.ndarray:
     """Return a fixed list of poses (k x n): every combination of a few values, or an even selection of them."""
-    unit = max([abs(float(v)) for j in drawn.joints for v in (j.a, j.d) if v.is_number] + [0.0]) or DEFAULT_LENGTH
+    unit = max(numeric_lengths(drawn), default=DEFAULT_LENGTH)
     # only positive angles: readers take the arrow of an arc for the positive direction
     angles_in_degrees = (40, 50, 33, 65, 115, 130) if is_drawn_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
     length_factors = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_drawn_flat(chain) else (1.0, 0.75, 0.55)
-    choices = [
-        [float(np.radians(value)) for value in angles_in_degrees]
-        if joint.kind == "R"
-        else [unit * value for value in length_factors]
-        for joint in chain.joints
-    ]
-    sizes = tuple(len(values) for values in choices)
-    return np.stack(
-        [np.array(values)[digit] for values, digit in zip(choices, _choose_value_indices(sizes), strict=True)], axis=1
-    )
+    angles, extensions = np.radians(angles_in_degrees), unit * np.array(length_factors)
+    choices = [angles if joint.kind == "R" else extensions for joint in chain.joints]
+    indices = _choose_value_indices(tuple(map(len, choices)))
+    return np.stack([values[index] for values, index in zip(choices, indices, strict=True)], axis=1)
 
 
 @lru_cache(maxsize=64)
@@ -216,16 +216,13 @@ def score_poses(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
     return np.asarray(score + CLEARANCE_WEIGHT[chain.n > LONG_ARM_JOINTS] * np.clip(gaps, -1, 1))
 
 
-def _score_without_clearance(
-    chain: Chain, drawn: Chain, entries: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _score_without_clearance(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the score of poses without clearance (k), the lines to keep apart (k x s x 2 x 2), and the scale (k)."""
     frames, corners, path = compute_skeletons(drawn, entries)
     view = choose_view(chain)
     pieces = list_segments(frames, corners, path, drawn.point.frame)
     drawn_segments = pieces @ view[:2].T
-    spread = np.ptp(drawn_segments.reshape(len(entries), -1, 2), axis=1)
-    scale = 1.0 / np.maximum(np.max(spread / MAX_ARM_SIZE, axis=1), 1e-9)
+    scale = _fitting_scale(drawn_segments)
     lengths = np.linalg.norm(drawn_segments[:, :, 1] - drawn_segments[:, :, 0], axis=2) * scale[:, None]
     score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1)
     score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _score_angles(chain, frames, entries, view)
@@ -240,6 +237,12 @@ def _score_without_clearance(
     ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
     score = score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1)
     return np.asarray(score), _add_last_axes(drawn_segments, frames, view, scale), scale
+
+
+def _fitting_scale(drawn_segments: np.ndarray) -> np.ndarray:
+    """Return the scales (k) at which drawn segments (k x s x 2 x 2) take the maximum size, in pixels per metre."""
+    spread = np.ptp(drawn_segments.reshape(len(drawn_segments), -1, 2), axis=1)
+    return np.asarray(1.0 / np.maximum(np.max(spread / MAX_ARM_SIZE, axis=1), 1e-9))
 
 
 def list_segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, point_frame: int) -> np.ndarray:
@@ -326,10 +329,8 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
     total = np.zeros(len(frames))
     for i in range(points.shape[1] - 1):
         others = np.arange(i + 1, points.shape[1])
-        is_coincident = np.abs(points[0, others] - points[0, i]).max(axis=1) <= 1e-6
-        coincident = others[is_coincident][
-            np.abs(points[:, others[is_coincident]] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6
-        ]
+        candidates = others[np.abs(points[0, others] - points[0, i]).max(axis=1) <= 1e-6]
+        coincident = candidates[np.abs(points[:, candidates] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6]
         differences = drawn_points[np.setdiff1d(others, coincident)] - drawn_points[i]
         gaps = np.sqrt(differences[:, 0] * differences[:, 0] + differences[:, 1] * differences[:, 1])
         total += np.maximum(0.0, 1.0 - gaps / CROWDED_DISTANCE).sum(axis=0)
@@ -358,9 +359,7 @@ def best_views(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray
     `entries` (n) are those of the table. Scores are rounded, so that ties are broken alike on every machine.
     """
     directions = itertools.product(ELEVATIONS, AZIMUTHS)
-    views = np.array(
-        [axonometric_view(np.radians(36.0 + azimuth), np.radians(elevation)) for elevation, azimuth in directions]
-    )
+    views = np.array([axonometric_view(np.radians(36.0 + angle), np.radians(height)) for height, angle in directions])
     score = _score_views(drawn, entries, views)
     score[0] += USUAL_VIEW_BONUS
     order = np.argsort(-np.round(score, 3), kind="stable")[:count]
@@ -372,24 +371,17 @@ def _score_views(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.nda
     frames, corners, path = compute_skeletons(drawn, entries[None])
     pieces = list_segments(frames, corners, path, drawn.point.frame)[0]
     drawn_segments = np.einsum("spx,kyx->kspy", pieces, views[:, :2])
-    spread = np.ptp(drawn_segments.reshape(len(views), -1, 2), axis=1)
-    scale = 1.0 / np.maximum(np.max(spread / MAX_ARM_SIZE, axis=1), 1e-9)
+    scale = _fitting_scale(drawn_segments)
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
     drawn_origins = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
     drawn_axes = np.einsum("ix,kyx->kiy", z, views[:, :2])
-    ends = np.stack(
-        [origins[-1], origins[-1] + 1e-6 * z[-1]]
-    )  # the axis that `find_clearance` expects, too short to matter
+    ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the axis for `find_clearance`, too short to matter
     last_axis = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
     clearances = np.clip(find_clearance(np.concatenate([drawn_segments, last_axis], axis=1), 1) * scale / 50, 0, 1)
     visible_shares = np.minimum(np.linalg.norm(drawn_axes, axis=2) / VISIBLE_AXIS_SHARE, 1)
     is_hidden = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
-    return np.asarray(
-        2.0 * clearances
-        + 0.6 * (visible_shares - 1).sum(axis=1)
-        - _count_crowded_in_views(origins, z, drawn_origins, drawn_axes)
-        - is_hidden
-    )
+    crowded_count = _count_crowded_in_views(origins, z, drawn_origins, drawn_axes)
+    return np.asarray(2.0 * clearances + 0.6 * (visible_shares - 1).sum(axis=1) - crowded_count - is_hidden)
 
 
 def _count_crowded_in_views(

@@ -6,7 +6,7 @@ A dashed double arrow at P marks a direction in which P can't move. If it points
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from string import ascii_lowercase
@@ -14,12 +14,21 @@ from string import ascii_lowercase
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
+from qdot.exercises.figure.lettering import format_decimal
 from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
-from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
-from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, Vector2D, format_decimal
+from qdot.exercises.figure.pose import (
+    best_poses,
+    compute_skeleton,
+    make_drawable_chain,
+    numeric_lengths,
+    scale_prismatic_entries,
+    score_poses,
+    symbol_values,
+)
+from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_math
 from qdot.exercises.singularities.classification import sample_condition
@@ -31,6 +40,8 @@ from qdot.exercises.writing.latex import lay_out
 
 PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
 """Width and height of these drawings in pixels; both are shown at 60 % of this size."""
+Vector = tuple[float, ...]
+Size = tuple[int, int]
 MARGIN = (12.0, 12.0)
 ARROW_HALF_LENGTH, RING_RADIUS, SHORT_SHARE = 44.0, 14.0, 0.3
 """Half the length of an arrow, the radius of a ring, and the visible share of an arrow below which it becomes a ring.
@@ -62,52 +73,40 @@ def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarra
     """
     scaled_arm = _scale_arm(with_exact_numbers(chain))
     entries = scaled_arm.scale_entries(np.array([pose[q.name] for q in chain.q]) + scaled_arm.offsets)
-    return _draw_small(
-        scaled_arm.scaled_chain,
-        entries,
-        PANEL_SIZE,
-        mark_offset=None if mark_offset is None else mark_offset / scaled_arm.unit,
-    )
+    mark = None if mark_offset is None else mark_offset / scaled_arm.unit
+    return _draw_small(scaled_arm.scaled_chain, entries, PANEL_SIZE, mark=mark)
 
 
 def _draw_small(
     drawn: Chain,
     entries: np.ndarray,
-    size: tuple[int, int],
-    lost_directions: tuple[np.ndarray, ...] = (),
-    mark_offset: np.ndarray | None = None,
+    size: Size,
+    lost_directions: Sequence[np.ndarray] = (),
+    mark: np.ndarray | None = None,
 ) -> Figure:
     """Return a small drawing; cached, because many arms of a class have the same proportions."""
-    vectors = (*lost_directions, *(() if mark_offset is None else (mark_offset,)))
-    key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, vector)) for vector in vectors)
-    return _draw_cached(drawn, *key, size, mark_offset is not None)
+    lost = tuple(tuple(map(float, direction)) for direction in lost_directions)
+    mark_vector = None if mark is None else tuple(map(float, mark))
+    return _draw_cached(drawn, tuple(round(float(entry), 12) for entry in entries), size, lost, mark_vector)
 
 
 @lru_cache(maxsize=1024)
-def _draw_cached(
-    drawn: Chain,
-    table_entries: tuple[float, ...],
-    mark_vectors: tuple[tuple[float, ...], ...],
-    size: tuple[int, int],
-    has_cross: bool,
-) -> Figure:
-    entries, vectors = np.array(table_entries), [np.array(vector) for vector in mark_vectors]
-    cross_vector = vectors.pop() if has_cross else None
-    lost_directions = tuple(vectors)
+def _draw_cached(drawn: Chain, table: Vector, size: Size, lost: tuple[Vector, ...], mark: Vector | None) -> Figure:
+    entries = np.array(table)
     bones, shows_hand_axis = compute_skeleton(drawn, entries), size == PANEL_SIZE and _is_hand_too_short(drawn)
 
     def draw(view: View) -> Drawing:
         dot = Circle(view.to_pixels(bones.path[-1]), 5.0, "point")
-        marks = itertools.chain(
-            *(_draw_lost_direction(view, bones.path[-1], direction) for direction in lost_directions)
-        )
-        last_origin, z = bones.origins[-1], bones.frames[-1, :3, 2]
+        point, last_origin, z = bones.path[-1], bones.origins[-1], bones.frames[-1, :3, 2]
+        arrows = [shape for direction in lost for shape in _draw_lost_direction(view, point, np.array(direction))]
         if shows_hand_axis:
-            hand_axis = draw_arrow(view, last_origin, last_origin + HAND_AXIS_LENGTH / view.scale * z, "axis-z")
-        else:
-            hand_axis = ()
-        cross = () if cross_vector is None else _draw_cross(view.to_pixels(bones.path[-1] + cross_vector))
-        return Drawing((*draw_links_and_joints(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
+            tip = last_origin + HAND_AXIS_LENGTH / view.scale * z
+            arrows = [*draw_arrow(view, last_origin, tip, "axis-z"), *arrows]
+        cross: tuple[Shape, ...] = ()
+        if mark is not None:
+            center = view.to_pixels(point + np.array(mark))
+            cross = (Circle(center, 1.5 * CROSS_HALF_SIZE, "yours"), *make_cross(center, CROSS_HALF_SIZE, "yours"))
+        return Drawing((*draw_links_and_joints(make_scene(drawn, bones, view)).shapes, *arrows, dot, *cross))
 
     drawing, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, drawing.shapes, ())
@@ -120,26 +119,15 @@ def _is_hand_too_short(drawn: Chain) -> bool:
     return has_wrist_joint and not is_drawn_flat(drawn) and sizes[-1] < SHORT_SHARE * max(sizes)
 
 
-def _draw_cross(center: Vector2D) -> tuple[Shape, ...]:
-    """Return a cross in a circle, which marks the point of a submitted answer."""
-    (x, y), d = center, CROSS_HALF_SIZE
-    return (
-        Circle(center, 1.5 * CROSS_HALF_SIZE, "yours"),
-        Polyline(((x - d, y - d), (x + d, y + d)), "yours"),
-        Polyline(((x - d, y + d), (x + d, y - d)), "yours"),
-    )
-
-
 def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
     """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
     drawn_direction = view.axes[:2] @ direction
     if np.linalg.norm(drawn_direction) < SHORT_SHARE:
         return (Circle(view.to_pixels(point), RING_RADIUS, "lost"),)
-    ends: list[Vector2D] = [
-        view.to_pixels(point + side * ARROW_HALF_LENGTH / view.scale * direction) for side in (1.0, -1.0)
-    ]
-    heads: list[Polyline] = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
-    return (Polyline(tuple(ends), "lost"), *heads)
+    arms = [point + side * ARROW_HALF_LENGTH / view.scale * direction for side in (1.0, -1.0)]
+    ends = view.path_in_pixels(arms)
+    heads = [draw_line_with_arrowhead((view.to_pixels(point), end), "lost", 10.0)[1] for end in ends]
+    return (Polyline(ends, "lost"), *heads)
 
 
 # --- singular configurations ---
@@ -161,8 +149,7 @@ class _ScaledArm:
 
     def scale_entries(self, table_entries: np.ndarray) -> np.ndarray:
         """Return entries of the table (… x n), scaled like `scaled_chain`."""
-        is_prismatic = np.array([joint.kind == "P" for joint in self.arm.joints])
-        return np.where(is_prismatic, table_entries / self.unit, table_entries)
+        return scale_prismatic_entries(self.arm, table_entries, 1 / self.unit)
 
 
 @dataclass(frozen=True)
@@ -189,28 +176,23 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> PanelSet:
     chain, words, components = with_exact_numbers(chain), catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     regular = best_poses(chain, scaled_arm.scaled_chain, 1)[0]
-    drawings = [
-        (words.pgettext("caption of a drawing", "regular"), _draw_small(scaled_arm.scaled_chain, regular, PANEL_SIZE))
-    ]
+    drawn = scaled_arm.scaled_chain
+    drawings = [(words.pgettext("caption of a drawing", "regular"), _draw_small(drawn, regular, PANEL_SIZE))]
     omitted_count = 0
     for number, component in enumerate(components, 1):
         configurations = [
-            (caption, _draw_small(scaled_arm.scaled_chain, entries, PANEL_SIZE, lost))
+            (caption, _draw_small(drawn, entries, PANEL_SIZE, lost))
             for caption, entries in _list_configurations(chain, scaled_arm, component, regular, words)
-            if (lost := _lost_directions(chain, scaled_arm, entries)) is not None
+            if (lost := _lost_directions(chain, drawn, entries)) is not None
         ]
-        shown_configurations = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
-        letters = ascii_lowercase if len(shown_configurations) > 1 else ("",)
-        drawings += [
-            (f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown_configurations)
-        ]
-        omitted_count += len(configurations) - len(shown_configurations)
+        shown = configurations[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
+        letters = ascii_lowercase if len(shown) > 1 else ("",)
+        drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown)]
+        omitted_count += len(configurations) - len(shown)
     if len(drawings) == 1:
         return PanelSet()
-    if omitted_count:
-        remark = words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
-    else:
-        remark = ""
+    more = words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
+    remark = more if omitted_count else ""
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
     return PanelSet(tuple(drawings), _make_legend(chain, styles, words), remark, "lost" in styles)
 
@@ -227,40 +209,19 @@ def _make_legend(chain: Chain, styles: set[str], words: Catalogue) -> str:
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
     """Return an arm with default values for its symbolic lengths, and scaled for drawing."""
-    sizes = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
-    default_values = symbol_values(chain, max(sizes, default=0.5))
+    default_values = symbol_values(chain, max(numeric_lengths(chain), default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
+    arm_at_origin = replace(chain, base=replace(chain.base, position=Base().position))
+    arm = arm_at_origin.map_entries(lambda _, entry: entry.xreplace(values))
+    lengths = [value for joint in arm.joints for value in (joint.a, joint.d) if value.is_number]
+    unit = max((abs(value) for value in (*lengths, *arm.point.offset)), default=sp.S.Zero) or sp.S.One
+    variables = {q.name: q for q in arm.q}
 
-    def substitute_values(joint: Joint) -> Joint:
-        return Joint(joint.kind, *(value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha)))
+    def scale_entry(name: str, entry: sp.Expr) -> sp.Expr:
+        return variables.get(name) or (entry if name.startswith(ANGLE_PREFIXES) else entry / unit)
 
-    u, v, w = (value.xreplace(values) for value in chain.point.offset)
-    base = Base(Base().position, chain.base.yaw.xreplace(values), chain.base.tilt.xreplace(values))
-    tool = replace(chain.point, offset=(u, v, w))
-    joints = tuple(map(substitute_values, chain.joints))
-    joints_without_offsets = tuple(
-        replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
-        for joint, q in zip(joints, chain.q, strict=True)
-    )
-    numeric_arm = replace(chain, joints=joints, base=base, tool=tool)
-    offsets = np.array([float(value) for value in numeric_arm.offsets])
-    drawn, unit = _normalize_size(
-        replace(numeric_arm, name="drawn", title="", joints=joints_without_offsets, axis_points=())
-    )
-    return _ScaledArm(numeric_arm, drawn, offsets, values, unit)
-
-
-def _normalize_size(chain: Chain) -> tuple[Chain, float]:
-    """Return an arm with numeric lengths scaled so that its longest length is 1, and that length (m)."""
-    lengths = [value for joint in chain.joints for value in (joint.a, joint.d) if value.is_number]
-    unit = max((abs(value) for value in (*lengths, *chain.point.offset)), default=sp.S.Zero) or sp.S.One
-
-    def normalize_length(value: sp.Expr) -> sp.Expr:
-        return value / unit if value.is_number else value
-
-    joints = tuple(replace(joint, a=normalize_length(joint.a), d=normalize_length(joint.d)) for joint in chain.joints)
-    u, v, w = map(normalize_length, chain.point.offset)
-    return replace(chain, joints=joints, tool=replace(chain.point, offset=(u, v, w))), float(unit)
+    drawn = replace(arm, name="drawn", title="", axis_points=()).map_entries(scale_entry)
+    return _ScaledArm(arm, drawn, np.array([float(value) for value in arm.offsets]), values, float(unit))
 
 
 def _list_configurations(
@@ -269,45 +230,36 @@ def _list_configurations(
     """Return captions and table entries (n) of configurations on a component; empty if none is real."""
     if component.solutions is None:
         entries = _find_best_configuration(chain, scaled, component)
+        equations = [f"{_format_expression(condition, chain)} = 0" for condition in component.conditions]
         conjunction = words.pgettext("between two conditions", "and")
-        condition_text = f" {conjunction} ".join(
-            f"{_format_expression(condition, chain)} = 0" for condition in component.conditions
-        )
-        return [] if entries is None else [(_fit_caption(condition_text, words), entries)]
+        return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), words), entries)]
     configurations = []
-    joints = [joint for joint, _ in component.solutions]
+    indices = [chain.q.index(joint) for joint, _ in component.solutions]
     for values in itertools.product(*(values for _, values in component.solutions)):
         numbers = [complex(value.xreplace(scaled.values)) for value in values]
         if any(abs(number.imag) > 1e-9 for number in numbers):
             continue
-        entries = regular.copy()
-        for joint, number in zip(joints, numbers, strict=True):
-            i = chain.q.index(joint)
-            entries[i] = number.real + scaled.offsets[i]
-            entries[i] /= scaled.unit if chain.joints[i].kind == "P" else 1.0
-        kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
-        joint_values = zip(joints, values, kinds, strict=True)
-        caption = ", ".join(
-            f"{_format_expression(q, chain)} = {_format_joint_value(value, kind, chain)}"
-            for q, value, kind in joint_values
-        )
-        configurations.append((_fit_caption(caption, words), entries))
+        entries, equations = regular.copy(), []
+        for i, value, number in zip(indices, values, numbers, strict=True):
+            is_prismatic = chain.joints[i].kind == "P"
+            entries[i] = (number.real + scaled.offsets[i]) / (scaled.unit if is_prismatic else 1.0)
+            equations.append(
+                f"{_format_expression(chain.q[i], chain)} = {_format_joint_value(value, is_prismatic, chain)}"
+            )
+        configurations.append((_fit_caption(", ".join(equations), words), entries))
     return configurations
 
 
 def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
     """Return the table entries (n) of the clearest configuration on a component; None if none is real."""
-    numeric_component = replace(
-        component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions)
-    )
-    (text,) = normalized_pieces(scaled.arm, numeric_component)
-    samples = sample_condition(
-        normalize_arm(scaled.arm), text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS
-    )
+    conditions = tuple(condition.xreplace(scaled.values) for condition in component.conditions)
+    (text,) = normalized_pieces(scaled.arm, replace(component, conditions=conditions))
+    arm = normalize_arm(scaled.arm)
+    samples = sample_condition(arm, text, "figure", arm_count=1, samples_per_arm=SAMPLED_CONFIGURATIONS)
     if not samples:
         return None
     entries = scaled.scale_entries(np.array([sample.q for sample in samples]))
-    is_revolute = np.array([joint.kind == "R" for joint in chain.joints])
+    is_revolute = [joint.kind == "R" for joint in chain.joints]
     entries = np.where(is_revolute, np.arctan2(np.sin(entries), np.cos(entries)), entries)
     return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.scaled_chain, entries), 3)))])
 
@@ -317,15 +269,13 @@ def _format_expression(expression: sp.Expr, chain: Chain) -> str:
     return unicode_math(lay_out(expression, chain))
 
 
-def _format_joint_value(value: sp.Expr, kind: str, chain: Chain) -> str:
+def _format_joint_value(value: sp.Expr, is_length: bool, chain: Chain) -> str:
     """Return the text of an angle in degrees or a length in metres; symbolic constants are unchanged.
 
     Multiples of a degree are exact, other angles have two decimals.
     """
-    constant, rest = (
-        value.as_independent(*value.free_symbols, as_Add=True) if value.free_symbols else (value, sp.S.Zero)
-    )
-    number = _format_angle(constant) if kind == "R" else f"{format_decimal(constant)} m"
+    constant, rest = value.as_independent(sp.Symbol, as_Add=True)
+    number = f"{format_decimal(constant)} m" if is_length else _format_angle(constant)
     if rest == 0:
         return number.replace("-", "−")
     sign = "" if constant == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
@@ -344,10 +294,10 @@ def _fit_caption(caption: str, words: Catalogue) -> str:
     return words.gettext("see the condition above")
 
 
-def _lost_directions(chain: Chain, scaled: _ScaledArm, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
+def _lost_directions(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
     """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
     task = [TASK_ROWS.index(row) for row in chain.task]
-    jacobian = NumericChain(scaled.scaled_chain, {}).jacobian(entries)[task]
+    jacobian = NumericChain(drawn, {}).jacobian(entries)[task]
     u, sigma, _ = np.linalg.svd(jacobian)
     rank = int(np.sum(sigma > RANK_TOLERANCE * max(float(sigma[0]), 1e-12)))
     if rank == min(jacobian.shape):

@@ -4,6 +4,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from qdot.exercises.formula.latex import LETTERS
 from qdot.exercises.writing.markup import escape_latex
@@ -61,24 +62,19 @@ class _GroupFrame:
 def convert_to_tikz(svg: str) -> str:
     """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
-    elements = list(_draw_elements(root, _GroupFrame(), {}))
-    return render(
-        "figure/arm.tex.j2", drawn=elements, unit=POINTS_PER_PIXEL, end=(root.get("width"), root.get("height"))
-    )
+    elements, end = list(_draw_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
+    return render("figure/arm.tex.j2", drawn=elements, unit=POINTS_PER_PIXEL, end=end)
 
 
-def _draw_elements(
-    parent: ET.Element, frame: _GroupFrame, inherited: Mapping[str, str]
-) -> Iterator[Stroke | Lettering]:
+def _draw_elements(parent: ET.Element, frame: _GroupFrame, inherited: Mapping[str, str]) -> Iterator[Any]:
+    """Yield the strokes and letterings of an element; its attributes apply to the elements in it."""
     for element in parent:
         tag, attributes = element.tag.split("}")[-1], {**inherited, **element.attrib}
         if tag == "g":
             yield from _draw_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
         elif tag in ("polyline", "polygon"):
-            pairs = (pair.split(",") for pair in attributes["points"].split())
-            yield Stroke(
-                _tikz_options(attributes, frame), tuple(frame.transform(*pair) for pair in pairs), tag == "polygon"
-            )
+            points = tuple(frame.transform(*pair.split(",")) for pair in attributes["points"].split())
+            yield Stroke(_tikz_options(attributes, frame), points, tag == "polygon")
         elif tag == "circle":
             centre = frame.transform(attributes["cx"], attributes["cy"])
             yield Stroke(_tikz_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
@@ -86,11 +82,8 @@ def _draw_elements(
             x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
             rounded = f"rounded corners={POINTS_PER_PIXEL * float(attributes.get('rx', 0)):.1f}pt"
-            yield Stroke(
-                (*_tikz_options(attributes, frame), rounded),
-                tuple(frame.transform(*corner) for corner in corners),
-                True,
-            )
+            points = tuple(frame.transform(*corner) for corner in corners)
+            yield Stroke((*_tikz_options(attributes, frame), rounded), points, True)
         elif tag == "text":
             yield _read_lettering(element, attributes, frame)
         elif tag not in ("title", "desc"):
@@ -98,11 +91,11 @@ def _draw_elements(
 
 
 def _transform_frame(frame: _GroupFrame, transform: str) -> _GroupFrame:
+    if not transform:
+        return frame
     match = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
     if match is None:
-        if transform:
-            raise ValueError(f"a figure with {transform!r}")
-        return frame
+        raise ValueError(f"a figure with {transform!r}")
     x, y = frame.transform(match[1], match[2])
     return replace(frame, x=x, y=y, scale=frame.scale * float(match[3]))
 
@@ -132,17 +125,12 @@ def _xcolor(code: str) -> str:
 
 def _read_lettering(element: ET.Element, attributes: Mapping[str, str], frame: _GroupFrame) -> Lettering:
     runs: list[LatexRun] = []
-    lowered_by = 0.0
+    lowered_by, scale = 0.0, POINTS_PER_PIXEL * frame.scale
     for run in element if len(element) else (element,):
         lowered_by += float(run.get("dy", 0))
-        size = POINTS_PER_PIXEL * frame.scale * float(run.get("font-size", attributes.get("font-size", 15)))
-        runs.append(
-            LatexRun(
-                _to_latex(run.text or "", run.get("font-style") == "italic"),
-                size,
-                -POINTS_PER_PIXEL * frame.scale * lowered_by,
-            )
-        )
+        size = scale * float(run.get("font-size", attributes.get("font-size", 15)))
+        latex = _to_latex(run.text or "", run.get("font-style") == "italic")
+        runs.append(LatexRun(latex, size, -scale * lowered_by))
     return Lettering(frame.transform(attributes["x"], attributes["y"]), _xcolor(attributes["fill"]), tuple(runs))
 
 
@@ -154,9 +142,7 @@ def _to_latex(text: str, italic: bool) -> str:
     """
     pieces = re.split(f"([{''.join(_GREEK)}])", text)
     latex = "".join(rf"$\{_GREEK[piece]}$" if piece in _GREEK else escape_latex(piece) for piece in pieces)
-    latex = re.sub(
-        f"[{_SUBSCRIPT_DIGITS}]+",
-        lambda match: f"$_{{{match[0].translate(_DIGIT_OF_SUBSCRIPT)}}}$",
-        latex.replace("°", r"$^\circ$"),
-    )
+    latex = latex.replace("°", r"$^\circ$")
+    digits = re.compile(f"[{_SUBSCRIPT_DIGITS}]+")
+    latex = digits.sub(lambda match: f"$_{{{match[0].translate(_DIGIT_OF_SUBSCRIPT)}}}$", latex)
     return rf"\textit{{{latex}}}" if italic and not any(piece in _GREEK for piece in pieces) else latex

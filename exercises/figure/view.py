@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from qdot.exercises.figure.labels import LabelRequest
+from qdot.exercises.figure.places import LabelRequest
 from qdot.exercises.figure.shapes import Polyline, Shape, Vector2D, shift_shape
 
 ARROWHEAD_LENGTH = 8.0
@@ -44,11 +44,15 @@ class View:
     def _rows(self) -> list[list[float]]:
         return self.axes.tolist()
 
+    def _project(self, vector: np.ndarray) -> Vector2D:
+        """Return the components of a vector (3) to the right and up."""
+        (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
+        x, y, z = vector.tolist()
+        return rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
+
     def to_pixels(self, point: np.ndarray) -> Vector2D:
         """Return the pixel coordinates of a point (3, m)."""
-        (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
-        x, y, z = point.tolist()
-        right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
+        right, up = self._project(point)
         return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
     def path_in_pixels(self, points: Iterable[np.ndarray]) -> tuple[Vector2D, ...]:
@@ -57,9 +61,7 @@ class View:
 
     def drawn_direction(self, vector: np.ndarray) -> Vector2D:
         """Return the drawn unit direction of a vector (3), or upwards if it points at the reader."""
-        (rx, ry, rz), (ux, uy, uz), _ = self._rows
-        x, y, z = vector.tolist()
-        right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
+        right, up = self._project(vector)
         size = math.hypot(right, up)
         return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
 

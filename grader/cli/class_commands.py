@@ -15,9 +15,8 @@ import typer
 
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
-from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
@@ -27,6 +26,7 @@ from qdot.grader.cli.options import (
     JobsOption,
     JsonOption,
     TwistOrderOption,
+    name_argument,
     name_option,
 )
 from qdot.grader.grading.certificates import FailureKind
@@ -64,55 +64,39 @@ def generate(
     failed_slots: list[FailedSlot] = []
     with progress("generating", len(assignment.roster)) as counter:
 
-        def report_student(released: ReleaseResult) -> None:
-            counts[released.outcome] += 1
-            failed_slots.extend(released.failed_slots)
-            for slot in released.failed_slots:
+        def report_student(result: ReleaseResult) -> None:
+            counts[result.outcome] += 1
+            failed_slots.extend(result.failed_slots)
+            for slot in result.failed_slots:
                 note(str(slot))
-            if released.failed_slots and (old := notebook_path(assignment, released.student)).exists():
+            if result.failed_slots and (old := notebook_path(assignment, result.student)).exists():
                 note(f"{old} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
-        released_assignment = release_notebooks(
-            assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student
-        )
+        released = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    say(
-        f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; distribute {folder / 'released'}, keep "
-        f"{folder / 'solutions'} private"
-    )
+    targets = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
+    say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {targets}")
     if counts["rewritten"]:
-        note(
-            "The assignment, the secret or qdot has changed since the notebooks were written: distribute the new ones."
-        )
-    for message in (*describe_redraws(assignment, released_assignment), *describe_shared_answers(released_assignment)):
+        note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
+    for message in (*describe_redraws(assignment, released), *describe_shared_answers(released)):
         note(message)
-    if former := find_former_students(released_assignment):
-        name_list = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
-        released = folder / "released"
-        note(
-            f"{released} still has notebooks of students who are not on the roster ({name_list}): do not distribute "
-            "these"
-        )
-    raise_failed_slots(released_assignment, failed_slots)
+    if former := find_former_students(released):
+        names = list_some(former, 3)
+        note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
+    raise_failed_slots(released, failed_slots)
 
 
 def verify(
     what: Annotated[
         list[str],
-        typer.Argument(
-            metavar="PROBLEM… | DIR",
-            help="Problems (FAMILY/SEED) or an assignment folder.",
-            autocompletion=complete_names(FAMILIES, suffix="/1"),
-        ),
+        name_argument("PROBLEM… | DIR", "Problems (FAMILY/SEED) or an assignment folder.", FAMILIES, suffix="/1"),
     ] = [],  # noqa: B006
     family: Annotated[
         str, name_option("Verify problems of this family, or of `all` families.", names=[*FAMILIES, "all"])
     ] = "",
     count: Annotated[int, typer.Option(min=1, help="With --family: how many problems, with seeds 0, 1, 2, …")] = 100,
-    first: Annotated[
-        int, typer.Option("--first-seed", metavar="SEED", min=0, max=1 << 62, help="With --family: the first seed.")
-    ] = 0,
+    first_seed: Annotated[int, typer.Option(metavar="SEED", min=0, max=1 << 62, help="With --family: first seed.")] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
     twist_order: TwistOrderOption = "",
@@ -138,9 +122,8 @@ def verify(
     def make_task(identity: ProblemId) -> VerificationTask:
         return VerificationTask(identity.with_variation(variation).with_convention(convention, twist_order))
 
-    tasks = _list_tasks(
-        what, family, range(first, first + count), make_task, bool(variation or convention or twist_order)
-    )
+    seeds, is_varied = range(first_seed, first_seed + count), bool(variation or convention or twist_order)
+    tasks = _list_tasks(what, family, seeds, make_task, is_varied)
     started = time.monotonic()
     failed, passed = Counter[FailureKind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     printed: set[str] = set()
@@ -164,16 +147,13 @@ def verify(
         raise typer.Exit(1)
 
 
+MakeTask = Callable[[ProblemId], VerificationTask]
 NO_FOLDER_HINT = "; there is no folder with that name either"
 """The end of the message about an argument that is neither a problem nor a folder."""
 
 
 def _list_tasks(
-    problems_or_folders: list[str],
-    family: str,
-    seeds: range,
-    make_task: Callable[[ProblemId], VerificationTask],
-    has_variation: bool,
+    problems_or_folders: list[str], family: str, seeds: range, make_task: MakeTask, has_variation: bool
 ) -> list[VerificationTask]:
     """Return a task for each problem to verify.
 
@@ -181,63 +161,40 @@ def _list_tasks(
     the number of seeds evenly, each beginning at the first seed. Raises QdotError.
     """
     if not family and not problems_or_folders:
-        raise QdotError(
-            "give problems (planar-2r/7), an assignment folder, or --family FAMILY (or --family all) with --count"
-        )
+        raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
     if family and problems_or_folders:
-        raise QdotError(
-            f"--family verifies a whole family; give either --family or {problems_or_folders[0]!r}, not both"
-        )
+        raise QdotError(f"give either --family, which verifies a whole family, or {problems_or_folders[0]!r}")
     families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
     tasks = [make_task(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
-    tasks.sort(
-        key=lambda task: families.index(task.identity.family)
-    )  # then each process derives an arm's structure only once
+    # Each process then derives an arm's structure only once.
+    tasks.sort(key=lambda task: families.index(task.identity.family))
     for item in problems_or_folders:
         if not Path(item).is_dir():
             tasks.append(make_task(ProblemId.parse(item, NO_FOLDER_HINT)))
         elif has_variation:
-            raise QdotError(
-                f"--variation, --convention and --twist-order apply to problems only; {item}/assignment.toml sets "
-                "them for an assignment"
-            )
+            options = "--variation, --convention and --twist-order"
+            raise QdotError(f"{options} apply to problems only; for an assignment, set them in {item}/assignment.toml")
         else:
-            tasks += _list_tasks_of_folder(Path(item))
+            assignment = load_class(Path(item))
+            for student in find_former_students(assignment):
+                note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
+            tasks += list_tasks(assignment)
     return tasks
-
-
-def _list_tasks_of_folder(folder: Path) -> list[VerificationTask]:
-    """Return the tasks for the problems of an assignment, and print a note on each former student."""
-    assignment = load_class(folder)
-    for student in find_former_students(assignment):
-        note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
-    return list_tasks(assignment)
 
 
 def compare(
     student: Annotated[str, typer.Argument(metavar="STUDENT", help="The student's answer, as text.")] = "",
-    reference: Annotated[
-        str, typer.Argument(metavar="REFERENCE", help="The reference to compare it with, as text.")
-    ] = "",
+    reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="The correct answer, as text.")] = "",
     type: Annotated[
         str,
-        name_option(
-            f"How to compare: {', '.join(COMPARISON_TYPES)}. Default: chosen from the reference.",
-            "--type",
-            names=COMPARISON_TYPES,
-        ),
+        name_option(f"Type: {', '.join(COMPARISON_TYPES)}. Default: that of the reference.", names=COMPARISON_TYPES),
     ] = "",
     joints: Annotated[
         str, typer.Option(help="The joint variables of a set of angles or conditions, separated by commas.")
     ] = "",
     batch: Annotated[
-        str,
-        typer.Option(
-            "--batch",
-            metavar="FILE.jsonl",
-            help="A file with one comparison per line, as JSON; - reads standard input.",
-        ),
+        str, typer.Option(metavar="FILE.jsonl", help="One comparison per line, as JSON; - reads standard input.")
     ] = "",
 ) -> None:
     """Compare two answers as the grader does.
@@ -255,8 +212,8 @@ def compare(
         for answer in compare_lines(_read_lines(batch), refused):
             say(answer)
         if refused:
-            others_clause = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
-            raise QdotError(f"{refused[0]}{others_clause}; all other lines were compared")
+            others = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{others}; all other lines were compared")
         return
     if not reference:
         raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
@@ -313,9 +270,7 @@ def doctor(as_json: JsonOption = False) -> None:
 
 
 def demo(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write the demo into.")] = Path(
-        "qdot-demo"
-    ),
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder for the demo.")] = Path("qdot-demo"),
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Run everything on a simulated class of 30.

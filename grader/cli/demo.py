@@ -140,7 +140,7 @@ def run_demo(folder: Path, jobs: int) -> None:
 
         assignment = release_notebooks(assignment, CERTIFIER, jobs, count_student)
     raise_failed_slots(assignment, failed_slots)
-    with progress("handing in", len(students)) as counter:
+    with progress("submitting", len(students)) as counter:
         for student, kind in zip(assignment.roster, list_submission_kinds(), strict=True):
             write_submission(assignment, student.id, kind)
             counter.step()

@@ -23,6 +23,7 @@ from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import compute_earned_share
 
+SHEET_HELP = f"Paper and HTML: kind of sheet, {', '.join(SHEET_KINDS)} (docs/paper.md)."
 PASSING_HELP = "this percentage of the points; without it, the package does not report pass or fail"
 
 
@@ -42,19 +43,9 @@ def export(
     solutions: Annotated[
         bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
     ] = False,
-    sheet: Annotated[
-        str,
-        name_option(
-            f"Paper and HTML: kind of sheet, {', '.join(SHEET_KINDS)} (docs/paper.md).",
-            names=SHEET_KINDS,
-            metavar="SHEET",
-        ),
-    ] = SHEET_KINDS[0],
+    sheet: Annotated[str, name_option(SHEET_HELP, names=SHEET_KINDS, metavar="SHEET")] = SHEET_KINDS[0],
     versions: Annotated[
-        int,
-        typer.Option(
-            min=0, max=len(VERSION_LETTERS), help="Paper: number of versions A, B, … without names, for an exam hall."
-        ),
+        int, typer.Option(min=0, max=len(VERSION_LETTERS), help="Paper: number of versions A, B, … for an exam hall.")
     ] = 0,
     page: Annotated[
         str, name_option(f"PDF and LaTeX: paper size, {' or '.join(PAPER_SIZES)}.", names=PAPER_SIZES, metavar="SIZE")
@@ -83,9 +74,7 @@ def export(
     """
     names = list(dict.fromkeys(to))
     if not names:
-        raise QdotError(
-            f"--to is missing; give an export format, such as --to html. Known: {', '.join(EXPORT_FORMATS)}"
-        )
+        raise QdotError(f"give an export format, as in --to html; known: {', '.join(EXPORT_FORMATS)}")
     _check_options(names, sheet, page, variation)
     assignment = load_class(folder)
     if variation:
@@ -120,9 +109,7 @@ def report(
     ] = None,
     report: Annotated[
         list[str],
-        typer.Option(
-            metavar="FORMAT=PATH", help="Write the results as FORMAT=PATH instead. Repeatable; - is standard output."
-        ),
+        typer.Option(metavar="FORMAT=PATH", help="Write this report instead. Repeatable; - is standard output."),
     ] = [],  # noqa: B006
 ) -> None:
     """Write an overview of the class, on a page for the staff.
@@ -161,14 +148,11 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
     """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
-            raise unknown_name("export_format", name, list(EXPORT_FORMATS))
+            raise unknown_name("export format", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].contains_bank:
-            banks = ", ".join(
-                export_format.name for export_format in EXPORT_FORMATS.values() if export_format.contains_bank
-            )
-            raise QdotError(
-                f"--variation applies to question banks only ({banks}); for {name}, assignment.toml sets the variation"
-            )
+            banks = ", ".join(name for name, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
+            advice = f"for {name}, set the variation in assignment.toml"
+            raise QdotError(f"--variation applies to question banks only ({banks}); {advice}")
     for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
         if value not in choices:
             raise unknown_name(description, value, list(choices))
@@ -176,18 +160,16 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
 
 def _write_exports(order: ExportRequest, targets: Mapping[str, Path]) -> dict[str, str]:
     """Write each export format into its folder; return the formats that can't be written, each with the reason."""
-    assignment = order.assignment
     failed_formats = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].explain_missing())}
     for name, target in targets.items():
         if name in failed_formats:
             continue
-        redrawn = read_redrawn(assignment.folder)  # the previous format may have added to it
+        redrawn = read_redrawn(order.assignment.folder)  # the previous format may have added to it
+        request = replace(order, assignment=replace(order.assignment, redraws=redrawn))
         try:
-            count = _export_one(replace(order, assignment=replace(assignment, redraws=redrawn)), name, target)
+            say(f"{name}: {count_noun(_export_one(request, name, target), 'file')} in {target}")
         except QdotError as error:
             failed_formats[name] = str(error)
-            continue
-        say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
     return failed_formats
 
 

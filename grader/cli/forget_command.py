@@ -15,17 +15,10 @@ NOT_REACHED = "qdot can't remove copies on learning platforms, in repositories, 
 
 def forget(
     student: Annotated[
-        str,
-        typer.Argument(
-            metavar="STUDENT",
-            help="The student's identifier in the roster, or a name or email address that only this student has.",
-        ),
+        str, typer.Argument(metavar="STUDENT", help="An identifier in the roster, or a name or email address.")
     ],
     folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FOLDER", help="An assignment folder, or a folder with several. Default: the current folder."
-        ),
+        Path, typer.Argument(metavar="FOLDER", help="A folder with one or several assignments. Default: this folder.")
     ] = Path(),
     yes: Annotated[bool, typer.Option("--yes", help="Remove without asking for confirmation.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be removed, but remove nothing.")] = False,

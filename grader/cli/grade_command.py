@@ -12,12 +12,8 @@ import typer
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, progress, say
-from qdot.exercises.common.errors import QdotError, count_noun
-from qdot.grader.cli.options import (
-    FolderArgument,
-    JobsOption,
-    SecondsOption,
-)
+from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading.batch import (
     find_student,
     find_student_files,
@@ -47,29 +43,22 @@ from qdot.grader.submissions.submission import (
 def grade(
     folder: FolderArgument,
     submissions: Annotated[
-        Path | None,
-        typer.Argument(metavar="SUBMISSIONS", help="A folder, or a zip file from a platform. Default: DIR/submitted."),
+        Path | None, typer.Argument(metavar="SUBMISSIONS", help="A folder or a platform's zip. Default: DIR/submitted.")
     ] = None,
     jobs: JobsOption = CORE_COUNT,
     fail_under: Annotated[
-        float,
-        typer.Option(
-            metavar="PERCENT", help="Exit with code 1 if a student has less than this percentage, or no mark."
-        ),
+        float, typer.Option(metavar="PERCENT", help="Exit with code 1 if a student has less than this, or no mark.")
     ] = 0.0,
     seconds: SecondsOption = Limits.seconds,
     diff: Annotated[
         bool, typer.Option("--diff", help="List the students whose marks changed since the last run, and why.")
     ] = False,
     allow_missing: Annotated[
-        bool,
-        typer.Option("--allow-missing", help="Remove the marks of students who have nothing in SUBMISSIONS any more."),
+        bool, typer.Option("--allow-missing", help="Remove the marks of students with nothing in SUBMISSIONS any more.")
     ] = False,
     report: Annotated[
         list[str],
-        typer.Option(
-            metavar="FORMAT=PATH", help="Also write the results as FORMAT=PATH. Repeatable; - is standard output."
-        ),
+        typer.Option(metavar="FORMAT=PATH", help="Also write this report. Repeatable; - is standard output."),
     ] = [],  # noqa: B006
     student: Annotated[
         str,
@@ -121,9 +110,8 @@ def grade(
         summary = f"{results[0].student}: {work_status(results[0])}, {points}"
     else:
         source = submissions or folder / "submitted"
-        earlier, results, summary = _grade_class(
-            assignment, source, make_limits(seconds), jobs, executor, allow_missing
-        )
+        limits = make_limits(seconds)
+        earlier, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
         if diff:
             print_line(describe_mark_changes(earlier, results))
     print_line(summary)
@@ -131,10 +119,8 @@ def grade(
     _check_graded(results)
     failed = [result.student for result in results if result.percent < fail_under]
     if failed:
-        note(
-            f"{len(failed)} of {count_noun(len(results), 'student')} below {fail_under:g} %, or without a mark: "
-            f"{', '.join(failed)}"
-        )
+        students = f"{len(failed)} of {count_noun(len(results), 'student')}"
+        note(f"{students} below {fail_under:g} %, or without a mark: {', '.join(failed)}")
         raise typer.Exit(1)
 
 
@@ -159,9 +145,8 @@ def _grade_class(
                 _check_nobody_missing(assignment, source, earlier, submitted.by_student)
             with progress("grading", len(assignment.roster)) as counter:
                 jobs = min(jobs, len(assignment.roster))
-                results = grade_class(
-                    assignment, submitted.by_student, jobs, limits, lambda _: counter.step(), executor=executor
-                )
+                by_student = submitted.by_student
+                results = grade_class(assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor)
             with progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
@@ -187,11 +172,10 @@ def _check_nobody_missing(
     students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
     missing = [name for name in names if name not in by_student and name in students_with_submission]
     if missing:
-        listing = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
+        students = f"{len(missing)} of {count_noun(len(names), 'student')} graded in the last run"
         raise QdotError(
-            f"{source}: submissions of {len(missing)} of {count_noun(len(names), 'student')} graded in the last run "
-            f"are missing: {listing}; put all submissions into one folder or zip, or add --allow-missing to remove "
-            "these marks"
+            f"{source}: submissions of {students} are missing: {list_some(missing, 5)}; put all submissions into "
+            "one folder or zip, or add --allow-missing to remove these marks"
         )
 
 
@@ -226,11 +210,8 @@ def _check_graded(results: list[Result]) -> None:
     """Print a note on the students who have no mark because of a limit. Raises QdotError if qdot failed on any."""
     over_limit = [result.student for result in results if work_status(result) == "over limit"]
     if over_limit:
-        note(
-            "no mark, because the submission exceeds a limit: "
-            f"{', '.join(over_limit[:5])}{', …' if len(over_limit) > 5 else ''}; the feedback says which limit, and "
-            "you can set points in overrides.csv"
-        )
+        advice = "the feedback says which limit, and you can set points in overrides.csv"
+        note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
     if any(work_status(result) == "ungraded" for result in results):
         raise QdotError(
             "qdot failed on some answers, which have no mark; feedback and grades.csv mark them as 'ungraded' and "
@@ -257,21 +238,16 @@ def _print_staff_notes(results: list[Result]) -> None:
     submitted = sum(result.submission is not None for result in results)
     outdated = sum(OTHER_VERSION in result.staff_notes for result in results)
     if outdated:
-        note(
-            f"WARNING: {outdated} of {count_noun(submitted, 'notebook')} {'was' if outdated == 1 else 'were'} made "
-            "from another assignment.toml, redrawn.csv or secret: distribute the new notebooks, or restore the old "
-            "files"
-        )
+        number = f"{outdated} of {count_noun(submitted, 'notebook')} {'was' if outdated == 1 else 'were'}"
+        other = "another assignment.toml, redrawn.csv or secret"
+        note(f"WARNING: {number} made from {other}: distribute the new notebooks, or restore the old files")
 
 
 def _summarize(results: list[Result], folder: Path, ownerless: int) -> str:
     """Return a line that summarises the results; `ownerless` is the number of files without a certain owner."""
     kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(work_status, results)).items())
-    percents = [
-        result.percent
-        for result in results
-        if result.submission is not None and work_status(result) not in UNMARKED_STATES
-    ]
+    marked = [result for result in results if result.submission and work_status(result) not in UNMARKED_STATES]
+    percents = [result.percent for result in marked]
     mean = f"mean {fmean(percents):.1f} % of submitted work; " if percents else ""
     not_graded = f"{count_noun(ownerless, 'file')} without a certain owner on the roster; " if ownerless else ""
     overridden = sum(map(count_overridden, results))

@@ -74,11 +74,9 @@ def make_program(only: str = "") -> "typer.Typer":
 
     @app.callback(invoke_without_command=True)
     def _top(
-        show_version: Annotated[
-            bool, typer.Option("--version", is_eager=True, help="Print the version and exit.")
-        ] = False,
+        version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version and exit.")] = False,
     ) -> None:
-        if show_version:
+        if version:
             from qdot.exercises.common.extras import qdot_version
 
             typer.echo(f"qdot {qdot_version()}")
@@ -153,9 +151,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
             if (cause := open_files_error(error)) is not None:
                 _exit_with_message(str(cause), 2)
             cause_text = f"{type(error).__name__}: {error}"
-            _exit_with_message(
-                (f"qdot itself failed: {cause_text}. Please report it; set QDOT_TRACEBACK=1 to see where"), 2
-            )
+            _exit_with_message(f"qdot failed: {cause_text}. Please report it; set QDOT_TRACEBACK=1 to see where", 2)
 
     return run
 

@@ -9,12 +9,17 @@ import typer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.common.completion import complete_names
 
+Names = Iterable[str] | Callable[[], Iterable[str]]
 
-def name_option(
-    help: str, *flags: str, names: Iterable[str] | Callable[[], Iterable[str]], metavar: str = "NAME", between: str = ""
-) -> Any:
+
+def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", between: str = "") -> Any:
     """Return an option whose value is one of the names, which the Tab key completes."""
     return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=between))
+
+
+def name_argument(metavar: str, help: str, *names: Names, suffix: str = "") -> Any:
+    """Return an argument whose value may be one of the names, with a suffix, which the Tab key completes."""
+    return typer.Argument(metavar=metavar, help=help, autocompletion=complete_names(*names, suffix=suffix))
 
 
 def _convention_option(default: str) -> Any:
@@ -23,13 +28,8 @@ def _convention_option(default: str) -> Any:
 
 
 def _twist_order_option(default: str) -> Any:
-    choices = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
-    return name_option(
-        f"Order of twists, for arms described by screw axes: {choices}.",
-        "--twist-order",
-        names=TWIST_ORDERS,
-        metavar="ORDER",
-    )
+    text = f"Order of twists, for screw axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}."
+    return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
 DEFAULT_FROM_ID = "that of the problem's id, else "

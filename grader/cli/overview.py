@@ -64,10 +64,7 @@ def describe_robots() -> str:
     for robot in robots().values():
         prefix = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
         lines += _wrap(prefix, f"{robot.title}; {robot.source}")
-    lines += [
-        "",
-        "Everything about one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml",
-    ]
+    lines += ["", "Everything about one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
     return "\n".join(lines)
 
 
@@ -88,9 +85,8 @@ def describe_family(family: Family, convention: str = "") -> str:
     for reason, names in by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
     if family.robot_argument:
-        advice = (
-            f"To use it, set robot in assignment.toml. Everything derived for it: qdot solve {family.robot_argument}"
-        )
+        solve = f"qdot solve {family.robot_argument}"
+        advice = f"To use it, set robot in assignment.toml. Everything derived for it: {solve}"
     else:
         problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
         advice = f"Short questions for quizzes: qdot questions. An example: qdot show {problem} --solution"
@@ -102,9 +98,8 @@ def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
     missing = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    return {
-        name: QUESTIONS[name].find_obstacle(chain) or "does not apply to other arms of the family" for name in missing
-    }
+    other = "does not apply to other arms of the family"
+    return {name: QUESTIONS[name].find_obstacle(chain) or other for name in missing}
 
 
 def _wrap(prefix: str, text: str) -> list[str]:

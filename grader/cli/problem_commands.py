@@ -16,7 +16,6 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, check_choice, note, progress, say, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
@@ -26,11 +25,12 @@ from qdot.exercises.generation import find_listing, look_up_family, sample_chain
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import QUIZZES
-from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_option
+from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_argument, name_option
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
+QUESTIONS_HELP = "Question names separated by commas, or quiz. Default: all that apply, except short ones."
 
 
 def init(
@@ -61,15 +61,11 @@ def init(
     if list_sets:
         for problem_set in SETS.values():
             say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
-            say(
-                f"{'':<18} {problem_set.problems} problems, {problem_set.points:g} points, "
-                f"about {problem_set.minutes} minutes"
-            )
+            size = f"{problem_set.problems} problems, {problem_set.points:g} points"
+            say(f"{'':<18} {size}, about {problem_set.minutes} minutes")
         return
     if folder is None:
-        raise QdotError(
-            "give the folder to create, as in 'qdot init homework', or list the sets with 'qdot init --list'"
-        )
+        raise QdotError("give the folder to create, as in 'qdot init homework'; 'qdot init --list' lists the sets")
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
@@ -80,12 +76,7 @@ def init(
 
 def families(
     name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME",
-            help="A family, a real robot or a file: list the questions that apply, and why the others do not.",
-            autocompletion=complete_names(FAMILIES, library),
-        ),
+        str, name_argument("NAME", "A family, a real robot or a file: which questions apply to it.", FAMILIES, library)
     ] = "",
     convention: Annotated[
         str, name_option(f"With NAME: the convention, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
@@ -178,12 +169,7 @@ def questions(as_json: JsonOption = False) -> None:
 
 def show(
     problem: Annotated[
-        str,
-        typer.Argument(
-            metavar="PROBLEM",
-            help="A problem as FAMILY/SEED (planar-2r/7), or an assignment folder.",
-            autocompletion=complete_names(FAMILIES, suffix="/1"),
-        ),
+        str, name_argument("PROBLEM", "FAMILY/SEED, as in planar-2r/7, or an assignment folder.", FAMILIES, suffix="/1")
     ],
     solution: Annotated[
         bool, typer.Option("--solution", help="Add the reference answers and the worked steps.")
@@ -193,11 +179,7 @@ def show(
     ] = "text",
     ask: Annotated[
         str | None,
-        typer.Option(
-            "--questions",
-            help="Question names separated by commas, or quiz. Default: all that apply, except short ones.",
-            autocompletion=complete_names(ASKED, ["quiz"], separator=","),
-        ),
+        name_option(QUESTIONS_HELP, "--questions", names=[*ASKED, "quiz"], metavar="NAMES", between=","),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
@@ -223,12 +205,9 @@ def show(
     check_choice(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
-        identity = replace(
-            identity,
-            questions=select_quiz_questions(identity.family, identity.convention)
-            if ask == "quiz"
-            else _split_names(ask),
-        )
+        is_quiz = ask == "quiz"
+        names = select_quiz_questions(identity.family, identity.convention) if is_quiz else _split_names(ask)
+        identity = replace(identity, questions=names)
     generated = make_problem(identity)
     certificate = None
     if format == "json":
@@ -264,12 +243,7 @@ def robots(as_json: JsonOption = False) -> None:
 
 def solve(
     robot: Annotated[
-        str,
-        typer.Argument(
-            metavar="ROBOT",
-            help="Your arm as ROBOT.toml or URDF, or the name of a real robot (panda).",
-            autocompletion=complete_names(library),
-        ),
+        str, name_argument("ROBOT", "Your arm as ROBOT.toml or URDF, or the name of a real robot (panda).", library)
     ],
     format: Annotated[
         str, name_option(f"Output format: {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)

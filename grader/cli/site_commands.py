@@ -35,6 +35,8 @@ from qdot.grader.grading.certify import find_failures
 SITE_FOLDER = Path("qdot-site")
 VARIANTS_PER_PROBLEM = 5
 """Default number of variants of each problem of an assignment."""
+VARIANTS_HELP = f"{ARMS_PER_STEP} at each step of variation; {VARIANTS_PER_PROBLEM} for a problem"
+FEEDBACK_HELP = f"Level of feedback: {', '.join(FEEDBACK)}. Default: the assignment's, else all."
 
 
 def build_site(
@@ -49,24 +51,12 @@ def build_site(
     ] = "",
     variants: Annotated[
         int | None,
-        typer.Option(
-            min=1,
-            max=MAX_ARMS,
-            help="Number of arms of each family, or of variants of each problem.",
-            show_default=f"{ARMS_PER_STEP} at each step of variation; {VARIANTS_PER_PROBLEM} for a problem",
-        ),
+        typer.Option(min=1, max=MAX_ARMS, help="Arms per family, or variants per problem.", show_default=VARIANTS_HELP),
     ] = None,
     variation: SiteVariationOption = "",
     convention: SiteConventionOption = "",
     twist_order: SiteTwistOrderOption = "",
-    feedback: Annotated[
-        str,
-        name_option(
-            f"Level of feedback: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
-            names=FEEDBACK,
-            metavar="LEVEL",
-        ),
-    ] = "",
+    feedback: Annotated[str, name_option(FEEDBACK_HELP, names=FEEDBACK, metavar="LEVEL")] = "",
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
@@ -85,32 +75,30 @@ def build_site(
     """
     if feedback and feedback not in FEEDBACK:
         raise unknown_name("level of feedback", feedback, list(FEEDBACK))
-    loaded = None if assignment is None else load_assignment(assignment)
     frames = convention, twist_order
-    if loaded is None:
+    if assignment is None:
         problems, titles = _problems_of_families(families, variants, variation, frames)
+        course, default_level = "", FEEDBACK[-1]
     else:
+        loaded = load_assignment(assignment)
         problems, titles = _problems_of_assignment(loaded, variants or VARIANTS_PER_PROBLEM, variation, frames, jobs)
-    course = "" if loaded is None else loaded.title
-    level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
+        course, default_level = loaded.title, loaded.feedback
+    level = feedback or default_level
     commands = render_reference(context.find_root().command)
-    order = SiteSpec(
-        out, problems, titles, find_failures, min(jobs, len(problems)), commands, docs_folder(), course, level
-    )
+    jobs = min(jobs, len(problems))
+    order = SiteSpec(out, problems, titles, find_failures, jobs, commands, docs_folder(), course, level)
     left_out: list[FailedSlot] = []
     with progress("building the site", len(problems)) as counter:
         totals = write_site(order, counter.step, left_out.append)
-    say(
-        f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')} in {out}; "
-        f"to see them: qdot site serve {out}"
-    )
+    contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
+    say(f"{contents} in {out}; to see them: qdot site serve {out}")
     for slot in left_out:
         note(str(slot))
     if left_out:
         named = ", ".join(dict.fromkeys(slot.family for slot in left_out))
         raise QdotError(
-            f"left out of the site, because no attempt passed its certificate: {len(left_out)} of {named}. All "
-            "others are there; please report it"
+            f"the site lacks {count_noun(len(left_out), 'problem')} of {named}, because no attempt passed its "
+            "certificate. All other problems are on the site. Please report it"
         )
 
 
@@ -129,10 +117,8 @@ def _problems_of_assignment(
     assignment: Assignment, variants: int, variation: str, frames: FrameConvention, jobs: int
 ) -> SiteProblems:
     if any(frames):
-        raise QdotError(
-            "--convention and --twist-order apply to a site of families only; for an assignment, set them in "
-            'assignment.toml, as in convention = "screws"'
-        )
+        advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
+        raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")
     if variation:
         assignment = assignment.with_variation(variation)
     problems = list(iterate_bank(BankOrder(assignment, find_failures, variants, jobs=jobs, report=note)))

@@ -13,11 +13,7 @@ from qdot.grader.grading.check import check_notebook
 def check(
     notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
     report: Annotated[
-        str,
-        typer.Option(
-            metavar="github=PATH",
-            help="Also write a GitHub Actions job summary with annotations (github=PATH); - is standard output.",
-        ),
+        str, typer.Option(metavar="github=PATH", help="Also write a GitHub Actions job summary; - is standard output.")
     ] = "",
 ) -> None:
     """Show how qdot reads each answer of a notebook.
@@ -42,13 +38,10 @@ def check(
         from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
         write_to_path(summary, make_check_summary(checked))
-        annotations = make_check_annotations(notebook, checked)
-        if annotations:
+        if annotations := make_check_annotations(notebook, checked):
             say(annotations)
     unreadable = sum(not row.is_readable for row in rows)
-    say(
-        f"{len(rows) - unreadable} of {count_noun(len(rows), 'answer')} can be read; qdot does not check here "
-        "whether they are right"
-    )
+    readable = f"{len(rows) - unreadable} of {count_noun(len(rows), 'answer')}"
+    say(f"{readable} can be read; qdot does not check here whether they are right")
     if unreadable:
         raise typer.Exit(1)

@@ -20,41 +20,47 @@ from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox
 ENFORCED_BY_KERNEL, WATCHED_IN_PYTHON, NOT_ENFORCED = "enforced by the kernel", "watched in Python only", "missing"
 """How a guarantee is enforced on this machine."""
 
+
+@dataclass(frozen=True)
+class Promise:
+    """What is guaranteed about a notebook: a phrase, the measures, and whether Python's audit hook watches it."""
+
+    text: str
+    measures: tuple[str, ...]
+    is_watched: bool = False
+
+
 GUARANTEES = {
-    "files": "reads Python and its libraries, writes into a folder of its own (64 MB) that is gone afterwards",
-    "network": "reaches no network and no socket of this machine",
-    "processes": "starts no programs, reaches no other process; whatever it starts ends with it",
-    "memory": "has no more memory than its limit",
-    "time": "has no more processor time than its limit, and is killed when its time is over",
-    "privileges": "has no rights of root, and can't get any",
-}
+    "files": Promise(
+        "reads only Python and its libraries, and writes only into its own folder (64 MB), which is then removed",
+        ("namespaces", "landlock", "seccomp", "user", "quota", "watch"), True,
+    ),
+    "network": Promise(
+        "can't use the network or connect to a socket of this machine",
+        ("namespaces", "seccomp", "landlock", "watch"), True,
+    ),
+    "processes": Promise(
+        "can't start programs or reach other processes; its own processes end with it",
+        ("seccomp", "namespaces", "limits", "watch"), True,
+    ),
+    "memory": Promise("can't use more memory than its limit", ("limits", "seccomp", "namespaces")),
+    "time": Promise("can't use more processor time than its limit, and is then killed", ("limits",)),
+    "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
+}  # fmt: skip
 """What is guaranteed about a notebook, by the name of the guarantee."""
-
-MEASURES_BY_GUARANTEE = {
-    "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
-    "network": ("namespaces", "seccomp", "landlock", "watch"),
-    "processes": ("seccomp", "namespaces", "limits", "watch"),
-    "memory": ("limits", "seccomp", "namespaces"),
-    "time": ("limits",),
-    "privileges": ("privileges", "seccomp", "user"),
-}
-"""The measures that enforce each guarantee."""
-
-WATCHED_GUARANTEES = ("files", "network", "processes")
-"""The guarantees that Python's audit hook watches."""
 
 _ALLOW_NAMESPACES = (
     "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
-    "kernel.unprivileged_userns_clone=1 (Debian). A container can do without them where it has Landlock"
+    "kernel.unprivileged_userns_clone=1 (Debian). A container with Landlock does not need them"
 )
 MEASURES = {
-    "landlock": ("Landlock", "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)"),
-    "seccomp": ("seccomp", "Use Linux on x86_64 or aarch64 that allows seccomp filters"),
+    "landlock": ("Landlock", "Use Linux 5.13 or later with Landlock enabled ('landlock' in the kernel parameter lsm=)"),
+    "seccomp": ("seccomp", "Use Linux on x86_64 or aarch64 with seccomp filters enabled"),
     "namespaces": ("namespaces", _ALLOW_NAMESPACES),
-    "user": ("not root", "Run qdot as an ordinary user, or put Python where others than root can read it"),
-    "privileges": ("no_new_privs, no capabilities", "Use Linux, and run qdot as an ordinary user"),
+    "user": ("not root", "Run qdot as an ordinary user, or install Python in a folder that all users can read"),
+    "privileges": ("no_new_privs, no capabilities", "Run qdot on Linux as an ordinary user"),
     "limits": ("rlimits", "Raise the hard limits (ulimit -H), or use Linux"),
-    "quota": ("what is written is counted", ""),
+    "quota": ("count of written bytes", ""),
     "watch": ("audit hook", ""),
 }
 """The readable name of each measure, and how to make the measure available."""
@@ -94,14 +100,12 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     A full probe computes for a second, until it is stopped for its processor time; a quick probe does not.
     """
     if not hasattr(os, "fork"):
-        guarantees = tuple(Guarantee(name, promise, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
+        guarantees = tuple(Guarantee(name, promise.text, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
         return Findings(guarantees, {"system": REFUSED})
     achieved: dict[str, list[str]] = {name: [] for name in GUARANTEES}
     limits = Limits(seconds=10, memory=1 << 30)
-    with (
-        _make_targets() as targets,
-        Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1) as sandbox,
-    ):
+    started = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
+    with _make_targets() as targets, started as sandbox:
         tested_guarantees: set[str] = set()
 
         def record_line(line: dict[str, Any]) -> None:
@@ -122,12 +126,11 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
             achieved["files"].append("left files behind")
     if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
         reason = f": {unbegun_reason}" if unbegun_reason else ""
-        raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
+        raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
-    return Findings(
-        tuple(_make_guarantee(name, achieved[name], lacking_measures) for name in GUARANTEES), lacking_measures
-    )
+    guarantees = tuple(_make_guarantee(name, achieved[name], lacking_measures) for name in GUARANTEES)
+    return Findings(guarantees, lacking_measures)
 
 
 EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
@@ -136,13 +139,13 @@ EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
 
 def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
     """Return a guarantee with what enforces it, judging by what the probe achieved."""
-    available = [measure for measure in MEASURES_BY_GUARANTEE[name] if measure not in unavailable_measures]
+    available = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
     if "namespaces" not in unavailable_measures and "quota" in available:
         available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     means = tuple(MEASURES[measure][0] for measure in available)
-    is_watched = name in WATCHED_GUARANTEES and "watch" not in unavailable_measures
+    is_watched = GUARANTEES[name].is_watched and "watch" not in unavailable_measures
     by = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
-    return Guarantee(name, GUARANTEES[name], by, means, tuple(achieved))
+    return Guarantee(name, GUARANTEES[name].text, by, means, tuple(achieved))
 
 
 @contextlib.contextmanager
@@ -167,26 +170,20 @@ def _make_targets() -> Iterator[dict[str, Any]]:
 
 def explain_refusal(findings: Findings) -> str:
     """Return why the level "strict" is not available on this machine, and what to do about it."""
-    needed = {
-        measure
-        for guarantee in findings.guarantees
-        if guarantee.by != ENFORCED_BY_KERNEL
-        for measure in MEASURES_BY_GUARANTEE[guarantee.name]
-    }
-    remedies = [
-        remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed and name in findings.lacking
-    ]
+    weak = [guarantee.name for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
+    needed = {measure for name in weak for measure in GUARANTEES[name].measures} & findings.lacking.keys()
+    remedies = [remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed]
     return (
-        f'assignment.toml demands sandbox = "strict", and this machine does not enforce it '
+        'assignment.toml requires sandbox = "strict", but this machine can\'t enforce it '
         f"({_describe_weak_guarantees(findings)}). "
-        f"{'; '.join(remedies) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
+        f"{'; '.join(remedies) or 'Run qdot on another machine'}. For details, run `qdot doctor`; nothing was run"
     )
 
 
 def describe_weakness(findings: Findings) -> str:
     """Return one line about what this machine does not enforce; empty if it enforces everything."""
     weak = _describe_weak_guarantees(findings)
-    return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
+    return f"The sandbox on this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
 
 
 def _describe_weak_guarantees(findings: Findings) -> str:
@@ -199,4 +196,4 @@ def _describe_weak_guarantees(findings: Findings) -> str:
 def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: the reason, and how to make it available."""
     measures = [(*MEASURES.get(name, (name, "")), reason) for name, reason in findings.lacking.items()]
-    return [f"{title}: not here ({reason}). {remedy}".strip() for title, remedy, reason in measures]
+    return [f"{title}: not available ({reason}). {remedy}".strip() for title, remedy, reason in measures]

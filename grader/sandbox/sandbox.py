@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json, from_json
@@ -28,8 +28,8 @@ from qdot.grader.sandbox.contained import confine
 from qdot.grader.sandbox.own_folder import TemporaryFolder, make_temporary_folder
 
 REFUSED = (
-    "Windows can't contain students' code, and qdot runs none without: use the container "
-    "(docs/container.md) or WSL, where the same command works; all else of qdot works here"
+    "qdot can't sandbox student code on Windows, so it does not run any. Use the container (docs/container.md) or WSL, "
+    "where the same command works. Everything else in qdot works on Windows"
 )
 
 
@@ -51,15 +51,11 @@ MAX_REPORT_LINES = 50_000
 CELL_START_BYTES = 32
 """Upper bound for the number of bytes of the line that reports the beginning of a cell."""
 
-
 MAX_LINE_NUMBER = 100_000_000
 """Reports about larger line numbers are ignored."""
 
 MAX_ERROR_LENGTH = 500
 """Maximum length of an error message in characters."""
-
-MAX_REPLACED_SYMBOLS = 20
-"""Maximum number of symbols reported as replaced by numbers."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ class Limits:
         """The limits as a phrase for messages."""
         return (
             f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.MAX_DISK_BYTES / 1e6:g} MB in at most "
-            f"{confine.MAX_FILES} files, folders {confine.MAX_DEPTH} deep"
+            f"{confine.MAX_FILES} files, folders nested {confine.MAX_DEPTH} deep"
         )
 
 
@@ -92,10 +88,6 @@ class Calls:
     joints: tuple[str, ...]
     symbols: tuple[str, ...]
     points: tuple[tuple[float, ...], ...]
-
-
-MAX_SLOWDOWN = 10
-"""How many times slower a notebook may run on a busy machine."""
 
 
 @dataclass
@@ -125,19 +117,19 @@ class Run:
             "overtime": f"the notebook used up its {limits.seconds:g} s{location}",
             "crashed": f"the notebook crashed Python{location}",
             "closed": f"the notebook ended its own process{location}",
-            "killed": f"the notebook was stopped{location}: it took more than a notebook may ({limits.description})",
+            "killed": f"the notebook was stopped{location} because it exceeded a limit ({limits.description})",
             "lost": f"the notebook killed the process that runs it{location}",
         }
         if self.end == "unbegun":
-            return "the machine ended the process that was to run the notebook; nothing was run"
-        return f"{descriptions[self.end]}; cells after that one were not run" if self.end in descriptions else ""
+            return "this machine ended the process for the notebook before any cell was run"
+        return f"{descriptions[self.end]}; later cells were not run" if self.end in descriptions else ""
 
 
-def _is_cell_index(number: object, cells: Sequence[str | None]) -> TypeGuard[int]:
+def _is_cell_index(number: Any, cells: Sequence[str | None]) -> bool:
     return type(number) is int and 0 <= number < len(cells)
 
 
-def _is_line_number(number: object) -> TypeGuard[int]:
+def _is_line_number(number: Any) -> bool:
     return type(number) is int and 0 < number < MAX_LINE_NUMBER
 
 
@@ -160,7 +152,7 @@ STRICT_REQUIRED_MEASURES, STRICT_ALTERNATIVE_MEASURES = {"seccomp", "limits", "p
 class _Message:
     """A message of the forking process: that it is ready, why it failed, what a notebook has used, or how it ended.
 
-    `unavailable_measures` maps each measure that is not available to the reason. `used` is a running notebook's
+    `lacking` maps each measure that is not available to the reason. `used` is a running notebook's
     processor time so far in seconds. For a notebook that has ended, `signal` is the signal that ended it (0 for none),
     `seconds` its processor time, and `memory` its memory in bytes.
     """
@@ -189,8 +181,8 @@ class Sandbox:
     """Runs notebooks one after the other in isolation; close it, or use it in a `with` statement.
 
     `unavailable_measures` maps each measure that this machine does not allow to the reason. A `strict` sandbox refuses
-    to run without the measures by which the system itself isolates a notebook. Tests switch off the measures in
-    `without`. With `loaded`, the libraries are loaded before the fork, which a probe does not need. With `warm`, they
+    to run without the measures by which the system itself isolates a notebook. Tests switch off `disabled_measures`.
+    With `load_libraries`, the libraries are loaded before the fork, which a probe does not need. With `warm_up`, they
     are also warmed up, which a single notebook does not need. `not_started_reason` is the reason why a notebook was not
     run, if known.
     """
@@ -271,13 +263,10 @@ class Sandbox:
                         run.stop_lines[index] = line["line"]
                 case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
                     run.failed_imports.setdefault(index, (number, _printable_error(line.get("error"))))
-                case {"lost": str(symbol), "set": index} if (
-                    _is_cell_index(index, cells) and len(run.replaced_symbols) < MAX_REPLACED_SYMBOLS
-                ):
-                    run.replaced_symbols[_printable_error(symbol)[:40]] = (
-                        index,
-                        _printable_error(line.get("value"))[:40],
-                    )
+                case {"lost": str(symbol), "set": index} if _is_cell_index(index, cells):
+                    name, number = _printable_error(symbol)[:40], _printable_error(line.get("value"))[:40]
+                    if len(run.replaced_symbols) < confine.MAX_REPLACED_SYMBOLS:
+                        run.replaced_symbols[name] = index, number
 
         run.end = self.exchange(request, record_line)
         return run
@@ -294,9 +283,9 @@ class Sandbox:
         assert self._control is not None
         try:
             receipts, report = self._receive_pipes()
-            lines = self._last_report = _ReportLines(
-                report, self.limits.seconds, self._query_processor_time, len(request.get("cells", ()))
-            )
+            cell_count = len(request.get("cells", ()))
+            lines = _ReportLines(report, self.limits.seconds, self._query_processor_time, cell_count)
+            self._last_report = lines
             try:
                 end = _exchange_with_child(request, lines, receipts, on_line)
             finally:
@@ -420,26 +409,21 @@ class Sandbox:
             greeting = _Message()
         if not greeting.ready:
             self.close()
-            raise QdotError(
-                "the process in which notebooks run does not start"
-                + (f": {greeting.failed}" if greeting.failed else "; is there enough memory?")
-            )
+            reason = f": {greeting.failed}" if greeting.failed else "; check whether there is enough free memory"
+            raise QdotError(f"the sandbox process did not start{reason}")
         self.unavailable_measures = dict(greeting.lacking)
-        if self._strict and (
-            self.unavailable_measures.keys() & STRICT_REQUIRED_MEASURES
-            or self.unavailable_measures.keys() >= STRICT_ALTERNATIVE_MEASURES
-        ):
+        missing = self.unavailable_measures.keys()
+        if self._strict and (missing & STRICT_REQUIRED_MEASURES or missing >= STRICT_ALTERNATIVE_MEASURES):
             self.close()
-            raise QdotError(
-                f"the process in which notebooks run is not contained: {self.unavailable_measures}; see `qdot doctor`"
-            )
+            raise QdotError(f"notebooks can't be isolated strictly: {self.unavailable_measures}; see `qdot doctor`")
 
 
 class _ReportLines:
     """Lines of JSON from an untrusted pipe, with limits of time and size.
 
-    `used` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the real time exceeds
-    `seconds` plus `MAX_SLOWDOWN` times the processor time. The size limit grows with the number of cells.
+    `get_processor_time` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the
+    real time exceeds `seconds` plus `MAX_SLOWDOWN` times the processor time. The size limit grows with the number of
+    cells.
     """
 
     def __init__(
@@ -478,12 +462,12 @@ class _ReportLines:
     def _is_over(self) -> bool:
         """Return whether time is up; if not, set the next time at which it may be."""
         used, now = self._get_processor_time(), time.monotonic()
-        remaining = min(self._seconds - used, self._start_time + self._seconds + MAX_SLOWDOWN * used - now)
+        remaining = min(self._seconds - used, self._start_time + self._seconds + confine.MAX_SLOWDOWN * used - now)
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
 
     def ends_within(self, seconds: float) -> bool:
-        """Return whether all processes that write into the pipe have ended, or end `seconds` so many seconds."""
+        """Return whether all processes that write into the pipe have ended, or end within `seconds`."""
         deadline = time.monotonic() + seconds
         while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
             if not os.read(self._descriptor, 1 << 16):
@@ -508,7 +492,7 @@ def _exchange_with_child(
     if "failed" in greeting:
         raise _NotebookNotStarted(str(greeting["failed"])[:300])
     if not greeting.get("confined"):
-        raise QdotError(f"a notebook could not be contained, and was not run: {greeting.get('unprotected')}")
+        raise QdotError(f"a notebook was not run because it could not be isolated: {greeting.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
     if isinstance(lines.next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted

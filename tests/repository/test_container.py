@@ -236,7 +236,7 @@ def test_it_refuses_to_grade_where_notebooks_could_read_the_class(
     found = json.loads(old.succeeds("grader doctor --json", tmp_path))
     assert not found["strict"] and set(found["lacking"]) == {"namespaces", "landlock"}
     done = old.run("grader grade homework", tmp_path)
-    assert done.returncode == 2 and 'demands sandbox = "strict"' in done.stderr, done.stderr
+    assert done.returncode == 2 and 'requires sandbox = "strict"' in done.stderr, done.stderr
     assert not list(course.folder.glob("graded/results*"))
 
 

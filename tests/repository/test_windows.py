@@ -100,7 +100,7 @@ def test_time_that_is_over_ends_a_derivation() -> None:
     assert json.loads(said)["missing"]
 
 
-REFUSED = "Windows can't contain students' code, and qdot runs none without: use the container"
+REFUSED = "qdot can't sandbox student code on Windows, so it does not run any. Use the container"
 
 
 @pytest.mark.integration

@@ -18,10 +18,8 @@ from typing import Any
 import numpy
 import sympy
 
-FUNCTION_TYPES = (
-    types.FunctionType, types.MethodType, functools.partial, numpy.vectorize, numpy.ufunc,
-    sympy.Lambda,
-)  # fmt: skip
+PYTHON_FUNCTIONS = types.FunctionType, types.MethodType, functools.partial
+FUNCTION_TYPES = (*PYTHON_FUNCTIONS, numpy.vectorize, numpy.ufunc, sympy.Lambda)
 
 TABLE_PREFIX = "function: "
 """The prefix of an answer that is a table of values, not a formula: JSON with the shape and a row for each point."""
@@ -58,7 +56,7 @@ def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
         if not calls.get("points"):
             raise
     if not calls.get("points"):
-        raise TypeError(f"the function returns a {type(result).__name__}, which is no formula")
+        raise TypeError(f"the function returns a {type(result).__name__}, not a formula")
     return TABLE_PREFIX + json.dumps(_tabulate_values(function, calls))
 
 
@@ -76,11 +74,11 @@ def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
         symbol_values = dict(zip(calls["symbols"], values, strict=True))
         returned = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
         if returned.dtype.kind not in "biufcO":
-            raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, which is no number")
+            raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, not a number")
         if returned.dtype == object:
             returned = numpy.array([complex(entry) for entry in returned.flat]).reshape(returned.shape)
         if shape not in (None, returned.shape) or returned.ndim > 2 or returned.size > 100:
-            raise TypeError("the function does not return one number, vector or matrix of one size")
+            raise TypeError("the function must return a number, a vector or a matrix, always of the same size")
         shape = returned.shape
         rows.append([[float(entry.real), float(entry.imag)] for entry in returned.astype(complex).flat])
     return {"shape": list(shape or ()), "values": rows}
@@ -109,7 +107,9 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(calls['symbols'])}")
+            raise TypeError(
+                f"the parameter {name!r} is not a symbol of the problem; known: {', '.join(calls['symbols'])}"
+            )
     return [
         value_of_symbol(target)
         if isinstance(target, str)
@@ -141,15 +141,14 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
 @contextlib.contextmanager
 def allow_symbols(function: Any) -> Iterator[None]:
     """Make functions of `math` and NumPy accept symbols during the block, even if they were imported by name."""
-    replaced = {
-        getattr(math, name): _accept_symbols(name) for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)
-    }
+    names = [name for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)]
+    replaced = {getattr(math, name): _accept_symbols(name) for name in names}
     namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
     originals = [
         (namespace, name, value)
         for namespace in namespaces
         for name, value in namespace.items()
-        if _is_builtin_of(value, replaced)
+        if isinstance(value, types.BuiltinFunctionType) and value in replaced
     ]
     methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
     try:
@@ -163,10 +162,6 @@ def allow_symbols(function: Any) -> Iterator[None]:
             namespace[name] = value
         for name in methods:
             delattr(sympy.Expr, name)
-
-
-def _is_builtin_of(value: Any, functions: Mapping[Any, Any]) -> bool:
-    return isinstance(value, types.BuiltinFunctionType) and value in functions
 
 
 def _make_method(function: Any) -> Any:

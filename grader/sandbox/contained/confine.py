@@ -38,8 +38,11 @@ MAX_DEPTH = 32
 MAX_PROCESSES = 64
 MAX_DESCRIPTORS = 64
 MAX_SIGNALS = 256
+MAX_SLOWDOWN = 10
+MAX_REPLACED_SYMBOLS = 20
 """In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
-have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals."""
+have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals; how many times
+slower a notebook may run on a busy machine; number of symbols reported as replaced by numbers."""
 
 
 @dataclass
@@ -74,7 +77,7 @@ def run_in_child(action: Callable[[], str | None]) -> str:
     reading, writing = os.pipe()
     pid = os.fork()
     if pid == 0:
-        outcome = b"!it ended"
+        outcome = b"!the process ended"
         try:
             outcome = b"." + (action() or "").encode()
         except BaseException as error:
@@ -273,14 +276,13 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
     apply_one("landlock", lambda: _restrict_files(folder))
-    apply_one(
-        "seccomp",
-        lambda: kernel.install_seccomp_filter(
-            calls.make_filter_program(os.getpid(), not measures.is_applied("namespaces"))
-        ),
-    )
+    apply_one("seccomp", lambda: _filter_calls(sees_machine_files=not measures.is_applied("namespaces")))
     kernel.release_library()
     return failed
+
+
+def _filter_calls(sees_machine_files: bool) -> None:
+    kernel.install_seccomp_filter(calls.make_filter_program(os.getpid(), sees_machine_files))
 
 
 def die_with_parent(parent: int) -> None:
@@ -323,7 +325,7 @@ def change_user(user: int | None) -> None:
     os.setresuid(user, user, user)
     for path in libraries:
         if not os.access(path, os.R_OK | os.X_OK):
-            raise OSError(f"only root may read {path}")
+            raise OSError(f"only root can read {path}")
 
 
 def _give_up_privileges(measures: Measures) -> None:

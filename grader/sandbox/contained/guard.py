@@ -43,6 +43,9 @@ REFUSED_EVENTS = (
 )  # fmt: skip
 """Beginnings of the names of audit events that are always refused."""
 
+CHANGING_EVENTS = ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
+"""Beginnings of the names of audit events that are allowed only in the notebook's folder."""
+
 
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
     """Return whether a path, with links resolved, is in one of the folders; also True for an open file's descriptor."""
@@ -58,40 +61,33 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     Once added, a hook can't be removed.
     """
     own_folders = (os.path.realpath(folder),)
+    readable = (*own_folders, *RESOLVED_READABLE_PATHS)
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-    names = [
-        f"{name}{inner}" for name in HIDDEN_PACKAGES for inner in ("", "/exercises", "/grader")
-    ]  # links in a checkout
+    inner_folders = ("", "/exercises", "/grader")  # these are links in a checkout
+    names = [f"{name}{inner}" for name in HIDDEN_PACKAGES for inner in inner_folders]
     packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in names)
 
     def refuse(action: str) -> NoReturn:
-        raise PermissionError(f"a notebook that is graded may not {action}")
+        raise PermissionError(f"a notebook may not {action} while it is graded")
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = args
             changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
-            if not is_inside(
-                path, own_folders if changes else (*own_folders, *RESOLVED_READABLE_PATHS)
-            ) or is_inside_hidden(path):
+            is_allowed = is_inside(path, own_folders if changes else readable)
+            if not is_allowed or (not isinstance(path, int) and is_inside(path, packages)):
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN_PACKAGES:
             refuse(f"import {str(args[0])[:100]}")
         elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob use them
-            if not is_inside(args[0], (*own_folders, *RESOLVED_READABLE_PATHS)):
-                refuse(f"look into {str(args[0])[:200]!r}")
-        elif event.startswith(
-            ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
-        ):
+            if not is_inside(args[0], readable):
+                refuse(f"list {str(args[0])[:200]!r}")
+        elif event.startswith(CHANGING_EVENTS):
             by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # maybe a library
-            if by_descriptor or not all(
-                is_inside(arg, own_folders) for arg in args[:2] if isinstance(arg, (str, bytes))
-            ):
+            paths = [arg for arg in args[:2] if isinstance(arg, (str, bytes))]
+            if by_descriptor or not all(is_inside(path, own_folders) for path in paths):
                 refuse(f"change {str(args[0])[:200]!r}")
         elif event.startswith(REFUSED_EVENTS):
             refuse(f"use {event}")
-
-    def is_inside_hidden(path: Any) -> bool:
-        return not isinstance(path, int) and is_inside(path, packages)
 
     return hook

@@ -13,10 +13,12 @@ import numpy
 import sympy
 
 from . import callables
+from .confine import MAX_REPLACED_SYMBOLS, MAX_SLOWDOWN
 from .session import FailedImport, Session, find_position
 from .values import format_value
 
-ReportFunction = Callable[[dict[str, Any]], None]
+JsonObject = dict[str, Any]
+ReportFunction = Callable[[JsonObject], None]
 
 MAX_ANSWER_LENGTH = 400_000
 
@@ -38,9 +40,8 @@ def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | No
     """Return whether a value is certainly unchanged; then its text need not be made again."""
     if previous_parts is None or current_parts is None or len(previous_parts) != len(current_parts):
         return False
-    return all(
-        a is b or (type(a) is type(b) is int and a == b) for a, b in zip(previous_parts, current_parts, strict=True)
-    )
+    pairs = zip(previous_parts, current_parts, strict=True)
+    return all(a is b or (type(a) is type(b) is int and a == b) for a, b in pairs)
 
 
 class Overtime(BaseException):
@@ -85,9 +86,6 @@ class Alarm:
             raise Overtime(f"waited longer than {self._seconds:g} s")
 
 
-MAX_SLOWDOWN = 10
-"""How many times slower a cell may run on a busy machine."""
-
 ALARM_INTERVAL = 0.2
 """Seconds after which the alarm repeats."""
 
@@ -126,21 +124,17 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
     except Overtime as overtime:
         outcome = {"error": f"it {overtime}"}
     except SystemExit:
-        outcome = {"error": "it called exit()"}
+        outcome = {"error": "the cell called exit()"}
     except BaseException as raised:
-        outcome = {
-            "error": describe_error(raised) + (INPUT_ADVICE if session.asked_for_input else ""),
-            "line": _find_stop_line(raised, name),
-        }
+        advice = INPUT_ADVICE if session.asked_for_input else ""
+        outcome = {"error": describe_error(raised) + advice, "line": _find_stop_line(raised, name)}
     for failed_import in failed_imports[:MAX_FAILED_IMPORTS]:
         report({"missed": index, "error": describe_error(failed_import.error), "line": failed_import.line})
     if outcome:
         report({"cell": index, **outcome})
 
 
-INPUT_ADVICE = (
-    "; nobody is there to type when a notebook is graded, and input() gave an empty text: write the value itself"
-)
+INPUT_ADVICE = "; input() returns an empty text when a notebook is graded: write the value into the cell instead"
 MAX_FAILED_IMPORTS = 20
 
 
@@ -191,7 +185,6 @@ def _is_number(value: Any) -> bool:
 
 
 NUMBER_TYPES = (int, float, complex, numpy.float64, numpy.int64)
-MAX_REPLACED_SYMBOLS = 20
 
 
 def describe_error(error: BaseException) -> str:
@@ -200,25 +193,25 @@ def describe_error(error: BaseException) -> str:
         message = error.msg if isinstance(error, SyntaxError) else error  # msg does not name the cell and line
         text = f"{type(error).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
         has_advice = isinstance(error, (TypeError, ModuleNotFoundError))
-        return text + next(
-            (f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if has_advice and pattern in text), ""
-        )
+        advice = [f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if has_advice and pattern in text]
+        return text + "".join(advice[:1])
     except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 
 
 ADVICE_BY_ERROR = {
-    "truth value of Relational": "'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), "
+    "truth value of Relational": "'or' and 'and' can't join equations: write a list of them, or Or(Eq(theta1, 0), "
     "Eq(theta2, pi))",
-    "loop of ufunc does not support": "NumPy's functions take numbers: write SymPy's, as in sin(theta1)",
-    "onvert expression to float": "float() and the functions of math take numbers: write SymPy's, as in sin(theta1)",
-    "Cannot cast ufunc": "numpy.linalg takes numbers: write Matrix(…).det() or Matrix(…).inv()",
-    "'FunctionClass'": "a function stands there without what it is of: write sin(theta1)",
-    "and 'function'": "a function stands there without what it is of: write rad(30), or the number alone",
+    "loop of ufunc does not support": "NumPy's functions accept only numbers: use SymPy's, as in sin(theta1)",
+    "onvert expression to float": "float() and the math module accept only numbers: use SymPy's functions, as in "
+    "sin(theta1)",
+    "Cannot cast ufunc": "numpy.linalg accepts only numbers: write Matrix(…).det() or Matrix(…).inv()",
+    "'FunctionClass'": "a function has no argument: write sin(theta1), for example",
+    "and 'function'": "a function has no argument: write rad(30), for example, or the number alone",
     "unsupported operand type(s) for /: 'list'": "a list can't be divided: write Matrix([…])/…",
     "unsupported operand type(s) for *: 'list'": "a list can't be multiplied: write Matrix([…])*…",
-    "No module named": "it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in "
-    "beside it",
+    "No module named": "this library is not available for grading: use SymPy, NumPy or .py files that you submit with "
+    "the notebook",
 }
 """Parts of Python's error messages, and the advice that is added to each: how to write what the student meant."""
 
@@ -232,9 +225,9 @@ def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 
 def report_answers(
-    namespace: dict[str, Any],
+    namespace: JsonObject,
     last_reports: dict[str, AnswerReport],
-    request: dict[str, Any],
+    request: JsonObject,
     alarm: Alarm,
     report: ReportFunction,
 ) -> list[str]:
@@ -250,11 +243,10 @@ def report_answers(
                 if is_unchanged(previous.parts, parts):
                     message = previous.message
                 else:
-                    message = {
-                        "text": format_value(evaluate_answer(namespace[name], name, request))[: MAX_ANSWER_LENGTH + 1]
-                    }
+                    text = format_value(evaluate_answer(namespace[name], name, request))
+                    message = {"text": text[: MAX_ANSWER_LENGTH + 1]}
         except Overtime as overtime:
-            message = {"error": f"working it out {overtime}"}
+            message = {"error": f"computing the answer {overtime}"}
         except BaseException as raised:
             message = {"error": describe_error(raised)}
         last_reports[name] = AnswerReport(parts, message)

@@ -22,8 +22,8 @@ UNEVALUATED_CLASSES = (
 """SymPy's unevaluated operations, which `doit` evaluates."""
 
 REFUSED_CLASSES = {
-    sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, if need be with abs or sign",
-    sympy.Indexed: "an IndexedBase is not read; write symbols of the problem, as theta1 for theta[1]",
+    sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, with abs or sign if needed",
+    sympy.Indexed: "qdot doesn't accept IndexedBase; use the problem's symbols, as in theta1 instead of theta[1]",
 }
 """SymPy's classes that are not accepted as answers, and advice on what to write instead."""
 
@@ -31,7 +31,7 @@ REFUSED_CLASSES = {
 def format_value(value: Any, depth: int = 0) -> str:
     """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
     if depth > 6:
-        raise TypeError("lists nest too deeply")
+        raise TypeError("lists are nested too deeply")
     if isinstance(value, str):
         return str.__str__(value)  # the actual characters, even for a subclass
     if isinstance(value, (sympy.MatrixBase, numpy.ndarray, sympy.NDimArray)):
@@ -58,20 +58,20 @@ def format_value(value: Any, depth: int = 0) -> str:
 def _format_array(value: Any, depth: int) -> str:
     if len(value.shape) > 2:
         raise TypeError(
-            f"an array of shape {tuple(map(int, value.shape))} is no matrix; the Jacobian of a column P of formulas is "
-            "P.jacobian([theta1, theta2, ...])"
+            f"an array of shape {tuple(map(int, value.shape))} is not a matrix; for the Jacobian of a column P of "
+            "formulas, write P.jacobian([theta1, theta2, ...])"
         )
     return format_value(value.tolist(), depth)
 
 
 def _format_sympy(value: Any, depth: int) -> str:
     if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
-        raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
+        raise TypeError("a MatrixSymbol has no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*REFUSED_CLASSES):
         raise TypeError(next(instead for kind, instead in REFUSED_CLASSES.items() if value.has(kind)))
     units = sys.modules.get("sympy.physics.units")  # it is loaded only if the notebook uses it
     if units is not None and value.has(units.Quantity):
-        raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
+        raise TypeError("qdot doesn't accept units of sympy.physics; write only the number, in m, rad, m/s or rad/s")
     evaluated = _evaluate(value)
     if evaluated is not value:
         return format_value(evaluated, depth + 1)
@@ -109,20 +109,21 @@ def _format_container(value: Any, depth: int) -> str:
     if isinstance(value, (set, frozenset)):
         return "{" + ", ".join(sorted(format_value(item, depth) for item in value)) + "}"
     if isinstance(value, type) and issubclass(value, sympy.Basic):
-        raise TypeError(f"{value.__name__} stands there without what it is of, as in {value.__name__}(theta1)")
+        raise TypeError(f"{value.__name__} has no argument; write {value.__name__}(theta1), for example")
     name = type(value).__name__
     raise TypeError(f"a {name} is not an expression{ADVICE_BY_TYPE.get(name, '')}")
 
 
-_LIST_ADVICE = "; write the list of its entries, as in list(…)"
+_LIST_ADVICE = "; write a list of its entries, as in list(…)"
 ADVICE_BY_TYPE = {
-    "generator": _LIST_ADVICE, "zip": _LIST_ADVICE, "map": _LIST_ADVICE, "filter": _LIST_ADVICE,
-    "range": _LIST_ADVICE, "dict_values": _LIST_ADVICE, "dict_items": _LIST_ADVICE, "dict_keys": _LIST_ADVICE,
+    **dict.fromkeys(
+        ("generator", "zip", "map", "filter", "range", "dict_values", "dict_items", "dict_keys"), _LIST_ADVICE
+    ),
     "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
-    "StandIn": "; it stands for a plot, a widget or the like, and nothing is shown when a notebook is graded",
+    "StandIn": "; it replaces a plot or widget, because nothing is displayed when a notebook is graded",
     "module": "; write a formula, as in sin(theta1)",
-    "builtin_function_or_method": "; call it, with brackets and what it is of",
-}  # fmt: skip
+    "builtin_function_or_method": "; call it with its argument in brackets",
+}
 """Advice on what to write instead of values of these types. They are given by name: pandas may not be installed."""

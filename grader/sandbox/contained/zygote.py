@@ -36,7 +36,7 @@ def main(config: dict[str, Any]) -> None:
     control = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     measures = Measures(
-        dict.fromkeys(config["without"], "it was switched off"), config["memory"], config["seconds"],
+        dict.fromkeys(config["without"], "switched off"), config["memory"], config["seconds"],
         2_000_000_000 + os.getpid() if os.geteuid() == 0 else None,
     )  # fmt: skip
     namespace = None

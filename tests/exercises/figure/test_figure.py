@@ -28,19 +28,10 @@ from qdot.exercises.figure.arm_figure import (
     singular_svg,
     thumbnail_svg,
 )
+from qdot.exercises.figure.lettering import lettering_size, upright_lettering
 from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
 from qdot.exercises.figure.pose import LONG_ARM_JOINTS, best_poses, list_candidate_poses, make_drawable_chain
-from qdot.exercises.figure.shapes import (
-    Box,
-    Circle,
-    Figure,
-    Glyph,
-    Polyline,
-    Text,
-    Vector2D,
-    lettering_size,
-    upright_lettering,
-)
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D
 from qdot.exercises.figure.small import PANEL_SIZE, PanelSet
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -322,14 +313,14 @@ def test_alt_text_says_what_is_drawn() -> None:
     for piece in ("two joints", "seen from +z_w", "θ1 about z0", "a1 along x1", "θ2 about z1", "(0, h, 0) in frame 2"):
         assert piece in text
     assert "mounted on the wall" in alt_text(ARMS["elbow-wall"])
-    assert "turns by θ1 minus 90 degrees" in alt_text(flat(turning(1, A1, offset=-PI / 2)))
+    assert "rotates by θ1 minus 90 degrees" in alt_text(flat(turning(1, A1, offset=-PI / 2)))
 
 
 @pytest.mark.parametrize(("turned", "count"), [(PI / 2, 1), (0, 0)])
 def test_alt_text_tells_the_angle_in_the_row_of_a_slide(turned: sp.Expr, count: int) -> None:
     text = alt_text(flat(turning(1, 1), sliding(2, A2, theta=turned)))
-    assert "Joint 2 is prismatic" in text and "x1 is turned" not in text
-    assert text.count("x2 is turned by 90") == text.count("x2 is turned") == count
+    assert "Joint 2 is prismatic" in text and "x1 is rotated" not in text
+    assert text.count("x2 is rotated by 90") == text.count("x2 is rotated") == count
 
 
 def test_numbers_have_one_decimal_and_no_negative_zero() -> None:

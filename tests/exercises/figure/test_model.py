@@ -10,21 +10,12 @@ from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.figure import arm_figure as figure
 from qdot.exercises.figure import small
 from qdot.exercises.figure.arm_figure import arm_figure, figure_pose
-from qdot.exercises.figure.labels import LabelRequest, Layout
+from qdot.exercises.figure.labels import Layout
+from qdot.exercises.figure.lettering import indexed_lettering, lettering_size
 from qdot.exercises.figure.model import make_model
-from qdot.exercises.figure.places import InkPoints, LabelPlaces, LeaderLine, sample_points
+from qdot.exercises.figure.places import InkPoints, LabelPlaces, LabelRequest, LeaderLine, sample_points
 from qdot.exercises.figure.pose import DEFAULT_LENGTH, compute_table_entries, list_candidate_poses
-from qdot.exercises.figure.shapes import (
-    Box,
-    Circle,
-    Figure,
-    Glyph,
-    Polyline,
-    Shape,
-    indexed_lettering,
-    lettering_size,
-    shift_shape,
-)
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, shift_shape
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 
@@ -127,7 +118,7 @@ def by_hand(box: Box, shapes: tuple[Shape, ...]) -> int:
 
 def places(*rivals: tuple[float, float]) -> LabelPlaces:
     anchors = (((180.0, 140.0), (0.6, 0.8)), ((330.0, 170.0), (0.0, -1.0)))
-    return LabelPlaces(indexed_lettering("O", "1"), anchors, 11.0, 23.0, rivals, InkPoints(SHAPES), SIZE)
+    return LabelPlaces(LabelRequest(indexed_lettering("O", "1"), anchors, gap=11.0), rivals, InkPoints(SHAPES), SIZE)
 
 
 def test_points_in_a_box_are_counted_as_one_by_one() -> None:
@@ -155,9 +146,8 @@ def test_no_place_is_cheaper_than_the_best(rivals: tuple[tuple[float, float], ..
 
 
 def test_a_link_seen_end_on_still_has_a_label() -> None:
-    nowhere = LabelPlaces(
-        indexed_lettering("a", "1"), [((90.0, 90.0), (0.0, -0.0))], 8.0, 20.0, (), InkPoints(SHAPES), SIZE
-    )
+    request = LabelRequest(indexed_lettering("a", "1"), (((90.0, 90.0), (0.0, -0.0)),), gap=8.0)
+    nowhere = LabelPlaces(request, (), InkPoints(SHAPES), SIZE)
     assert nowhere.find_best([], [], math.inf) is not None
 
 

@@ -230,5 +230,5 @@ def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
     )
     done = run_on([], ["-c", program])
     assert done.returncode == 2
-    assert done.stderr.startswith("qdot: the sandbox of this machine does not work, its probe ended early (unbegun: ")
+    assert done.stderr.startswith("qdot: the sandbox does not work on this machine: its probe ended early (unbegun: ")
     assert "'/dev/null'" in done.stderr and len(done.stderr.splitlines()) == 1

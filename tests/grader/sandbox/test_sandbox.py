@@ -46,7 +46,7 @@ def test_what_is_no_expression_is_told_and_the_last_value_counts(sandbox: Sandbo
     liar = "class L:\n    def __class_getitem__(c, k): raise ValueError\nt = L()"
     cells = ["p = int", "q = open", "r = object()", "s = [1]; s.append(s)", liar, "u = 1", "u = 2; other = 3"]
     run = sandbox.run(cells, list("pqrstu"))
-    assert run.answers == {"u": "2"} and "nest too deeply" in run.unreadable_reasons["s"]
+    assert run.answers == {"u": "2"} and "nested too deeply" in run.unreadable_reasons["s"]
     assert all("not an expression" in run.unreadable_reasons[name] for name in "pqrt")
 
 

@@ -108,7 +108,7 @@ def test_a_cell_goes_on_behind_an_import_that_fails(sandbox: Sandbox) -> None:
     found = run(sandbox, "import numpy; import nosuchlibrary.linalg as la; a = 1\nb = 2", "c = la.expm(1)")
     assert found.answers == {"a": "1", "b": "2"}
     number, why = found.failed_imports[0]
-    assert number == 1 and "No module named 'nosuchlibrary'; it is not there when a notebook is graded" in why
+    assert number == 1 and "No module named 'nosuchlibrary'; this library is not available for grading" in why
     assert found.cell_errors == {1: "NameError: name 'la' is not defined"} and found.stop_lines == {1: 1}
 
 
@@ -129,7 +129,7 @@ def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
 
 def test_input_is_told_where_an_empty_text_was_of_no_use(sandbox: Sandbox) -> None:
     found = run(sandbox, "a = float(input('L1?'))", "b = float('x')")
-    assert "input() gave an empty text: write the value itself" in found.cell_errors[0]
+    assert "input() returns an empty text when a notebook is graded" in found.cell_errors[0]
     assert "input()" not in found.cell_errors[1]
 
 
@@ -149,4 +149,4 @@ def test_stand_ins_look_at_nothing_and_hold_nothing(sandbox: Sandbox) -> None:
     found = run(sandbox, *cells)
     assert found.answers == {"a": "False"} and sorted(found.cell_errors) == [2, 3]
     assert all("may not open" in error for error in found.cell_errors.values())
-    assert "nothing is shown when a notebook is graded" in found.unreadable_reasons["b"]
+    assert "nothing is displayed when a notebook is graded" in found.unreadable_reasons["b"]

@@ -24,5 +24,5 @@ def test_a_value_is_the_text_of_what_it_stands_for(value: Any, text: str) -> Non
 
 
 def test_a_symbol_for_a_whole_matrix_is_no_answer() -> None:
-    with pytest.raises(TypeError, match="has a name and no entries"):
+    with pytest.raises(TypeError, match="a MatrixSymbol has no entries"):
         format_value(sp.MatrixSymbol("J", 2, 2))
