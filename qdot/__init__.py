@@ -1,7 +1,7 @@
-"""qdot: randomised manipulator-velocity problems, written out and graded.
+"""qdot: randomised problems on manipulator velocities, as notebooks and quizzes, with automatic grading.
 
-`exercises` is what is asked, `grader` what is handed in; both lie at the top of the checkout, and are linked here. What
-a library or a notebook needs is offered by this package itself (`__all__`), and loaded when it is asked for:
+`exercises` generates problems, and `grader` grades answers. Both are folders of the checkout, and linked here. The
+package itself has the public names (`__all__`). Each is imported when it is first used:
 
 >>> from qdot import generate, judge
 >>> problem = generate("polar-rp/1", ["determinant"])
@@ -12,44 +12,31 @@ Judgement(correct, 1: right)
 import os
 from typing import TYPE_CHECKING, Any
 
-# What SymPy remembers of each function: a class asks the same of the same formulas, and a thousand are soon forgotten.
+# The size of SymPy's cache for each function. A class uses the same formulas again and again; 1000 entries are too few.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
-    from qdot.exercises.answer_types import Answer as Answer
-    from qdot.exercises.arm.chain import Base as Base
-    from qdot.exercises.arm.chain import Chain as Chain
-    from qdot.exercises.arm.chain import Joint as Joint
-    from qdot.exercises.arm.chain import Point as Point
-    from qdot.exercises.arm.robot_file import read_robot as read_robot
-    from qdot.exercises.assignment.assignment import Assignment as Assignment
-    from qdot.exercises.assignment.assignment import load_assignment as load_assignment
-    from qdot.exercises.common.errors import QdotError as QdotError
-    from qdot.exercises.families import FAMILIES as FAMILIES
-    from qdot.exercises.formula.equality import Certificate as Certificate
-    from qdot.exercises.generation import generate as generate
-    from qdot.exercises.notebook.problem_formats import show as show
-    from qdot.exercises.problem.problem import ENGINE as ENGINE
-    from qdot.exercises.problem.problem import Part as Part
-    from qdot.exercises.problem.problem import Problem as Problem
-    from qdot.exercises.problem.problem import ProblemId as ProblemId
-    from qdot.exercises.short_questions import ASKED as ASKED
-    from qdot.exercises.solve.solver import Solution as Solution
-    from qdot.exercises.solve.solver import solve as solve
-    from qdot.exercises.verify.certificate import ProblemCertificate as ProblemCertificate
-    from qdot.exercises.verify.certificate import certify as certify
-    from qdot.grader.diagnosis.diagnosis import diagnose as diagnose
-    from qdot.grader.grading.attempt import grade_notebook as grade_notebook
-    from qdot.grader.grading.check import check_notebook as check_notebook
-    from qdot.grader.grading.marking import MarkingRules as MarkingRules
-    from qdot.grader.grading.marking import mark as mark
-    from qdot.grader.judging.answer import ParsedAnswer as ParsedAnswer
-    from qdot.grader.judging.answer_parser import read_answer as read_answer
-    from qdot.grader.judging.judge import judge as judge
-    from qdot.grader.judging.verdict import Diagnosis as Diagnosis
-    from qdot.grader.judging.verdict import Judgement as Judgement
-    from qdot.grader.judging.verdict import Outcome as Outcome
-    from qdot.grader.judging.verdict import Verdict as Verdict
+    from qdot.exercises.answer_types import Answer
+    from qdot.exercises.arm.chain import Base, Chain, Joint, Point
+    from qdot.exercises.arm.robot_file import read_robot
+    from qdot.exercises.assignment.assignment import Assignment, load_assignment
+    from qdot.exercises.common.errors import QdotError
+    from qdot.exercises.families import FAMILIES
+    from qdot.exercises.formula.equality import Certificate
+    from qdot.exercises.generation import generate
+    from qdot.exercises.notebook.problem_formats import show
+    from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
+    from qdot.exercises.short_questions import ASKED
+    from qdot.exercises.solve.solver import Solution, solve
+    from qdot.exercises.verify.certificate import ProblemCertificate, certify
+    from qdot.grader.diagnosis.diagnosis import diagnose
+    from qdot.grader.grading.attempt import grade_notebook
+    from qdot.grader.grading.check import check_notebook
+    from qdot.grader.grading.marking import MarkingRules, mark
+    from qdot.grader.judging.answer import ParsedAnswer
+    from qdot.grader.judging.answer_parser import read_answer
+    from qdot.grader.judging.judge import judge
+    from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict
 
 _HOMES = {
     "exercises.answer_types": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
@@ -66,7 +53,7 @@ _HOMES = {
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
 }  # fmt: skip
-"""Where what is offered here is made: SymPy is loaded for who asks for it, and not for who asks for the version."""
+"""The modules that define the public names. They are imported on demand, because SymPy takes long to load."""
 
 __all__ = [
     "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",

@@ -18,13 +18,9 @@ if TYPE_CHECKING:  # loaded at run time only if there is a terminal
 
 
 def _variation_option(default: str) -> Any:
-    steps = ", ".join(VARIATION_STEPS)
-    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: "
-    return typer.Option(
-        "--variation",
-        help=f"{text}{default}.",
-        autocompletion=complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+"),
-    )
+    steps, names = ", ".join(VARIATION_STEPS), complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+")
+    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
+    return typer.Option("--variation", help=text, autocompletion=names)
 
 
 VariationOption = Annotated[str, _variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
@@ -69,21 +65,13 @@ def progress(title: str, total: int) -> Iterator["ProgressCounter"]:
     if not sys.stderr.isatty():
         yield ProgressCounter(title, total)
         return
+    from rich import progress as bars
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
 
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
+    count, rate = bars.MofNCompleteColumn(), bars.TextColumn("{task.fields[rate]}")
+    times = bars.TimeElapsedColumn(), bars.TextColumn("left"), bars.TimeRemainingColumn()
+    columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), count, rate, *times)
+    with bars.Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
         yield ProgressBarCounter(bar, title, total)
 
 

@@ -19,10 +19,8 @@ def open_files_error(error: BaseException) -> QdotError | None:
     """
     if not isinstance(error, OSError) or error.errno != errno.EMFILE:
         return None
-    return QdotError(
-        "this process has reached its limit of open files; raise it, as with 'ulimit -n 1024', and run the same "
-        "command again"
-    )
+    advice = "raise it, as with 'ulimit -n 1024', and run the same command again"
+    return QdotError(f"this process has reached its limit of open files; {advice}")
 
 
 def unknown_name(kind: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:

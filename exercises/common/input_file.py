@@ -26,10 +26,7 @@ KeyPath = Sequence[str | int]
 _MAX_VALUE_LENGTH = 48
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2", and write numbers as 0.5'),
-    (
-        "expected newline or end of document",
-        ('; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
-    ),
+    ("expected newline or end", '; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
     ("cannot overwrite a value", "; a key is used twice"),
     ("illegal character '\\n'", "; a closing quote is missing"),
     ("unclosed array", "; put names in quotes, separate them by commas, and end the list with ]"),
@@ -70,9 +67,8 @@ def read_table_text(path: Path, missing_hint: str = "") -> str:
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     for number, line in enumerate(text.split("\n"), 1):
         if "\0" in line or "\ufffd" in line:
-            raise QdotError(
-                f'{path}: line {number}: not text in UTF-8, UTF-16 or Windows-1252; save the file as "CSV UTF-8"'
-            )
+            encodings = "UTF-8, UTF-16 or Windows-1252"
+            raise QdotError(f'{path}: line {number}: not text in {encodings}; save the file as "CSV UTF-8"')
     return text
 
 
@@ -143,19 +139,15 @@ class TomlFile:
         for key in key_path:
             table = table[key]
         for key in table:
+            if key in known:
+                continue
             where = self._describe_location(key_path, (*key_path, key))
-            if key in top_level_keys and key not in known:
-                raise QdotError(
-                    f"{where}: the key {key!r} belongs at the top of the file, above every [[{key_path[0]}]]"
-                )
-            if key not in known:
-                guess = most_similar(key, (*known, *top_level_keys))
-                if guess in top_level_keys and guess not in known:
-                    raise QdotError(
-                        f"{where}: unknown key {key!r} (did you mean {guess!r}?); {guess!r} belongs at the top of "
-                        f"the file, above every [[{key_path[0]}]]"
-                    )
+            guess = most_similar(key, (*known, *top_level_keys))
+            if guess not in top_level_keys or guess in known:
                 raise QdotError(f"{where}: {unknown_name('key', key, tuple(known))}")
+            start = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
+            advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
+            raise QdotError(f"{where}: {start} {advice}")
         for key in required:
             if key not in table:
                 where = self._describe_location(key_path, key_path)
@@ -170,11 +162,10 @@ class TomlFile:
         top = self.content.get(keys[0]) if keys else None
         if len(key_path) > 1 or isinstance(top, dict) or _is_list_of_tables(top):
             index = key_path[1] if len(key_path) > 1 and isinstance(key_path[1], int) else 0
-            headers_of_place = [
-                i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(key_path[0]))}\s*\]", lines[i])
-            ]
-            if index < len(headers_of_place):
-                header = headers_of_place[index]
+            pattern = rf"\s*\[\[?\s*{re.escape(str(key_path[0]))}\s*\]"
+            headers_of_table = [i for i in headers if re.match(pattern, lines[i])]
+            if index < len(headers_of_table):
+                header = headers_of_table[index]
                 start_line = header + 1
         end_line = next((i for i in headers if i >= start_line), len(lines))
         for number in range(start_line, end_line):
@@ -243,20 +234,16 @@ def read_table(
     """
     rows = _rows(path, missing_hint)
     if not rows:
-        raise QdotError(
-            f"{path}: the file is empty; it needs the first line {example_header!r}, then one line per {first_column}"
-        )
+        expected = f"the first line {example_header!r}, then one line per {first_column}"
+        raise QdotError(f"{path}: the file is empty; it needs {expected}")
     header = _header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
-            raise QdotError(
-                f"{path}: line {number}: {count_noun(len(row), 'cell')}, but the header has {len(header)}; "
-                f"{too_long_hint}"
-            )
+            cells = count_noun(len(row), "cell")
+            raise QdotError(f"{path}: line {number}: {cells}, but the header has {len(header)}; {too_long_hint}")
         if any("\n" in cell or "\r" in cell for cell in row):
-            raise QdotError(
-                f"{path}: line {number}: a cell continues past the end of the line; is a closing double quote missing?"
-            )
+            problem = "a cell continues past the end of the line; check whether a closing double quote is missing"
+            raise QdotError(f"{path}: line {number}: {problem}")
     return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
 
 
@@ -267,10 +254,8 @@ def _rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
     try:
         return list(csv_rows(text, begins))
     except csv.Error as error:
-        hint = (
-            "is a double quote not closed, or not doubled inside a cell?" if '"' in text else 'save it as "CSV UTF-8"'
-        )
-        raise QdotError(f"{path}: line {begins[-1]}: this can't be read ({error}); {hint}") from None
+        hint = "close each double quote, and double it inside a cell" if '"' in text else 'save it as "CSV UTF-8"'
+        raise QdotError(f"{path}: line {begins[-1]}: qdot can't parse this ({error}); {hint}") from None
 
 
 SEPARATORS = ",;\t"
@@ -321,11 +306,9 @@ def _header(path: Path, line: int, row: list[str], first_column: str, example_he
     """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
     if header[0] != first_column:
-        other_columns = ", ".join(example_header.split(",")[1:])
-        raise QdotError(
-            f"{path}: line {line}: the first column is {row[0]!r}, but must be {first_column!r} (then "
-            f"{other_columns}, …)"
-        )
+        others = f"then {', '.join(example_header.split(',')[1:])}, …"
+        expected = f"must be {first_column!r} ({others})"
+        raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, but {expected}")
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:
         raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give them different names")

@@ -24,11 +24,8 @@ def as_json(value: Any) -> Any:
     """
     if is_dataclass(value):
         pairs = ((field, getattr(value, field.name)) for field in fields(value))
-        return {
-            field.name: as_json(content)
-            for field, content in pairs
-            if content is not None or field.metadata != OMITTED_IF_NONE
-        }
+        shown = [pair for pair in pairs if pair[1] is not None or pair[0].metadata != OMITTED_IF_NONE]
+        return {field.name: as_json(content) for field, content in shown}
     if isinstance(value, Mapping):
         return {key: as_json(item) for key, item in value.items()}
     return [as_json(item) for item in value] if isinstance(value, tuple | list) else value
@@ -36,9 +33,8 @@ def as_json(value: Any) -> Any:
 
 def from_json(dataclass_type: type[Kind], text: str | bytes) -> Kind:
     """Return a dataclass from its JSON text, ignoring unknown keys. Raises ValueError if a type is wrong."""
-    instance: Kind = _type_adapter(dataclass_type).validate_python(
-        json.loads(text)
-    )  # pydantic's own parser rejects lone surrogates
+    content = json.loads(text)  # pydantic's own parser rejects lone surrogates
+    instance: Kind = _type_adapter(dataclass_type).validate_python(content)
     return instance
 
 

@@ -27,6 +27,7 @@ from qdot.exercises.common.errors import QdotError
 State = TypeVar("State")
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Setup = Callable[..., State]
 
 START_METHODS = multiprocessing.get_all_start_methods()
 HAS_FORK_SERVER = "forkserver" in START_METHODS
@@ -46,22 +47,18 @@ MIN_ITEMS_FOR_CHUNKS = 500
 
 
 def ordered_map(
-    work: Callable[[State, Item], Result],
-    items: Sequence[Item],
-    jobs: int,
-    setup: Callable[..., State],
-    arguments: tuple[Any, ...],
-    result_if_lost: Callable[[Item], Result] | None = None,
-) -> Generator[Result, None, None]:
+    work: Callable[[State, Item], Result], items: Sequence[Item], jobs: int, setup: Setup[State],
+    arguments: tuple[Any, ...], result_if_lost: Callable[[Item], Result] | None = None,
+) -> Generator[Result, None, None]:  # fmt: skip
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
     Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
     Close the generator (`contextlib.closing`) so that a stop ends the processes.
 
     If a process dies, QdotError is raised after the finished results. With `result_if_lost`, the items that may have
-    been in progress are repeated instead, each in a process of its own. If an item kills two processes, `lost(item)` is
-    its result. So `work` must be safe to repeat. With one job and without `result_if_lost`, everything runs in this
-    process.
+    been in progress are repeated instead, each in a separate process. If an item kills two processes, its result is
+    `result_if_lost(item)`. So `work` must be safe to repeat. With one job and without `result_if_lost`, everything runs
+    in this process.
     """
     jobs = min(jobs, len(items))
     if jobs < 1 or (jobs == 1 and result_if_lost is None):
@@ -72,26 +69,24 @@ def ordered_map(
         finally:
             _close_state(state)
         return
-    chunk = (
-        max(1, min(16, len(items) // (8 * jobs)))
-        if len(items) >= MIN_ITEMS_FOR_CHUNKS and result_if_lost is None
-        else 1
-    )
+    chunk = 1
+    if len(items) >= MIN_ITEMS_FOR_CHUNKS and result_if_lost is None:
+        chunk = max(1, min(16, len(items) // (8 * jobs)))
+    run_pool = functools.partial(_run_pool, work, setup, arguments)
     done_count = 0
     while done_count < len(items):
         try:
-            with closing(_run_pool(work, items[done_count:], jobs, chunk, setup, arguments)) as results:
+            with closing(run_pool(items[done_count:], jobs, chunk)) as results:
                 for result in results:
                     done_count += 1
                     yield result
         except BrokenProcessPool:
             if result_if_lost is None:
-                raise QdotError(
-                    "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
-                ) from None
+                advice = "if the machine ran out of memory, use a smaller --jobs"
+                raise QdotError(f"a worker process died; run the same command again ({advice})") from None
             for item in items[done_count : done_count + jobs + 1]:  # a pool has at most these in progress
                 done_count += 1
-                yield _run_alone(work, item, setup, arguments, result_if_lost)
+                yield _run_alone(run_pool, item, result_if_lost)
 
 
 def keep_state(state: State) -> State:
@@ -100,16 +95,12 @@ def keep_state(state: State) -> State:
 
 
 def _run_alone(
-    work: Callable[[State, Item], Result],
-    item: Item,
-    setup: Callable[..., State],
-    arguments: tuple[Any, ...],
-    result_if_lost: Callable[[Item], Result],
+    run_pool: Callable[..., Iterator[Result]], item: Item, result_if_lost: Callable[[Item], Result]
 ) -> Result:
     """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
-            (result,) = _run_pool(work, [item], 1, 1, setup, arguments)
+            (result,) = run_pool([item], jobs=1, chunk=1)
             return result
         except BrokenProcessPool:
             continue
@@ -117,13 +108,9 @@ def _run_alone(
 
 
 def _run_pool(
-    work: Callable[[State, Item], Result],
-    items: Sequence[Item],
-    jobs: int,
-    chunk: int,
-    setup: Callable[..., State],
-    arguments: tuple[Any, ...],
-) -> Generator[Result, None, None]:
+    work: Callable[[State, Item], Result], setup: Setup[State], arguments: tuple[Any, ...], items: Sequence[Item],
+    jobs: int, chunk: int,
+) -> Generator[Result, None, None]:  # fmt: skip
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1

@@ -34,9 +34,8 @@ def parse_seconds(text: str) -> float:
     number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
     if number and MIN_SECONDS <= float(text) <= MAX_SECONDS:
         return float(text)
-    raise QdotError(
-        f"--time {text!r}: expected a number of seconds from {MIN_SECONDS:g} to {MAX_SECONDS:.0f}, as in --time 300"
-    )
+    expected = f"a number of seconds from {MIN_SECONDS:g} to {MAX_SECONDS:.0f}, as in --time 300"
+    raise QdotError(f"--time {text!r}: expected {expected}")
 
 
 @contextmanager
@@ -46,36 +45,36 @@ def time_limit(seconds: float) -> Iterator[None]:
     Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared, because SymPy
     stores assumptions in the expressions themselves.
     """
-    watch = Watchdog(seconds, OutOfTime)
+    watchdog = Watchdog(seconds)
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        end_watchdog(watch, OutOfTime)
+        end_watchdog(watchdog)
         clear_cache()
         raise
     finally:
-        end_watchdog(watch, OutOfTime)
+        end_watchdog(watchdog)
 
 
-def end_watchdog(watchdog: "Watchdog", exception_type: type[BaseException]) -> None:
+def end_watchdog(watchdog: "Watchdog") -> None:
     """End the watch, even if its exception is raised meanwhile."""
     while True:
         try:
             watchdog.end()
             return
-        except exception_type:
+        except OutOfTime:
             continue
 
 
 class Watchdog:
-    """A thread that watches the clock and, after `seconds`, raises `kind` in the thread that created the watch.
+    """A thread that watches the clock and, after `seconds`, raises OutOfTime in the thread that created the watch.
 
     The exception is raised between two Python instructions, and again every `RESEND_INTERVAL` seconds until `end` is
     called.
     """
 
-    def __init__(self, seconds: float, exception_type: type[BaseException]) -> None:
-        self._deadline, self._exception_type = time.process_time() + seconds, exception_type
+    def __init__(self, seconds: float) -> None:
+        self._deadline = time.process_time() + seconds
         self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread = threading.get_ident()
         threading.Thread(target=self._watch, daemon=True).start()
@@ -84,12 +83,12 @@ class Watchdog:
         while not self._ended.wait(self._remaining_seconds() or RESEND_INTERVAL):
             with self._lock:
                 if not self._remaining_seconds() and not self._ended.is_set():
-                    self._raise(ctypes.py_object(self._exception_type))
+                    self._raise(ctypes.py_object(OutOfTime))
 
     def _remaining_seconds(self) -> float:
         return max(0.0, self._deadline - time.process_time())
 
-    def _raise(self, exception_type: "ctypes.py_object[type[BaseException]] | None") -> None:
+    def _raise(self, exception_type: "ctypes.py_object[type[OutOfTime]] | None") -> None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), exception_type)
 
     def end(self) -> None:

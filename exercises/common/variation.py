@@ -32,11 +32,8 @@ def variation_axes(variation: str) -> tuple[str, ...]:
     >>> variation_axes("zeros"), variation_axes("+zeros"), variation_axes("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
     """
-    return (
-        VARIATION_STEPS[variation]
-        if variation in VARIATION_STEPS
-        else _check_axes(variation.removeprefix("+").split("+"))
-    )
+    is_step = variation in VARIATION_STEPS
+    return VARIATION_STEPS[variation] if is_step else _check_axes(variation.removeprefix("+").split("+"))
 
 
 def canonical_name(variation: str) -> str:
@@ -59,18 +56,14 @@ def name_variation(names: Sequence[str]) -> str:
 
 def _name(axes: tuple[str, ...]) -> str:
     text = "+".join(axes)
-    return next(
-        (step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes),
-        f"+{text}" if text in VARIATION_STEPS else text,
-    )
+    name = f"+{text}" if text in VARIATION_STEPS else text
+    return next((step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes), name)
 
 
 def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in VARIATION_AXES:
-            raise unknown_name(
-                "variation", name, [*VARIATION_STEPS, *(axis for axis in VARIATION_AXES if axis not in VARIATION_STEPS)]
-            )
+            raise unknown_name("variation", name, list(dict.fromkeys((*VARIATION_STEPS, *VARIATION_AXES))))
         if names.count(name) > 1:
-            raise QdotError(f"variation: {name} is named twice")
+            raise QdotError(f"variation: {name} occurs twice")
     return tuple(name for name in VARIATION_AXES if name in names)

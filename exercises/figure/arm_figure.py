@@ -269,11 +269,7 @@ def _list_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
 
 
 def _draw_and_label(
-    chain: Chain,
-    skeletons: Iterable[Skeleton],
-    max_cost: float,
-    axes: np.ndarray | None = None,
-    is_sparse: bool = False,
+    chain: Chain, skeletons: Iterable[Skeleton], max_cost: float, axes: np.ndarray | None = None, sparse: bool = False
 ) -> tuple[LabelledDrawing, float]:
     """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
@@ -282,7 +278,7 @@ def _draw_and_label(
     """
     layers: list[tuple[float, float, Drawing]] = []
     for bones in skeletons:
-        draw = partial(_draw_parts, chain, bones, is_sparse)
+        draw = partial(_draw_parts, chain, bones, sparse)
         drawing, view = fit_drawing(chain, bones, draw, MAX_ARM_SIZE, (WIDTH, HEIGHT), MARGIN, axes)
         arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
         layers.append((round(world_cost, 1), arm_cost, drawing))

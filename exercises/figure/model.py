@@ -21,7 +21,8 @@ from qdot.exercises.figure.lettering import (
     lettering_size,
     make_font_runs,
 )
-from qdot.exercises.figure.pose import compute_table_entries, scale_prismatic_entries
+from qdot.exercises.figure.plane import scale_prismatic_entries
+from qdot.exercises.figure.pose import compute_table_entries
 from qdot.exercises.figure.shapes import Figure
 
 _LENGTH_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)

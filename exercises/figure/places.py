@@ -134,9 +134,8 @@ class LeaderLine(InkPoints):
         self.start, self.end = (x0, y0), (x1, y1) = shape.points
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
         low, high = (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1))
-        self._bounds = tuple(value - THIN_HALF_WIDTH for value in low) + tuple(
-            value + THIN_HALF_WIDTH for value in high
-        )
+        r = THIN_HALF_WIDTH
+        self._bounds = low[0] - r, low[1] - r, high[0] + r, high[1] + r
 
     def is_near(self, box: Box) -> bool:
         """Return whether the line may pass through a box."""

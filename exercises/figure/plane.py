@@ -32,6 +32,16 @@ def with_exact_numbers(chain: Chain) -> Chain:
     return chain.map_entries(lambda _, entry: sp.sympify(entry))
 
 
+def scale_prismatic_entries(chain: Chain, entries: np.ndarray, factor: float) -> np.ndarray:
+    """Return entries of the table (… x n) with those of prismatic joints multiplied by a factor."""
+    return np.where([joint.kind == "P" for joint in chain.joints], entries * factor, entries)
+
+
+def numeric_lengths(chain: Chain) -> list[float]:
+    """Return the absolute values of the nonzero numeric lengths a and d in the table (m)."""
+    return [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
+
+
 def choose_view(chain: Chain) -> np.ndarray:
     """Return the directions right, up and towards the reader (rows) in the world frame."""
     return {"z": VIEW_FROM_Z, "x": VIEW_FROM_X, "y": VIEW_FROM_Y, None: SPATIAL_VIEW}[find_normal_axis(chain)]

@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.figure.plane import SPATIAL_VIEW, axonometric_view, choose_view, is_drawn_flat
+from qdot.exercises.figure.plane import SPATIAL_VIEW, axonometric_view, choose_view, is_drawn_flat, numeric_lengths
 
 DEFAULT_LENGTH = 0.4
 """Length in metres for a table without any number."""
@@ -131,22 +131,12 @@ def compute_table_entries(chain: Chain, pose: Mapping[str, float]) -> np.ndarray
     """Return the table's entries (n) for joint values (rad, m), with default values for symbolic constants."""
     missing = [variable.name for variable in chain.q if variable.name not in pose]
     if missing:
-        raise QdotError(f"{chain.name}: the pose lacks {', '.join(missing)}; it tells {', '.join(map(str, chain.q))}")
+        raise QdotError(f"{chain.name}: the pose has no {', '.join(missing)}; it needs {', '.join(map(str, chain.q))}")
     entries = []
     for joint, variable in zip(chain.joints, chain.q, strict=True):
         entry = (joint.theta if joint.kind == "R" else joint.d).xreplace({variable: sp.Float(pose[variable.name])})
         entries.append(float(entry.xreplace(symbol_values(chain, DEFAULT_LENGTH))))
     return np.array(entries)
-
-
-def scale_prismatic_entries(chain: Chain, entries: np.ndarray, factor: float) -> np.ndarray:
-    """Return entries of the table (… x n) with those of prismatic joints multiplied by a factor."""
-    return np.where([joint.kind == "P" for joint in chain.joints], entries * factor, entries)
-
-
-def numeric_lengths(chain: Chain) -> list[float]:
-    """Return the absolute values of the nonzero numeric lengths a and d in the table (m)."""
-    return [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
 
 
 def list_candidate_poses(chain: Chain, drawn: Chain) -> np.ndarray:

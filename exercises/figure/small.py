@@ -18,16 +18,8 @@ from qdot.exercises.arm.chain import ANGLE_PREFIXES, TASK_ROWS, Base, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.lettering import format_decimal
-from qdot.exercises.figure.plane import is_drawn_flat, with_exact_numbers
-from qdot.exercises.figure.pose import (
-    best_poses,
-    compute_skeleton,
-    make_drawable_chain,
-    numeric_lengths,
-    scale_prismatic_entries,
-    score_poses,
-    symbol_values,
-)
+from qdot.exercises.figure.plane import is_drawn_flat, numeric_lengths, scale_prismatic_entries, with_exact_numbers
+from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
 from qdot.exercises.formula.printers.unicode import unicode_math
@@ -78,14 +70,10 @@ def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarra
 
 
 def _draw_small(
-    drawn: Chain,
-    entries: np.ndarray,
-    size: Size,
-    lost_directions: Sequence[np.ndarray] = (),
-    mark: np.ndarray | None = None,
+    drawn: Chain, entries: np.ndarray, size: Size, directions: Sequence[np.ndarray] = (), mark: np.ndarray | None = None
 ) -> Figure:
-    """Return a small drawing; cached, because many arms of a class have the same proportions."""
-    lost = tuple(tuple(map(float, direction)) for direction in lost_directions)
+    """Return a small drawing with lost directions marked; cached, because many arms have the same proportions."""
+    lost = tuple(tuple(map(float, direction)) for direction in directions)
     mark_vector = None if mark is None else tuple(map(float, mark))
     return _draw_cached(drawn, tuple(round(float(entry), 12) for entry in entries), size, lost, mark_vector)
 
@@ -243,9 +231,8 @@ def _list_configurations(
         for i, value, number in zip(indices, values, numbers, strict=True):
             is_prismatic = chain.joints[i].kind == "P"
             entries[i] = (number.real + scaled.offsets[i]) / (scaled.unit if is_prismatic else 1.0)
-            equations.append(
-                f"{_format_expression(chain.q[i], chain)} = {_format_joint_value(value, is_prismatic, chain)}"
-            )
+            value_text = _format_joint_value(value, is_prismatic, chain)
+            equations.append(f"{_format_expression(chain.q[i], chain)} = {value_text}")
         configurations.append((_fit_caption(", ".join(equations), words), entries))
     return configurations
 

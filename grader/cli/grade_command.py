@@ -213,10 +213,8 @@ def _check_graded(results: list[Result]) -> None:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
         note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
     if any(work_status(result) == "ungraded" for result in results):
-        raise QdotError(
-            "qdot failed on some answers, which have no mark; feedback and grades.csv mark them as 'ungraded' and "
-            "give the reason. Please report it"
-        )
+        reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
+        raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")
 
 
 def check_sandbox(must_be_strict: bool) -> None:

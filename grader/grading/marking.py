@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
@@ -23,7 +24,7 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
-from qdot.grader.sandbox.clock import Budget, OutOfTime, TimeBudgets
+from qdot.grader.sandbox.clock import Budget, TimeBudgets
 
 DEFAULT_CREDIT = Fraction(4, 5)
 """The default share of its points that a part earns if it follows from a wrong earlier answer."""

@@ -10,13 +10,14 @@ import numpy as np
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.equality import Domain, default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
 from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.sandbox.clock import Budget, OutOfTime
+from qdot.grader.sandbox.clock import Budget
 
 COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
 

@@ -11,11 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import Watchdog, end_watchdog
-
-
-class OutOfTime(BaseException):
-    """Raised when a budget is used up. It is not an Exception, so that `except Exception` does not catch it."""
+from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 
 
 class Budget:
@@ -26,15 +22,15 @@ class Budget:
 
     @contextlib.contextmanager
     def spend(self) -> Iterator[None]:
-        """Subtract the processor time of the block from the budget. Raises Overlong in the block when none is left."""
+        """Subtract the processor time of the block from the budget. Raises OutOfTime in the block when none is left."""
         if self.remaining_seconds <= 0:
             raise OutOfTime
         start, precision = time.process_time(), mpmath.mp.prec
-        watch = Watchdog(self.remaining_seconds, OutOfTime)
+        watchdog = Watchdog(self.remaining_seconds)
         try:
             yield
         finally:
-            end_watchdog(watch, OutOfTime)
+            end_watchdog(watchdog)
             self.remaining_seconds -= time.process_time() - start
             mpmath.mp.prec = precision  # interrupted code may not have restored it
 

@@ -108,10 +108,10 @@ def _share_memory(_: dict[str, Any]) -> None:
 
 
 ATTEMPTS = (
-    Attempt("files", "read a file of another user's folder", lambda targets: Path(targets["file"]).read_bytes()),
+    Attempt("files", "read a file in another user's folder", lambda targets: Path(targets["file"]).read_bytes()),
     Attempt("files", "wrote into another folder", lambda targets: Path(targets["open"], "planted").touch()),
-    Attempt("files", "changed the rights of another folder's file", lambda targets: os.chmod(targets["file"], 0o600)),
-    Attempt("files", "changed the rights of a library", _alter_library),
+    Attempt("files", "changed permissions in another folder", lambda targets: os.chmod(targets["file"], 0o600)),
+    Attempt("files", "changed the permissions of a library", _alter_library),
     Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),
     Attempt(
         "network", "connected to a port of this machine",
@@ -119,17 +119,17 @@ ATTEMPTS = (
     ),
     Attempt("network", "sent a datagram", _send_datagram),
     Attempt("network", "connected to a socket of this machine", _connect_abstract),
-    Attempt("processes", "reached the grader with a signal", _signal_grader),
+    Attempt("processes", "sent a signal to the grader", _signal_grader),
     Attempt(
-        "memory", "was given more memory than the limit",
+        "memory", "got more memory than its limit",
         lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES),
     ),
-    Attempt("memory", "was given memory that no limit counts", _share_memory),
+    Attempt("memory", "got memory that no limit counts", _share_memory),
     Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
-    Attempt("processes", "reached into the grader's memory", _trace_grader),
+    Attempt("processes", "traced the grader", _trace_grader),
     Attempt("processes", "started a program", _start_program),
     Attempt("privileges", "changed its root folder", lambda _: os.chroot(".")),
-    Attempt("privileges", "took precedence over other processes", lambda _: os.nice(-1)),
+    Attempt("privileges", "raised its own priority", lambda _: os.nice(-1)),
     Attempt("processes memory", f"started {UNLIMITED_PROCESSES} processes", _start_many_processes),
 )  # fmt: skip
 """The attempts in order. The last one also tests memory, because many processes together get more of it."""

@@ -107,16 +107,13 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            raise TypeError(
-                f"the parameter {name!r} is not a symbol of the problem; known: {', '.join(calls['symbols'])}"
-            )
-    return [
-        value_of_symbol(target)
-        if isinstance(target, str)
-        else numpy.array([value_of_symbol(symbol_name) for symbol_name in target])
-        for target in targets
-        if target
-    ]
+            known = ", ".join(calls["symbols"])
+            raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {known}")
+
+    def evaluate(target: str | list[str]) -> Any:
+        return value_of_symbol(target) if isinstance(target, str) else numpy.array([*map(value_of_symbol, target)])
+
+    return [evaluate(target) for target in targets if target]
 
 
 def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:

@@ -18,7 +18,7 @@ from .session import FailedImport, Session, find_position
 from .values import format_value
 
 JsonObject = dict[str, Any]
-ReportFunction = Callable[[JsonObject], None]
+Report = Callable[[JsonObject], None]
 
 MAX_ANSWER_LENGTH = 400_000
 
@@ -97,7 +97,7 @@ class AnswerReport(NamedTuple):
     message: dict[str, str]
 
 
-def run_cells(request: dict[str, Any], report: ReportFunction) -> None:
+def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time limit; report each answer after every cell that changes it."""
     cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
     session = Session(list(cells.values()), request.get("setup", ""))
@@ -112,7 +112,7 @@ def run_cells(request: dict[str, Any], report: ReportFunction) -> None:
     report({"done": True})
 
 
-def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: ReportFunction) -> None:
+def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
     """Run a cell; report the line on which it stopped or an import failed, and the error."""
     outcome: dict[str, Any] = {}
     failed_imports: list[FailedImport] = []
@@ -166,7 +166,7 @@ class _SymbolTracker:
             elif name in self.symbol_names and name not in self.replaced and _is_number(value):
                 self.replaced[name] = cell_index, repr(value)[:40]
 
-    def report_replaced(self, source: str, answer_text: str, report: ReportFunction) -> None:
+    def report_replaced(self, source: str, answer_text: str, report: Report) -> None:
         """Report the numbers that replace a symbol in an answer, if the answer's cell mentions the symbol's name."""
         for name, (index, value) in list(self.replaced.items())[:MAX_REPLACED_SYMBOLS]:
             if _mentions(name, source) and not _mentions(self.symbol_names[name], answer_text):
@@ -225,11 +225,7 @@ def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 
 def report_answers(
-    namespace: JsonObject,
-    last_reports: dict[str, AnswerReport],
-    request: JsonObject,
-    alarm: Alarm,
-    report: ReportFunction,
+    namespace: JsonObject, last_reports: dict[str, AnswerReport], request: JsonObject, alarm: Alarm, report: Report
 ) -> list[str]:
     """Report each new or changed answer, as text or with the reason why it has no text; return the texts."""
     texts = []

@@ -114,7 +114,7 @@ def _format_container(value: Any, depth: int) -> str:
     raise TypeError(f"a {name} is not an expression{ADVICE_BY_TYPE.get(name, '')}")
 
 
-_LIST_ADVICE = "; write a list of its entries, as in list(…)"
+_LIST_ADVICE = "; write the list of its entries, as in list(…)"
 ADVICE_BY_TYPE = {
     **dict.fromkeys(
         ("generator", "zip", "map", "filter", "range", "dict_values", "dict_items", "dict_keys"), _LIST_ADVICE

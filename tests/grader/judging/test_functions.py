@@ -74,7 +74,7 @@ REFUSED = [
     ("lambda theta1: None", "NoneType"),
     ("lambda theta1: 1/0", "division by zero"),
     ("lambda theta1: {1: 2}[int(theta1) + 5]", "KeyError"),
-    ("lambda theta1: [1.0] * (1 + int(10 * theta1))", "of one size"),
+    ("lambda theta1: [1.0] * (1 + int(10 * theta1))", "always of the same size"),
     ("(lambda theta1: [0]*200)", ""),
     ("open", "not an expression"),
     ("int", "not an expression"),

@@ -12,7 +12,7 @@ import pytest
 
 from qdot import generate
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.common.time_limit import Watchdog, end_watchdog
+from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
@@ -21,7 +21,7 @@ from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.sandbox.clock import Budget, OutOfTime, TimeBudgets
+from qdot.grader.sandbox.clock import Budget, TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support.handing_in import RIGHT, a_class, code, grade, hand_in, outcomes, right
 from tests.support.suites import few_of
@@ -91,7 +91,7 @@ def test_a_stop_on_the_way_to_the_end_changes_nothing() -> None:
             if kind := ends.pop(0):
                 raise kind
 
-    end_watchdog(Late(60, OutOfTime), OutOfTime)
+    end_watchdog(Late(60))
     assert not ends
 
 

@@ -163,7 +163,7 @@ def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
     run = counted(cells, [f"n{i}" for i in range(60)])
     assert 5 <= len(run.answers) <= 25 and run.end == "killed"
     assert run.last_begun_cell is not None and run.last_begun_cell >= len(run.answers)
-    for words in ("in cell 9: ", "3 GB", "64 MB in at most 4096 files, folders 32 deep"):
+    for words in ("in cell 9 because", "3 GB", "64 MB in at most 4096 files, folders nested 32 deep"):
         assert words in run.describe_end("cell 9")
 
 
