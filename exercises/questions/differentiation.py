@@ -131,12 +131,11 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
 
 QUESTIONS = (
     Question(
-        "position", "Position of the point", "6.1",
-        formula=lambda w, _: w["point"][list_linear_task_rows(w.chain)], substitution=_substitute_position,
-        make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
-        entry_names=lambda chain, _: chain.linear_rows,
-        objection=_object_to_task, too_long=base.make_length_objection("position"),
-        link_sums="links", link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
+        "position", "Position of the point", "6.1", formula=lambda w, _: w["point"][list_linear_task_rows(w.chain)],
+        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
+        entry_names=lambda chain, _: chain.linear_rows, objection=_object_to_task,
+        too_long=base.make_length_objection("position"), link_sums="links",
+        link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
     Question(
         "velocity", "Cartesian velocity", "6.2", needs=("position",),

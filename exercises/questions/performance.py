@@ -92,9 +92,8 @@ def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 QUESTIONS = (
     Question(
-        "manipulability", "Manipulability at a configuration", "below 6.8", needs=("jacobian",),
-        stage="manipulability", sample=_ask_manipulability, entry_names=lambda chain, _: ["w"],
-        objection=_object_to_arm,
+        "manipulability", "Manipulability at a configuration", "below 6.8", needs=("jacobian",), stage="manipulability",
+        sample=_ask_manipulability, entry_names=lambda chain, _: ["w"], objection=_object_to_arm,
     ),
     Question(
         "condition-number", "Condition number at a configuration", "below 6.8", needs=("jacobian",),

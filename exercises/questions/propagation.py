@@ -60,10 +60,8 @@ def _find_linear_rows(chain: Chain) -> list[tuple[int, int]]:
 
 QUESTIONS = (
     Question(
-        "joint-axes", "Joint axes", "below 6.10",
-        formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
-        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
-        column_names=_name_axes,
+        "joint-axes", "Joint axes", "below 6.10", formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
+        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows), column_names=_name_axes,
         row_and_column_labels=lambda chain: (AXIS_NAMES, list(map(convention_of(chain).axis_name, _number(chain)))),
         too_long=base.make_length_objection("z"),
     ),

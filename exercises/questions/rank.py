@@ -374,10 +374,9 @@ QUESTIONS = (
         entry_names=lambda chain, _: [r"\text{rank}"], objection=object_unless_singular, source_questions=(),
     ),
     Question(
-        "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",),
-        stage="lost direction", sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
-        entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
-        source_questions=(),
+        "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",), stage="lost direction",
+        sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
+        entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)], source_questions=(),
     ),
     Question("lost-motion", "Lost motion", "6.8", sample=_ask_motion, objection=_object_to_motion),
 )  # fmt: skip

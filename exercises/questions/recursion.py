@@ -115,8 +115,7 @@ QUESTIONS = (
     Question(
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
         required_feature=FRAMES_OF_JOINTS, formula=_derive_velocity, reference=_write_velocity,
-        make_details=_choose_frame,
-        entry_names=lambda chain, _: name_velocity_components(TASK_ROWS), too_long=_object_to_length,
-        objection=lambda chain: None if chain.n > 1 else "it has one joint",
+        make_details=_choose_frame, entry_names=lambda chain, _: name_velocity_components(TASK_ROWS),
+        too_long=_object_to_length, objection=lambda chain: None if chain.n > 1 else "it has one joint",
     ),
 )  # fmt: skip

@@ -243,8 +243,7 @@ QUESTIONS = (
         typed_names=name_joint_rates, objection=_object_to_minimum_norm, is_made_of_jacobian=True,
     ),
     Question(
-        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",),
-        stage="self-motion", sample=_ask_self_motion, typed_names=name_joint_rates, objection=_object_to_motion,
-        is_made_of_jacobian=True,
+        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",), stage="self-motion",
+        sample=_ask_self_motion, typed_names=name_joint_rates, objection=_object_to_motion, is_made_of_jacobian=True,
     ),
 )  # fmt: skip

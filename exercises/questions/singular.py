@@ -221,7 +221,5 @@ QUESTIONS = (
         sample=_ask_conditions, objection=object_unless_singular, source_questions=(("determinant",), ("jacobian",)),
         zero_formula=make_stage_formula("determinant"),
     ),
-    Question(
-        "singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds,
-    ),
+    Question("singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds),
 )  # fmt: skip

@@ -186,8 +186,7 @@ QUESTIONS = (
         formula=lambda w, _: np.stack([determinant(w["arm block"]), determinant(w["wrist block"])]),
         reference=lambda chain, _: derive_block_determinants(chain),
         make_details=lambda chain, _: BlockDetails(blocks=derive_blocks(chain)),
-        entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
-        objection=object_unless_block_triangular, too_long=object_to_long_arm_block,
-        is_made_of_jacobian=True, is_made_of_minors=True,
+        entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"], objection=object_unless_block_triangular,
+        too_long=object_to_long_arm_block, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

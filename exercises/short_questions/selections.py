@@ -160,8 +160,7 @@ SELECTION_QUESTIONS = (
     ),
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
-        base_question="jacobian",
-        objection_if_nothing_found="each suitable result depends on all joints, or on none",
+        base_question="jacobian", objection_if_nothing_found="each suitable result depends on all joints, or on none",
     ),
     ShortQuestion(
         "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
