@@ -237,33 +237,32 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
 
 
 @lru_cache(maxsize=256)
-def _derive_body_by_exponentials(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return R_sb and the body Jacobian by exponentials of the axes, with the arm's own numbers."""
+def _derive_body_by_exponentials(chain: Chain) -> tuple[sp.Matrix, ...]:
+    """Return R_sb, the body Jacobian and [P] R_sb by exponentials of the axes, with the arm's own numbers."""
     inverse_rotation = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
         inverse_rotation = rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, number) for number in range(chain.n)))
-    return inverse_rotation.T.applyfunc(remove_brackets), jacobian.applyfunc(remove_brackets)
+    rotation = inverse_rotation.T.applyfunc(remove_brackets)
+    point_times_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
+    return rotation, jacobian.applyfunc(remove_brackets), point_times_rotation
 
 
-def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return R_sb (3 x 3) and the body Jacobian (6 x n)."""
-    if _has_oblique_angles(chain):
-        return _derive_body_by_exponentials(chain)
-    rotation, jacobian, _ = _derive_body_from_structure(chain)
-    return rotation, jacobian
+def _derive_body(chain: Chain) -> tuple[sp.Matrix, ...]:
+    """Return R_sb (3 x 3), the body Jacobian (6 x n) and [P] R_sb (3 x 3)."""
+    return _derive_body_by_exponentials(chain) if _has_oblique_angles(chain) else _derive_body_from_structure(chain)
 
 
-def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
     generic, home = structure(chain).chain, _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).substitute_values
-    rotation, jacobian, point_times_rotation = (
-        matrix.applyfunc(lambda entry: remove_brackets(fill(entry).xreplace(home_values)))
-        for matrix in _derive_body_matrices(generic, tuple(home.items()))
-    )
-    return rotation, jacobian, point_times_rotation
+
+    def fill_entry(entry: sp.Expr) -> sp.Expr:
+        return remove_brackets(fill(entry).xreplace(home_values))
+
+    return tuple(matrix.applyfunc(fill_entry) for matrix in _derive_body_matrices(generic, tuple(home.items())))
 
 
 def derive_body_rotation(chain: Chain) -> sp.Matrix:
@@ -284,11 +283,7 @@ def derive_body_pose(chain: Chain) -> sp.Matrix:
 
 def derive_body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6, which maps a twist (omega, v) in {b} to the same twist in {s}."""
-    if _has_oblique_angles(chain):
-        rotation = derive_body_rotation(chain)
-        point_times_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
-    else:
-        rotation, _, point_times_rotation = _derive_body_from_structure(chain)
+    rotation, _, point_times_rotation = _derive_body(chain)
     return rotation.row_join(sp.zeros(3)).col_join(point_times_rotation.row_join(rotation))
 
 

@@ -42,14 +42,14 @@ def _list_whole_answer_and_entries(chain: Chain, question: str) -> list[OptionSu
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the columns that depend on the configuration. The constant ones are obvious without a calculation."""
-    matrix, joints = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
-    return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).free_symbols & joints]
+    matrix = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix()
+    return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
 
 def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the entries of a vector that depend on the configuration."""
-    vector, joints = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
-    return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].free_symbols & joints]
+    vector = QUESTIONS[question].ask(chain, Stream("quiz"))[0].as_matrix()
+    return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].has(*chain.q)]
 
 
 def _list_columns(chain: Chain, question: str) -> list[OptionSubject]:
