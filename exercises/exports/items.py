@@ -186,9 +186,8 @@ def _make_problem_items(order: ExportRequest, slot: Slot, problem: Problem) -> l
 def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
     """Return an item with the variant's key in its key and title."""
     number_item = item.single_number_item and _add_variant_key(item.single_number_item, variant)
-    return replace(
-        item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", single_number_item=number_item
-    )
+    key, title = f"{variant.key}-{item.key}", f"{item.title} ({variant.key})"
+    return replace(item, key=key, title=title, single_number_item=number_item)
 
 
 def make_items_without_hidden_solutions(order: ExportRequest) -> Generator[QuizItem, None, None]:
@@ -226,16 +225,12 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
         form = _make_number_form(problem, part, numeric_part, tells_mistakes)
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
     title, figure = ASKED[part.kind].title, draw_prompt_figure(problem, part, part.name)
-    item = QuizItem(
-        key=part.name,
-        title=title,
-        category=(order.assignment.title, f"{slot.name} {slot.family.name}", title),
-        body=(draw_arm(problem), statement(problem, "", explains_typing=False), *filter(None, [figure]), question),
-        form=form,
-        points=part.points,
-        solution=_write_solution(problem, part, numeric_part),
-        hints=hints(problem, part) if order.assignment.hints else (),
-    )
+    figures = () if figure is None else (figure,)
+    body = (draw_arm(problem), statement(problem, "", explains_typing=False), *figures, question)
+    category = order.assignment.title, f"{slot.name} {slot.family.name}", title
+    solution = _write_solution(problem, part, numeric_part)
+    item_hints = hints(problem, part) if order.assignment.hints else ()
+    item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
     field = _choose_most_distinguishing_field(problem, part, form.fields)
@@ -349,10 +344,7 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
         wrong_tolerance = compute_tolerance(wrong_value)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # many mistakes lead to zero
-        is_new = all(
-            abs(wrong_value - earlier) > wrong_tolerance + earlier_tolerance
-            for earlier, earlier_tolerance in values_with_tolerance
-        )
+        is_new = all(abs(wrong_value - v) > wrong_tolerance + earlier for v, earlier in values_with_tolerance)
         if is_new and np.isfinite(wrong_value) and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
@@ -382,13 +374,8 @@ def _write_numeric_question(
     for pattern, replacement in _TYPING_PHRASES:
         convention = pattern.sub(replacement, convention)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
-    return render(
-        "exports/question.md.j2",
-        asked=_ANSWER.sub("", text).strip(),
-        given=numeric_part.given_values,
-        unit="" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$",
-        convention=convention,
-        fields=fields,
-        entries=entry_count,
-        precision="exactly" if fields[0].tolerance == 0 else part.precision,
-    ).strip()
+    unit = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
+    asked, precision = _ANSWER.sub("", text).strip(), "exactly" if fields[0].tolerance == 0 else part.precision
+    context: dict[str, object] = {"asked": asked, "given": numeric_part.given_values, "unit": unit}
+    context |= {"convention": convention, "fields": fields, "entries": entry_count, "precision": precision}
+    return render("exports/question.md.j2", **context).strip()

@@ -133,12 +133,11 @@ def _state_rule(problem: Problem, part: Part) -> str:
                 "wrong than right."
             )
         case Selection():
-            wrong_count = len(answer.options) - len(answer.correct)
+            wrong_count, rule = len(answer.options) - len(answer.correct), "Each right letter: "
+            rule += _format_partial_points(part, Fraction(1, len(answer.correct)))
             if wrong_count:
-                penalty = f"; each wrong letter deducts {_format_partial_points(part, Fraction(1, wrong_count))}"
-            else:
-                penalty = ""
-            return f"Each right letter: {_format_partial_points(part, Fraction(1, len(answer.correct)))}{penalty}."
+                rule += f"; each wrong letter deducts {_format_partial_points(part, Fraction(1, wrong_count))}"
+            return f"{rule}."
         case Matching():
             letter_points = _format_partial_points(part, Fraction(1, len(answer.items)))
             return f"Each right letter: {letter_points}. A letter that is used twice does not count."

@@ -94,13 +94,9 @@ def _make_number(part: Part, values: sp.Matrix) -> Number:
 
 def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> NumericPart:
     answer = part.answer_as(Number)
-    reference = np.array(answer.reference.tolist(), dtype=float)
+    reference = _to_floats(answer)
     wrong = [
-        (
-            mistake.title,
-            name_chapter(mistake.sentence(mistaken.words)),
-            np.array(mistaken.answer.reference.tolist(), dtype=float),
-        )
+        (mistake.title, name_chapter(mistake.sentence(mistaken.words)), _to_floats(mistaken.answer))
         for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]
@@ -113,6 +109,10 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
     return NumericPart(part, reference, None, tuple(wrong))
 
 
+def _to_floats(answer: Number) -> np.ndarray:
+    return np.array(answer.reference.tolist(), dtype=float)
+
+
 def _describe_wrong(wrong_answer: catalogue.PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
     return wrong_answer.mistake.title, name_chapter(wrong_answer.sentence), values
 
@@ -122,9 +122,9 @@ def _check_agreement(
 ) -> None:
     """Raise QdotError unless both computations agree; directions are compared up to a factor."""
     if reference.shape == derived_values.shape and is_direction:
-        reference, derived_values = (
-            vector / vector.ravel()[np.abs(reference).argmax()] for vector in (reference, derived_values)
-        )
+        largest = np.abs(reference).argmax()
+        derived_values = derived_values / derived_values.ravel()[largest]
+        reference = reference / reference.ravel()[largest]
     max_difference = MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9)
     if reference.shape != derived_values.shape or not np.abs(reference - derived_values).max() <= max_difference:
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
@@ -133,12 +133,8 @@ def _check_agreement(
 def _list_wrong_answers(w: Working, part: Part) -> list[catalogue.PredictedAnswer]:
     """Return the answers that mistakes lead to. If the derivation is long, only those in ONE_NUMBER are considered."""
     if w.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
-        return [
-            wrong
-            for mistake in catalogue.list_likely_mistakes(part)
-            if mistake.name in catalogue.MISTAKES_FOR_ONE_NUMBER
-            for wrong in catalogue.apply_mistake(mistake, w, part)
-        ]
+        mistakes = [m for m in catalogue.list_likely_mistakes(part) if m.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
+        return [wrong for mistake in mistakes for wrong in catalogue.apply_mistake(mistake, w, part)]
     return list(catalogue.predict_wrong_answers(w, part))
 
 
@@ -196,7 +192,7 @@ def _sample_angle(stream: Stream) -> sp.Expr:
 
 
 def _sample_nonzero(stream: Stream, maximum: int) -> int:
-    """Return a random nonzero integer from -most to most."""
+    """Return a random nonzero integer from -maximum to maximum."""
     return stream.choice([k for k in range(-maximum, maximum + 1) if k])
 
 
@@ -265,9 +261,8 @@ def _describe_given_values(chain: Chain, part: Part, configuration: Configuratio
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()
     ]
-    other_values += [
-        (tex(symbol), _format_length_or_angle(symbol, configuration[symbol])) for symbol in chain.parameters
-    ]
+    lengths_and_angles = {symbol: configuration[symbol] for symbol in chain.parameters}
+    other_values += [(tex(s), _format_length_or_angle(s, value)) for s, value in lengths_and_angles.items()]
     values = {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()}
     return GivenValues(joints, tuple(other_values), values)
 

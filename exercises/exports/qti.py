@@ -35,10 +35,8 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     tries, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
     for item in make_items_without_hidden_solutions(order):
         files[f"items/{item.key}.xml"] = _render_item(item, tries)
-        item_images = {
-            markup.name_picture_file(p): markup.make_svg_file(p)
-            for p in (*markup.find_pictures(item.body), *markup.find_pictures(item.solution))
-        }
+        pictures = markup.find_pictures((*item.body, *item.solution))
+        item_images = {markup.name_picture_file(picture): markup.make_svg_file(picture) for picture in pictures}
         images |= {f"images/{name}": content for name, content in item_images.items()}
         resources.append({"ident": item.key, "images": sorted(item_images)})
         slot_name, number, kind = item.key.split("-", 2)
@@ -60,9 +58,7 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 def _write_html(body: tuple[str | markup.Picture, ...]) -> str:
     """Return a text in QTI's subset of XHTML: block elements without styles."""
-    html = markup.write_html_with_figures(
-        body, lambda picture: f"../images/{markup.name_picture_file(picture)}", plain_mathml
-    )
+    html = markup.write_html_with_figures(body, lambda p: f"../images/{markup.name_picture_file(p)}", plain_mathml)
     return _STYLE.sub("", html)
 
 

@@ -96,13 +96,10 @@ def _render_page(order: ExportRequest, version: str, assets: Assets) -> str:
 def _describe_assignment(order: ExportRequest) -> Json:
     """Return the data of an assignment for its page: its slots, with points and partial credit."""
     assignment = order.assignment
-    return {
-        "key": assignment.key,
-        "title": assignment.title,
-        "tries": assignment.attempts.best_of or DEFAULT_ATTEMPTS,
-        "pass": None if order.passing_share is None else float(order.passing_share),
-        "places": [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots],
-    }
+    passing_share = None if order.passing_share is None else float(order.passing_share)
+    settings = {"tries": assignment.attempts.best_of or DEFAULT_ATTEMPTS, "pass": passing_share}
+    slots = [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots]
+    return {"key": assignment.key, "title": assignment.title, **settings, "places": slots}
 
 
 def _list_questions(slot: Slot) -> list[list[str | float]]:
