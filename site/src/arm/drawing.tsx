@@ -159,19 +159,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           {(flat || !solid) && <Body arm={arm} state={state} view={view} reach={reach} />}
           {!flat && <Foot arm={arm} state={state} view={view} />}
           {props.overlay?.(view)}
-          <Marks
-            arm={arm}
-            state={state}
-            view={view}
-            reach={reach}
-            layers={layers}
-            flat={flat}
-            measures={props.measures}
-            concealed={props.concealed}
-            lit={lit}
-            covered={covered}
-            ends={target ? { A: target.from, B: target.at } : NO_ENDS}
-          />
+          <Marks {...props} {...{ view, flat, covered }} ends={target ? { A: target.from, B: target.at } : NO_ENDS} />
           {links.map((line, i) => (
             <polyline
               key={i}
@@ -325,29 +313,27 @@ function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit 
 }
 
 /** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
-const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => {
-  return (
-    <div
-      class="arm-view"
-      onPointerDown={(event) => event.stopPropagation()}
-      onKeyDown={(event) => event.stopPropagation()}
-    >
-      {(
-        [
-          ["w", "↑", "arm.view.up"],
-          ["s", "↓", "arm.view.down"],
-          ["+", "+", "arm.view.nearer"],
-          ["-", "−", "arm.view.further"],
-          ["0", "⟲", "arm.view.first"],
-        ] as const
-      ).map(([key, sign, text]) => (
-        <button key={key} type="button" aria-label={say(text)} title={say(text)} onClick={() => onKey(key)}>
-          {sign}
-        </button>
-      ))}
-    </div>
-  );
-});
+const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => (
+  <div
+    class="arm-view"
+    onPointerDown={(event) => event.stopPropagation()}
+    onKeyDown={(event) => event.stopPropagation()}
+  >
+    {(
+      [
+        ["w", "↑", "arm.view.up"],
+        ["s", "↓", "arm.view.down"],
+        ["+", "+", "arm.view.nearer"],
+        ["-", "−", "arm.view.further"],
+        ["0", "⟲", "arm.view.first"],
+      ] as const
+    ).map(([key, sign, text]) => (
+      <button key={key} type="button" aria-label={say(text)} title={say(text)} onClick={() => onKey(key)}>
+        {sign}
+      </button>
+    ))}
+  </div>
+));
 
 type Grip = { readonly at: Pixel; readonly onDown: (event: PointerEvent) => void };
 

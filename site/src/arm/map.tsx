@@ -165,24 +165,18 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
 
 /** What is shown, in numbers, of the place where one is. */
 const Here = paced(
-  (here: { value: string; number: number }): JSX.Element => {
-    return (
-      <p class="arm-hint">
-        {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
-      </p>
-    );
-  },
+  (here: { value: string; number: number }): JSX.Element => (
+    <p class="arm-hint">
+      {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
+    </p>
+  ),
   { value: "at once", number: "in turn" },
 );
 
+type LinesProps = { kinds: readonly Stretch[]; px: (spot: Spot) => Spot; corner: Spot; size: Spot };
+
 /** The singular set: lines, and spots where it is no more than that. */
-function Lines(props: {
-  kinds: readonly Stretch[];
-  px: (spot: Spot) => Spot;
-  corner: Spot;
-  size: readonly [number, number];
-}): JSX.Element {
-  const { kinds, px, corner, size } = props;
+function Lines({ kinds, px, corner, size }: LinesProps): JSX.Element {
   const crowded = kinds.length > 16; // spots that make up a line
   return (
     <svg

@@ -2,10 +2,9 @@
 
 import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 
-export function useSize(
-  element: { readonly current: Element | null },
-  first: readonly [number, number],
-): readonly [number, number] {
+type Size = readonly [width: number, height: number];
+
+export function useSize(element: { readonly current: Element | null }, first: Size): Size {
   const [size, setSize] = useState(first);
   const found = (width: number, height: number): void => {
     if (width > 0 && height > 0)

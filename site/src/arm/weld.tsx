@@ -264,13 +264,10 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   return said.join(" ");
 }
 
+type Clock = [playing: boolean, setPlaying: (on: boolean) => void];
+
 /** Time running along the path, a frame at a time, until its end. */
-function useClock(
-  place: number,
-  end: number,
-  speed: number,
-  onPlace: (s: number) => void,
-): [boolean, (on: boolean) => void] {
+function useClock(place: number, end: number, speed: number, onPlace: (s: number) => void): Clock {
   const [playing, setPlaying] = useState(false);
   const now = useRef(place);
   now.current = place;

@@ -180,7 +180,7 @@ function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JS
       </button>
       <Wrong
         faults={faults}
-        cells={ENTRIES.map((entry) => [rowCell(index, entry), `${SIGNS[entry]}${number}`] as const)}
+        cells={ENTRIES.map((entry): Named => [rowCell(index, entry), `${SIGNS[entry]}${number}`])}
       />
     </fieldset>
   );
@@ -221,14 +221,10 @@ function Field({ cell, name, text, faults, onText }: FieldProps): JSX.Element {
 
 const faultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
 
+type Named = readonly [cell: Cell, name: string];
+
 /** What is wrong in some cells. */
-function Wrong({
-  faults,
-  cells,
-}: {
-  faults: Faults;
-  cells: readonly (readonly [cell: Cell, name: string])[];
-}): JSX.Element | null {
+function Wrong({ faults, cells }: { faults: Faults; cells: readonly Named[] }): JSX.Element | null {
   const wrong = cells.filter(([cell]) => faults.has(cell));
   if (wrong.length === 0) return null;
   return (

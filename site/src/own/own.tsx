@@ -143,7 +143,6 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             robot={robot}
             symbols={{}}
             pose={first}
-
             pane="map"
             radians={own.table.angles === "radians"}
             onStage={setStage}
@@ -214,25 +213,23 @@ const Begin = memo((props: BeginProps): JSX.Element => {
 });
 
 /** The arm as a link, and as the file from which `qdot solve` derives formulas. */
-const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => {
-  return (
-    <section class="own-onward">
-      <h3>{say("own.onward")}</h3>
-      <p>{say("own.link-says")}</p>
-      <p class="actions">
-        <Copied text={link} label={say("own.copy-link")} />
-      </p>
-      <p>{say("own.solve-says")}</p>
-      <pre>
-        <code>qdot solve arm.toml</code>
-      </pre>
-      <p class="actions">
-        <Button
-          style="quiet small"
-          text={say("own.save")}
-          onClick={() => saveFile("arm.toml", "application/toml", tomlOf(table))}
-        />
-      </p>
-    </section>
-  );
-});
+const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Element => (
+  <section class="own-onward">
+    <h3>{say("own.onward")}</h3>
+    <p>{say("own.link-says")}</p>
+    <p class="actions">
+      <Copied text={link} label={say("own.copy-link")} />
+    </p>
+    <p>{say("own.solve-says")}</p>
+    <pre>
+      <code>qdot solve arm.toml</code>
+    </pre>
+    <p class="actions">
+      <Button
+        style="quiet small"
+        text={say("own.save")}
+        onClick={() => saveFile("arm.toml", "application/toml", tomlOf(table))}
+      />
+    </p>
+  </section>
+));

@@ -5,16 +5,10 @@ import { useEffect, useRef } from "preact/hooks";
 
 import { typeset, typesetInto } from "../tex.js";
 
+type HtmlProps = { html: string; class?: string; lang?: string | undefined };
+
 /** HTML of the bank, in English by default. It comes from this site's own files, and holds no one else's text. */
-export function Html({
-  html,
-  class: name = "",
-  lang = "en",
-}: {
-  html: string;
-  class?: string;
-  lang?: string | undefined;
-}) {
+export function Html({ html, class: name = "", lang = "en" }: HtmlProps) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
     if (place.current) void typeset(place.current);

@@ -3,20 +3,17 @@
 import { message } from "../text/text.js";
 import { type Node, ReadError } from "./tree.js";
 
+type Real = (x: number) => number;
+
 /** A function of a real number and how steep it is; from `from` to `to` its values are real. */
 interface RealFunction {
-  readonly value: (x: number) => number;
-  readonly slope: (x: number) => number;
+  readonly value: Real;
+  readonly slope: Real;
   readonly from: number;
   readonly to: number;
 }
 
-const real = (
-  value: (x: number) => number,
-  slope: (x: number) => number,
-  from = -Infinity,
-  to = Infinity,
-): RealFunction => ({ value, slope, from, to });
+const real = (value: Real, slope: Real, from = -Infinity, to = Infinity): RealFunction => ({ value, slope, from, to });
 const { sin, cos, tan, exp, sinh, cosh, tanh } = Math;
 const overRoot = (x: number): number => 1 / Math.sqrt(1 - x * x);
 const overSum = (x: number): number => 1 / (1 + x * x);
