@@ -76,7 +76,7 @@ def families_page() -> str:
         families=FAMILIES,
         listed=list_families(),
         tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
-        questions=list(QUESTIONS),
+        questions=[question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions],
     )
 
 
@@ -128,7 +128,6 @@ def variation_page() -> str:
         sharing_step=DEFAULT_VARIATION,
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
-        difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
     )
 
 

@@ -139,7 +139,8 @@ def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     """A line leaves 1 em for the indentation of the next one."""
     for entry in set(_entries(problem)):
         shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
-        assert " ".join(lines) == shown and (len(lines) == 1 or formula_width(parse_latex(shown)) > MAX_LINE_WIDTH - 1.0)
+        assert " ".join(lines) == shown
+        assert len(lines) == 1 or formula_width(parse_latex(shown)) > MAX_LINE_WIDTH - 1.0
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
 
 
