@@ -2,7 +2,8 @@
 
 From formulas to whole texts:
 
-    shortening, angles, turns   shorter sums; one name for each angle of an arm; its constant angles instead of roots
+    shortening, angles          shorter sums; one name for each angle of an arm
+    constant_angles             sines and cosines of an arm's constant angles instead of roots
     fit                         wide formulas on several lines
     latex, typeset              layout of SymPy's formulas in the textbook's notation, and of a student's answer
     markup, typst, on_paper     our Markdown as HTML, LaTeX, text and Typst; removal of remarks on typing for paper

@@ -16,9 +16,9 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, is_rate_or_component, joint_sum_digits
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
+from qdot.exercises.writing.constant_angles import constant_angles, use_constant_angles
 from qdot.exercises.writing.fit import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
-from qdot.exercises.writing.turns import constant_angles, use_constant_angles
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
@@ -253,17 +253,22 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     return tex(rest if not rest.is_Add and rest != 1 else named, chain)
 
 
+_LayoutOptions = tuple[tuple[str, ...], tuple[sp.Expr, ...], tuple[sp.Rational, ...]]
+"""An arm's prismatic joints, constant angles and numeric lengths."""
+
+
 def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
-    lengths, turns = ((), ()) if chain is None else (numeric_lengths(chain), constant_angles(chain))
-    prismatic = () if chain is None else prismatic_joints(chain)
+    options: _LayoutOptions = ((), (), ())
+    if chain is not None:
+        options = prismatic_joints(chain), constant_angles(chain), numeric_lengths(chain)
     expression = sp.sympify(expression)
     if angles is not None:
         expression = angles.use_names(expression)
     if not isinstance(expression, sp.MatrixBase):
-        return row(*_lay_out_scalar(expression, prismatic, turns, lengths))
-    rows = ([_lay_out_scalar(entry, prismatic, turns, lengths) for entry in entries] for entries in expression.tolist())
-    return row(layout.matrix(list(rows)))
+        return row(*_lay_out_scalar(expression, *options))
+    rows = expression.tolist()
+    return row(layout.matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:

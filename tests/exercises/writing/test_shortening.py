@@ -15,11 +15,11 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.angles import arm_angles, name_angles, needs_no_name
+from qdot.exercises.writing.constant_angles import constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, remove_constant_shifts, use_angle_sums
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.turns import constant_angles, use_constant_angles
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.solving import written
 from tests.support.suites import few_families
