@@ -1,4 +1,4 @@
-"""What is asked: robots, problems, their reference solutions, and every form they are handed out in.
+"""Make problems: robots, questions, reference solutions, and every form in which they are released.
 
 The map, from the bottom up: nothing here imports what stands below it, nor anything of `grader` (pyproject.toml,
 `tool.importlinter`). Each folder says in its `__init__` what is in it.
@@ -20,5 +20,5 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
     solve/                      all that is derived for an arm of your own (`qdot solve`)
     chapter/                    the chapter's examples, solved, and its errata
     site/                       the web site: pages, and problems that a browser can grade
-    exports/                    every other form in which an assignment is handed out (`qdot export`)
+    exports/                    every other form in which an assignment is released (`qdot export`)
 """

@@ -55,7 +55,7 @@ CLEAR_TOLERANCES = 3
 class KnownWrongAnswer:
     """A wrong answer: the mistake behind it, and the message about it.
 
-    `entries_equal` tells for each entry whether it is correct nevertheless.
+    `entries_equal` says for each entry whether it is correct nevertheless.
     """
 
     mistake: str

@@ -80,7 +80,7 @@ def make_grade_id(part: str) -> str:
 
 
 def compute_checksum(cell: Cell) -> str:
-    """Return the checksum that tells nbgrader whether a cell was changed."""
+    """Return the checksum by which nbgrader sees whether a cell was changed."""
     metadata = cell["metadata"]["nbgrader"]
     flags = (metadata["grade"], metadata["solution"], metadata["locked"])
     points_text = str(float(metadata["points"])) if metadata["grade"] else ""

@@ -105,7 +105,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     if missing:
         raise QdotError(
             f"the site's scripts in {folder} are not whole, or of another version of qdot: {', '.join(missing)} is not "
-            "in their list; run `make site`, which builds them anew"
+            "in their list; run `make site`, which builds them again"
         )
     return content
 

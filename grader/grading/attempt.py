@@ -43,7 +43,7 @@ GRADER_VERSION = 14
 
 
 class SearchFailed(Exception):
-    """Raised if the search for a student's submission failed; the message tells the student why."""
+    """Raised if the search for a student's submission failed; the message says why to the student."""
 
 
 def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Submission]:

@@ -61,7 +61,7 @@ def remove_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
 def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
     """Write the outcome of each part into the cell for its marks; remove all other outputs. Raises QdotError.
 
-    If a part is unanswered and its cell is still marked as blank, the cell's checksum tells nbgrader that it is
+    If a part is unanswered and its cell is still marked as blank, the cell's checksum shows nbgrader that it is
     unchanged.
     """
     by_name = {make_grade_id(row.part): row for row in rows}

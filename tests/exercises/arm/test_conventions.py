@@ -279,7 +279,8 @@ def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(
 
 def test_limits_of_a_urdf_are_rounded_as_its_angles_are(urdf: Callable[..., Path]) -> None:
     robot = read_robot_file(urdf('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'), tip="tool")
-    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken as exactly pi" in note for note in robot.notes)
+    assert robot.limits[1] == (-sp.pi / 2, sp.pi)
+    assert any("3.1416 rad is taken as exactly pi" in note for note in robot.notes)
 
 
 @pytest.mark.parametrize(

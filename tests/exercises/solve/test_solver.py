@@ -404,7 +404,8 @@ SKEW += ROW % ("theta2", "%s", "%s", 0)
         [
             (('"a1"', '"d2"', '"a2"'), "can hold together only for special lengths", False),
             (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
-            (("0.1", "0.1", "0.2"), "In every other configuration at least one minor is not zero", True),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
+            # a2^2 = a1^2 + 3 d2^2, so the conditions can hold together
+            (("0.1", "0.1", "0.2"), "In every other configuration at least one minor is not zero", True),
         ],
         1,
     ),

@@ -47,7 +47,9 @@ def test_doctor_tells_every_guarantee_and_leaves_with_0() -> None:
 def test_doctor_says_what_is_missing_and_what_to_do(weak: None) -> None:
     result = runner.invoke(app, ["doctor"])
     assert result.exit_code == 0
-    for words in ("watched in Python only", "namespaces: not available", "Allow user namespaces", "this machine can't use"):
+    for words in (
+        "watched in Python only", "namespaces: not available", "Allow user namespaces", "this machine can't use",
+    ):  # fmt: skip
         assert words in result.stdout
 
 
