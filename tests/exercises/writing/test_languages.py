@@ -133,7 +133,7 @@ def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
         assert due.get(message, context) is not None, message
     assert found(due, "In this table %(links)s is zero.").id[1] == "In this table %(links)s are zero."
     assert due.get(scara) is None
-    text = (collect_messages.SITE / "en.ts").read_text(encoding="utf-8")
+    text = (collect_messages.SITE / "en.json").read_text(encoding="utf-8")
     assert list(english) == re.findall(r'^  "([^"]+)":', text, re.MULTILINE)
 
 
