@@ -6,7 +6,8 @@ the table for joint i, theta_i or d_i with its offset. Differences in length are
 visible.
 
     arm_figure              the figure of an arm, and figures made of several drawings
-    shapes, view            plain shapes in pixels; from metres to pixels
+    shapes, lettering       plain shapes in pixels; symbols, lengths and angles as text
+    view                    from metres to pixels
     plane, pose             the usual view of an arm; the pose in which it is drawn, or the best view of a given pose
     model                   one arm that is drawn for all arms that differ only in their labels
     arm, frames             links and joints, and the scale that fits; axes, origins and the base's position

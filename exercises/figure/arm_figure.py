@@ -74,7 +74,7 @@ width of a letter."""
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """Draw an arm.
 
-    `model_pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list
+    `pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list
     of poses is used. The figure is in pixels, y down, and is cached.
     """
     return _draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
@@ -163,10 +163,8 @@ def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | N
 
 def _render(template: str, name: str, title: str, description: str, **content: Any) -> str:
     """Return a figure as SVG; `name` makes its ids unique in a page. Screen readers read title and description."""
-    return render(
-        f"figure/{template}.svg.j2", name=name, title=title, description=description, fixed=one_decimal,
-        path=format_svg_points, **content,
-    )  # fmt: skip
+    content |= {"name": name, "title": title, "description": description}
+    return render(f"figure/{template}.svg.j2", fixed=one_decimal, path=format_svg_points, **content)
 
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:

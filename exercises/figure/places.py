@@ -25,7 +25,7 @@ INK_COST, COSTLY_POINT_COUNT, MORE_INK_COST = 14_00, 10, 1_00
 * for each overlapped label, and for a place outside the figure;
 * for a leader, extra if it is needed because another thing of the kind is nearer, and extra if it crosses a label or
   leader (or a label covers a leader);
-* for each of the first INKED covered points of lines, their number, and for each covered point in addition."""
+* for each of the first 10 covered points of lines, their number, and for each covered point in addition."""
 MIN_DISTANCE_LEAD = 2.0
 """A label should be nearer to its own thing than to others of the kind by this many pixels."""
 EDGE_MARGIN = 4.0

@@ -153,7 +153,7 @@ def list_candidate_poses(chain: Chain, drawn: Chain) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _choose_value_indices(sizes: tuple[int, ...]) -> np.ndarray:
-    """Return the index of each joint's value (n x k): all combinations, or an even selection of MANY of them."""
+    """Return the index of each joint's value (n x k): all combinations, or an even selection of `MAX_POSES` of them."""
     total = math.prod(sizes)
     step = 1 if total <= MAX_POSES else int(total * 0.6180339887) | 1
     index = np.arange(min(total, MAX_POSES)) * step % total

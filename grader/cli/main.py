@@ -63,7 +63,7 @@ LIST_COMMANDS = "--help"
 def make_program(only: str = "") -> "typer.Typer":
     """Return the program with all its commands, or `only` with one of them, because loading the others takes time.
 
-    If `only` is LISTING, the program can only list its commands, with descriptions parsed from the modules' source.
+    If `only` is `--help`, the program can only list its commands, with descriptions parsed from the modules' source.
     """
     import typer
 
@@ -198,7 +198,7 @@ def _choose_encoding(stream: io.TextIOWrapper) -> str | None:
 
 
 def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -> str:
-    """Return the part of the program that is needed: one command, LISTING, or "" for the whole program.
+    """Return the part of the program that is needed: one command, `--help`, or "" for the whole program.
 
     >>> find_needed_part(["grade", "homework"], {}), find_needed_part([], {}), find_needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
