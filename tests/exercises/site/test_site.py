@@ -182,7 +182,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     shutil.rmtree(site / "bank" / "polar-rp")
     result = runner.invoke(app, [str(word) for word in arguments])
     assert result.exit_code == 2
-    assert "001 (polar-rp)" in result.stderr and "put in\n" in result.stderr and "1 of polar-rp." in result.stderr
+    assert "001 (polar-rp)" in result.stderr and "put in\n" in result.stderr and "1 problem of polar-rp" in result.stderr
     assert [problem["key"] for problem in loaded(site, "index")["families"][0]["problems"]] == ["001-quiz"]
 
 
