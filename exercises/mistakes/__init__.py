@@ -1,6 +1,7 @@
 """The mistakes that students make in these derivations: one catalogue for diagnosis, quizzes and verification.
 
-`catalogue.SECTIONS` lists the modules that contain mistakes. The other modules are:
+catalogue.toml describes the mistakes, and the modules make them: `position`, `columns`, `screws`, `algebra`, `table`,
+`arrangement`, `numeric`, `finished`, `sets` and `choices`. The other modules are:
 
     base            define a mistake: a change to a derivation, or to an answer
     configurations  sample the configurations at which an answer is evaluated

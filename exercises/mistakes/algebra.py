@@ -1,9 +1,10 @@
 """Mistakes in results computed from a Jacobian: its determinant, its inverse, rates and torques."""
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from functools import partial, reduce
 from itertools import combinations
 from itertools import product as product_of
+from operator import mul
 
 import numpy as np
 import sympy as sp
@@ -12,7 +13,14 @@ from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determin
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, singular_vectors
-from qdot.exercises.mistakes.base import AnswerShape, Mistake, MistakeVariant, VariantGenerator, scale_entries
+from qdot.exercises.mistakes.base import (
+    AnswerShape,
+    MistakeVariant,
+    VariantGenerator,
+    combine,
+    scale_entries,
+    variants_if,
+)
 
 
 def _is_square(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
@@ -23,18 +31,13 @@ def _is_wide(chain: Chain) -> bool:
     return chain.n > len(chain.task)
 
 
-def _variants_if(applies: Callable[[Chain], bool], stage: str, *changes: Change) -> VariantGenerator:
-    """Return a function that yields one variant per change of `stage`, for arms that satisfy `applies`."""
-    return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if applies(chain) else ()))
-
-
-def _combine(*all_variants: VariantGenerator) -> VariantGenerator:
-    """Return a function that yields the variants of all the given functions, one after another."""
-    return lambda chain, shape: (variant for variants in all_variants for variant in variants(chain, shape))
+def _variants_if_wide(stage: str, *changes: Change) -> VariantGenerator:
+    """Return a function that yields one variant per change of a stage, for arms with more joints than rows of J."""
+    return combine(*(variants_if(_is_wide, {stage: change}) for change in changes))
 
 
 def _variants_if_square(stage: str, change: Change, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
-    return _variants_if(partial(_is_square, min_joints=min_joints, max_joints=max_joints), stage, change)
+    return variants_if(partial(_is_square, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
@@ -43,10 +46,7 @@ def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
 
 
 def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
-    diagonal_product = w["jacobian"][0, 0]
-    for k in range(1, w.n):
-        diagonal_product = diagonal_product * w["jacobian"][k, k]
-    return np.asarray(diagonal_product)
+    return np.asarray(reduce(mul, (w["jacobian"][k, k] for k in range(w.n))))
 
 
 def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
@@ -163,132 +163,60 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 
+def _add_block_determinants(w: Working, _: np.ndarray) -> np.ndarray:
+    return np.asarray(determinant(w["arm block"]) + determinant(w["wrist block"]))
+
+
+def _flip_alternate_rates(w: Working, motion: np.ndarray) -> np.ndarray:
+    return np.asarray(motion * cofactor_signs(w.n)[0][:, None])
+
+
 def _flip_velocity_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for i, name in enumerate(chain.task):
         yield MistakeVariant({"wanted velocity": scale_entries(i, -1)}, {"name": name})
 
 
-MISTAKES = (
-    Mistake("determinant-plus", "Plus instead of minus in the determinant",
-            "You seem to have added all products of the determinant. Half of them are subtracted.", "appendix",
-            _variants_if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3)),
-    Mistake("expansion-signs", "Signs of the expansion left out",
-            "You seem to have added all minors of the expansion. Their signs alternate.", "appendix",
-            _variants_if_square("determinant", _expand_without_signs, 3, 3)),
-    Mistake("diagonal-only", "Product of the diagonal instead of the determinant",
-            "You seem to have multiplied the entries on the diagonal. This gives the determinant of triangular "
-            "matrices only.",
-            "appendix", _variants_if_square("determinant", _multiply_diagonal)),
-    Mistake("determinant-sign", "Determinant with the wrong sign",
-            "The determinant seems to have the wrong sign. Did you exchange two rows or columns?", "appendix",
-            _variants_if_square("determinant", lambda w, value: -value, 1)),
-    Mistake("wave-exchanged", "Sine and cosine exchanged in the determinant",
-            "You seem to have exchanged sine and cosine in the determinant. Check which identity you used to simplify "
-            "it.", "6.8", _exchange_sine_and_cosine),
-    Mistake("factor-lost", "Factor of the determinant lost",
-            "You seem to have lost a factor of the determinant: {factor}.", "6.8",
-            _drop_factor),
-    Mistake("transpose-for-inverse", "Transpose instead of inverse",
-            "You seem to have used the transpose of J instead of its inverse. They are equal for a rotation matrix, "
-            "but not for a Jacobian.",
-            "6.7",
-            _combine(
-                    _variants_if_square("inverse", lambda w, _: w["transposed jacobian"]),
-                    _variants_if(_is_wide, "pseudo-inverse", lambda w, _: w["transposed jacobian"]),
-                )),
-    Mistake("gram-not-inverted", "Product J J^T not inverted",
-            "You seem to have multiplied by J J^T without inverting it. The pseudo-inverse contains its inverse.",
-            "6.7",
-            _variants_if(
-                    _is_wide, "pseudo-inverse",
-                    lambda w, _: matrix_product(w["transposed jacobian"], w["gram matrix"]),
-                )),
-    Mistake("determinant-forgotten", "Division by the determinant forgotten",
-            "You seem to have forgotten to divide by det J. Look at the formula for the inverse again.", "appendix",
-            _variants_if_square("inverse", lambda w, _: w["adjugate"])),
-    Mistake("determinant-multiplied", "Multiplied by the determinant",
-            "You seem to have multiplied the adjugate by det J. Divide it by det J instead.", "appendix",
-            _variants_if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1)),
-    Mistake("determinant-squared", "Divided twice by the determinant",
-            "You seem to have divided by det J twice. Divide by it only once.",
-            "appendix", _variants_if_square("inverse", _divide_again, 1)),
-    Mistake("adjugate-not-transposed", "Adjugate without the transpose",
-            "You seem to have left each cofactor at the entry that it belongs to. The adjugate is the transpose of "
-            "the matrix of cofactors.", "appendix",
-            _variants_if_square("adjugate", lambda w, _: w["cofactors"])),
-    Mistake("cofactor-signs", "Signs of the cofactors left out",
-            "The cofactors seem to lack their signs. Every other minor is multiplied by -1.", "appendix",
-            _combine(
-                    _variants_if_square("cofactors", lambda w, _: w["minors"]),
-                    _variants_if(
-                        lambda chain: chain.n == len(chain.task) + 1, "self-motion",
-                        lambda w, motion: motion * cofactor_signs(w.n)[0][:, None],
-                    ),
-                )),
-    Mistake("reciprocal-entries", "Reciprocals of the entries instead of the inverse",
-            "You seem to have taken the reciprocal of each entry of J. This does not give the inverse of a matrix.",
-            "appendix",
-            _variants_if_square("inverse", _take_reciprocals)),
-    Mistake("jacobian-for-inverse", "Jacobian instead of its inverse",
-            "You seem to have multiplied the velocity by J. Multiply it by the inverse of J to find the joint rates.",
-            "6.7",
-            _variants_if_square("rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"]))),
-    Mistake("minor-missing", "Minor missing",
-            "One or more maximal minors seem to be missing. By the Cauchy-Binet formula, the squares of all of them "
-            "are added.", "6.8",
-            _miscount_minors),
-    Mistake("minors-not-squared", "Minors not squared",
-            "You seem to have added the maximal minors without squaring them. By the Cauchy-Binet formula, their "
-            "squares are added.", "6.8",
-            _variants_if(_is_wide, "gram determinant", lambda w, _: _add_minors(w))),
-    Mistake("root-taken", "Root taken", "You seem to have taken a square root. The question does not ask for it.",
-            "6.8",
-            _variants_if(_is_wide, "gram determinant", lambda w, value: w.arithmetic.sqrt(value))),
-    Mistake("direction-that-moves", "A direction that is not lost",
-            "You seem to have given a direction in which the arm can still move. No column of J has a component along "
-            "the lost direction.",
-            "6.8",
-            _variants_if(
-                    lambda chain: len(chain.task) == 2, "lost direction", lambda w, _: singular_vectors(w)[0][:, 0]
-                )),
-    Mistake("null-vector-of-jacobian", "Joint rates instead of a direction of motion",
-            "You seem to have given joint rates that J maps to zero. A lost direction is a vector u with u J = 0.",
-            "6.8",
-            _variants_if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1])),
-    Mistake("jacobian-for-transpose", "Jacobian instead of its transpose",
-            "You seem to have multiplied the load by J. By the principle of virtual work, multiply it by the "
-            "transpose of J.", "dual of 6.4",
-            _variants_if_square("transposed jacobian", lambda w, _: w["jacobian"])),
-    Mistake("product-sign", "Sign of one product of the determinant",
-            "One product of the determinant seems to have the wrong sign. Did you add terms that should cancel?",
-            "appendix", _flip_product_sign, rare=True),
-    Mistake("blocks-added", "Determinants of the blocks added",
-            "You seem to have added the determinants of the blocks. The determinant of a block triangular matrix is "
-            "their product.",
-            "6.8",
-            _variants_if_square(
-                    "determinant", lambda w, _: determinant(w["arm block"]) + determinant(w["wrist block"]), 6
-                ), rare=True),
-    Mistake("wrist-alone", "Wrist solved for the whole angular velocity",
-            "You seem to have solved the wrist for the whole angular velocity. First subtract the angular velocity "
-            "that joints 1 to 3 produce.",
-            "6.7", _variants_if_square("jacobian", scale_entries((slice(3, None), slice(3)), 0), 6),
-            rare=True),
-    Mistake("sum-squared", "Square of the sum of the minors",
-            "You seem to have added the maximal minors before you squared them. By the Cauchy-Binet formula, square "
-            "each of them first.",
-            "6.8", _variants_if(
-                _is_wide, "gram determinant",
-                lambda w, _: _add_minors(w) ** 2, lambda w, _: _add_minors(w, -1) ** 2,
-            ), rare=True),
-    Mistake("square-lost", "Square of a factor lost",
-            "You seem to have only one of several equal factors in the determinant: {factor}.", "6.8",
-            _drop_repeated_factor, rare=True),
-    Mistake("velocity-sign", "Component of the velocity with the wrong sign",
-            "You seem to have used the component {name} of the velocity with the wrong sign.",
-            "6.7", _flip_velocity_sign,
-            rare=True),
-    Mistake("velocity-components-exchanged", "Components of the velocity exchanged",
-            "You seem to have exchanged components of the velocity. Compare their order with the rows of J.", "6.7",
-            _variants_if_square("wanted velocity", lambda w, velocity: velocity[::-1], max_joints=2)),
-)  # fmt: skip
+VARIANTS: dict[str, VariantGenerator] = {
+    "determinant-plus": _variants_if_square("determinant", lambda w, _: determinant(w["jacobian"], 1), 2, 3),
+    "expansion-signs": _variants_if_square("determinant", _expand_without_signs, 3, 3),
+    "diagonal-only": _variants_if_square("determinant", _multiply_diagonal),
+    "determinant-sign": _variants_if_square("determinant", lambda w, value: -value, 1),
+    "wave-exchanged": _exchange_sine_and_cosine,
+    "factor-lost": _drop_factor,
+    "transpose-for-inverse": combine(
+        _variants_if_square("inverse", lambda w, _: w["transposed jacobian"]),
+        _variants_if_wide("pseudo-inverse", lambda w, _: w["transposed jacobian"]),
+    ),
+    "gram-not-inverted": _variants_if_wide(
+        "pseudo-inverse", lambda w, _: matrix_product(w["transposed jacobian"], w["gram matrix"])
+    ),
+    "determinant-forgotten": _variants_if_square("inverse", lambda w, _: w["adjugate"]),
+    "determinant-multiplied": _variants_if_square("inverse", lambda w, _: w["adjugate"] * w["determinant"], 1),
+    "determinant-squared": _variants_if_square("inverse", _divide_again, 1),
+    "adjugate-not-transposed": _variants_if_square("adjugate", lambda w, _: w["cofactors"]),
+    "cofactor-signs": combine(
+        _variants_if_square("cofactors", lambda w, _: w["minors"]),
+        variants_if(lambda chain: chain.n == len(chain.task) + 1, {"self-motion": _flip_alternate_rates}),
+    ),
+    "reciprocal-entries": _variants_if_square("inverse", _take_reciprocals),
+    "jacobian-for-inverse": _variants_if_square(
+        "rates", lambda w, _: apply_matrix(w["jacobian"], w["wanted velocity"])
+    ),
+    "minor-missing": _miscount_minors,
+    "minors-not-squared": _variants_if_wide("gram determinant", lambda w, _: _add_minors(w)),
+    "root-taken": _variants_if_wide("gram determinant", lambda w, value: w.arithmetic.sqrt(value)),
+    "direction-that-moves": variants_if(
+        lambda chain: len(chain.task) == 2, {"lost direction": lambda w, _: singular_vectors(w)[0][:, 0]}
+    ),
+    "null-vector-of-jacobian": _variants_if_square("lost direction", lambda w, _: singular_vectors(w)[2][-1]),
+    "jacobian-for-transpose": _variants_if_square("transposed jacobian", lambda w, _: w["jacobian"]),
+    "product-sign": _flip_product_sign,
+    "blocks-added": _variants_if_square("determinant", _add_block_determinants, 6),
+    "wrist-alone": _variants_if_square("jacobian", scale_entries((slice(3, None), slice(3)), 0), 6),
+    "sum-squared": _variants_if_wide(
+        "gram determinant", lambda w, _: _add_minors(w) ** 2, lambda w, _: _add_minors(w, -1) ** 2
+    ),
+    "square-lost": _drop_repeated_factor,
+    "velocity-sign": _flip_velocity_sign,
+    "velocity-components-exchanged": _variants_if_square("wanted velocity", lambda w, velocity: velocity[::-1], 2, 2),
+}

@@ -10,7 +10,6 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
 from qdot.exercises.mistakes.base import (
     AnswerShape,
-    Mistake,
     MistakeVariant,
     VariantGenerator,
     exchange,
@@ -47,6 +46,10 @@ def _change_result(
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if applies(chain, shape) else [])
 
 
+def _multiply_by_rates(w: Working, values: np.ndarray) -> np.ndarray:
+    return np.asarray(values * w.symbol_vector(w.chain.rates)[None])
+
+
 def _select_rows(row_indices: list[int], from_answer: bool) -> Change:
     def apply_change(w: Working, values: np.ndarray) -> np.ndarray:
         return (values if from_answer else w["geometric"])[row_indices]
@@ -78,37 +81,16 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
             yield MistakeVariant({RESULT: _select_rows(row_indices, from_answer=expects_all_rows)}, {"rows": words})
 
 
-MISTAKES = (
-    Mistake("transposed", "Transposed",
-            "You seem to have exchanged rows and columns, so that the matrix is transposed.", "6.4",
-            _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1)),
-    Mistake("other-rows", "Rows that the question does not ask for",
-            "Your matrix seems to have {rows} rows. Check which components of the velocity the question asks for.",
-            "6.6",
-            _take_other_rows),
-    Mistake("rows-exchanged", "Rows exchanged", "You seem to have exchanged rows {one} and {other}.", "6.6",
-            _exchange_two(RESULT, lambda chain, shape: shape[0])),
-    Mistake("columns-exchanged", "Columns exchanged", "You seem to have exchanged columns {one} and {other}.", "6.4",
-            _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1)),
-    Mistake("columns-reversed", "Columns in reverse order",
-            "Your columns seem to be in reverse order. Column i belongs to joint i.", "6.4",
-            _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2)),
-    Mistake("sign", "Everything with the wrong sign", "The whole answer seems to have the wrong sign.", "6.4",
-            single_variant({RESULT: lambda w, values: -values})),
-    Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
-            _negate_one(axis=1)),
-    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4",
-            _negate_one(axis=0)),
-    Mistake("rates-left-in", "Joint rates left in the Jacobian",
-            "Your Jacobian seems to contain the joint rates. They are not part of J: J is multiplied by them.", "6.4",
-            _change_result(
-                lambda w, values: values * w.symbol_vector(w.chain.rates)[None],
-                lambda chain, shape: shape[1] == chain.n > 1,
-            )),
-    Mistake("rates-left-out", "Joint rates left out",
-            "You seem to have left out the joint rates. Multiply each column by the rate of its joint.", "6.4",
-            single_variant({"joint rates": lambda w, rates: rates * 0 + 1})),
-    Mistake("rates-exchanged", "Joint rates exchanged",
-            "You seem to have exchanged the rates of joints {one} and {other}.",
-            "6.4", _exchange_two("joint rates", lambda chain, shape: chain.n), rare=True),
-)  # fmt: skip
+VARIANTS: dict[str, VariantGenerator] = {
+    "transposed": _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
+    "other-rows": _take_other_rows,
+    "rows-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[0]),
+    "columns-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
+    "columns-reversed": _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
+    "sign": single_variant({RESULT: lambda w, values: -values}),
+    "column-sign": _negate_one(axis=1),
+    "row-sign": _negate_one(axis=0),
+    "rates-left-in": _change_result(_multiply_by_rates, lambda chain, shape: shape[1] == chain.n > 1),
+    "rates-left-out": single_variant({"joint rates": lambda w, rates: rates * 0 + 1}),
+    "rates-exchanged": _exchange_two("joint rates", lambda chain, shape: chain.n),
+}

@@ -1,7 +1,7 @@
 """Define a mistake: a change to a derivation, or to an answer, and the message to the student."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,7 +11,6 @@ import numpy as np
 from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
-from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
 
@@ -58,22 +57,38 @@ AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 """Yields the wrong answers that a mistake gives to a part."""
 
 
-@dataclass(frozen=True)
-class Mistake:
-    """A kind of mistake.
+MISREADINGS = frozenset().union(*(each.specific_mistakes for each in REGISTRY.values()))
+"""The mistakes that come from reading an arm's description in another convention."""
 
-    `message` is the message to the student: what seems to have happened, and where to look. It gives no answer away.
-    The variant's words replace the names in braces. `source` is the section or equation in the chapter. A rare mistake
-    is named only if no other mistake gives the same answer.
-    """
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mistake:
+    """A kind of mistake, as described in catalogue.toml, and the functions that make it."""
 
     name: str
     title: str
     message: str
     source: str
-    variants: VariantGenerator = lambda chain, shape: iter(())
-    answers: AnswerGenerator = lambda chain, part: iter(())
     rare: bool = False
+    frequency: float = 1.0
+    equivalent_mistakes: Sequence[str] = ()
+    requires: str = ""
+    generate_variants: VariantGenerator = lambda chain, shape: iter(())
+    generate_answers: AnswerGenerator = lambda chain, part: iter(())
+
+    def variants(self, chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
+        """Yield the variants of the mistake on an arm, for an answer of the given shape."""
+        return self.generate_variants(chain, shape) if self._applies_to(chain) else iter(())
+
+    def answers(self, chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
+        """Yield the wrong answers that the mistake gives to a part that is not derived step by step."""
+        return self.generate_answers(chain, part) if self._applies_to(chain) else iter(())
+
+    def _applies_to(self, chain: Chain) -> bool:
+        """Return whether the arm's convention has the required feature, and allows this misreading, if it is one."""
+        convention = convention_of(chain)
+        is_possible = self.name in convention.specific_mistakes or self.name not in MISREADINGS
+        return is_possible and (not self.requires or self.requires in convention.features)
 
     def sentence(self, words: Mapping[str, object]) -> str:
         """Return the message to the student, including a reference to the chapter."""
@@ -96,56 +111,24 @@ def name_chapter(sentence: str) -> str:
     return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|below 6\.\d+)", r"See \1 in Chapter 6", sentence)
 
 
-# --- restriction of mistakes to some arms ---
-
-MISREADINGS = frozenset().union(*(each.specific_mistakes for each in REGISTRY.values()))
-"""The mistakes that come from reading an arm's description in another convention."""
-
-
-def restrict_to_feature(
-    feature: str, mistakes: Iterable[Mistake], restricted_names: AbstractSet[str] | None = None
-) -> tuple[Mistake, ...]:
-    """Restrict mistakes to arms whose convention has a feature, such as frames on the links.
-
-    If `restricted_names` are given, only the mistakes with these names are restricted. The others are returned
-    unchanged.
-    """
-
-    def restrict(mistake: Mistake) -> Mistake:
-        def is_possible(chain: Chain) -> bool:
-            convention = convention_of(chain)
-            return feature in convention.features and (
-                mistake.name in convention.specific_mistakes or mistake.name not in MISREADINGS
-            )
-
-        return replace(
-            mistake,
-            variants=lambda chain, shape: mistake.variants(chain, shape) if is_possible(chain) else iter(()),
-            answers=lambda chain, part: mistake.answers(chain, part) if is_possible(chain) else iter(()),
-        )
-
-    return tuple(
-        restrict(mistake) if restricted_names is None or mistake.name in restricted_names else mistake
-        for mistake in mistakes
-    )
-
-
-def restrict_to_tables(
-    mistakes: Iterable[Mistake], restricted_names: AbstractSet[str] | None = None
-) -> tuple[Mistake, ...]:
-    """Restrict mistakes, or only those with the given names, to arms that are described by a DH table.
-
-    An arm that is described by its axes has no frames on its links.
-    """
-    return restrict_to_feature(FRAMES, mistakes, restricted_names)
-
-
 # --- helpers for variants ---
 
 
 def single_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
     """Return a function that yields the same single variant for every arm."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
+
+
+def variants_if(
+    applies: Callable[[Chain], object], changes: Mapping[str, Change], words: Mapping[str, object] | None = None
+) -> VariantGenerator:
+    """Return a function that yields one variant, for arms that satisfy `applies`."""
+    return lambda chain, shape: iter([MistakeVariant(changes, words or {})] if applies(chain) else [])
+
+
+def combine(*generators: Callable[[Chain, Any], Iterator[Any]]) -> Callable[[Chain, Any], Iterator[Any]]:
+    """Return a function that yields what all the given functions yield, one after another."""
+    return lambda chain, subject: (item for generate in generators for item in generate(chain, subject))
 
 
 def propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
@@ -161,6 +144,16 @@ def vary_each_joint_and_all(
         yield replace(variant_at([joint]), joints=(joint,))
     if len(joints) > 1:
         yield replace(variant_at(joints), joints=tuple(joints), at_joints=variant_at)
+
+
+def joints_of_kind(chain: Chain, kind: str) -> list[int]:
+    """Return the indices of the revolute ("R") or prismatic ("P") joints."""
+    return [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+
+
+def joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, object]:
+    """Return the numbers of joints, from 1, for the message."""
+    return {"joint": separator.join(str(i + 1) for i in joints)}
 
 
 def scale_entries(entry_index: Any, factor: int) -> Change:

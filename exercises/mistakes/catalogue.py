@@ -1,83 +1,61 @@
 """The catalogue of all kinds of mistakes, and the wrong answers that they lead to."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from types import ModuleType
+from itertools import starmap
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, Working, propagate_linear_rows
-from qdot.exercises.mistakes import (
-    algebra,
-    arrangement,
-    choices,
-    columns,
-    finished,
-    numeric,
-    position,
-    screws,
-    sets,
-    table,
-)
+from qdot.exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, screws, sets, table
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 
-SECTIONS: dict[str, ModuleType] = {
-    "Adding up the links": position, "Columns of the Jacobian": columns, "Screws and exponentials": screws,
-    "What is made of the Jacobian": algebra,
-    "Reading the table": table, "Writing a result down": arrangement, "Numbers": numeric,
-    "The finished formulas": finished,
-    "Singular configurations": sets, "Options and counts": choices,
-}  # fmt: skip
+VARIANTS = (
+    position.VARIANTS | columns.VARIANTS | screws.VARIANTS | algebra.VARIANTS | table.VARIANTS | arrangement.VARIANTS
+    | numeric.VARIANTS
+)  # fmt: skip
+ANSWERS = numeric.ANSWERS | sets.ANSWERS | choices.ANSWERS
+"""The functions that yield the variants of each mistake, or the wrong answers that it gives."""
 
-_ALL_MISTAKES: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
+
+def _read_sections() -> dict[str, tuple[Mistake, ...]]:
+    text = Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8")
+    functions: dict[str, Any] = {name: {"generate_variants": function} for name, function in VARIANTS.items()}
+    functions |= {name: {"generate_answers": function} for name, function in ANSWERS.items()}
+
+    def make_mistake(name: str, entries: dict[str, Any]) -> Mistake:
+        return Mistake(name=name, **entries, **functions.get(name, {}))
+
+    sections = tomllib.loads(text)["section"]
+    return {section["title"]: tuple(starmap(make_mistake, section["mistakes"].items())) for section in sections}
+
+
+SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
+"""The mistakes by the titles of their sections in catalogue.toml."""
 
 CATALOGUE: dict[str, Mistake] = {
-    mistake.name: mistake for mistake in sorted(_ALL_MISTAKES, key=lambda mistake: mistake.rare)
+    mistake.name: mistake
+    for mistake in sorted((each for section in SECTIONS.values() for each in section), key=lambda each: each.rare)
 }
 """All mistakes by name. Likelier ones come first, because the first mistake that gives an answer is named."""
 
-_LAST_STEP_MISTAKES = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
+_LAST_STEP_MISTAKES = algebra.VARIANTS.keys() | arrangement.VARIANTS.keys()
 
-_NUMERIC_MISTAKES = [mistake.name for mistake in numeric.MISTAKES]
+NUMERIC_MISTAKES = tuple(mistake.name for mistake in SECTIONS["Numbers"])
 
 MISTAKES_FOR_ONE_NUMBER = frozenset(
-    {*_NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
+    {*NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
 """The mistakes considered if the answer is a single number, which many others would match by chance."""
 
-FREQUENCIES: dict[str, float] = {
-    "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
-    "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
-    "link-not-rotated": 0.5, "own-link-only": 0.5, "arm-of-one-link": 0.5, "screw-sign": 2.0,
-    "link-subtracted": 1.5, "offset-forgotten": 1.5, "base-forgotten": 1.5,
-    "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
-    "slide-offset-sign": 1.5, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
-    "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5, "offset-forgotten-in-set": 1.0,
-    "offset-sign-in-set": 1.0, "quarter-turn-singular": 0.5,
-}  # fmt: skip
-"""How often a mistake is made, relative to others that give the same answer.
-
-Mistakes that are not listed have frequency 1, or RARE if they are rare."""
-RARE_FREQUENCY = 0.3
 PROPAGATION_FACTOR = 0.5
 """The frequency of a mistake in adding up the links is multiplied by this if the columns are propagated."""
-
-EQUIVALENT_MISTAKES: dict[str, tuple[str, ...]] = {
-    "prismatic-as-revolute": ("joint-left-out",),
-    "link-left-out": ("point-forgotten", "chain-rule", "offset-forgotten", "base-forgotten"),
-    "link-subtracted": ("offset-forgotten", "slide-offset-sign"),
-    "row-misread": ("offset-sign",),
-    "distance-forgotten": ("other-point",),
-    "term-sign": ("product-sign",),
-    "tangent-turned-over": ("value-sign-in-set",),
-    "quarter-turn-singular": ("offset-forgotten-in-set", "offset-sign-in-set"),
-}
-"""For a mistake, others that give the same answer on some arms.
-
-The likeliest of them is named, or two if they are equally likely."""
 
 _POSITION_STAGES = frozenset({"table", "rotations", "own links", "links"})
 
@@ -97,14 +75,9 @@ class PredictedAnswer:
         return self.mistake.sentence(self.variant.words)
 
 
-def mistake_frequency(mistake: Mistake) -> float:
-    """Return how often a mistake is made, relative to others that give the same answer."""
-    return FREQUENCIES.get(mistake.name, RARE_FREQUENCY if mistake.rare else 1.0)
-
-
 def variant_frequency(predicted: PredictedAnswer) -> float:
     """Return how often this variant is made, relative to other variants that give the same answer."""
-    frequency = mistake_frequency(predicted.mistake)
+    frequency = predicted.mistake.frequency
     propagates = any(stage == "linear" for stage, _ in predicted.working.changes)
     if "linear" in predicted.variant.changes:  # a propagated quantity such as p* may itself be the answer
         return frequency if predicted.working.depends_on("linear") else max(frequency, 1.0)
@@ -121,7 +94,7 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     if is_made_of_jacobian(part):
         mistakes = sorted(mistakes, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEP_MISTAKES))
     if part.type != "number":
-        return [mistake for mistake in mistakes if mistake.name not in _NUMERIC_MISTAKES]
+        return [mistake for mistake in mistakes if mistake.name not in NUMERIC_MISTAKES]
     return [
         mistake for mistake in mistakes if is_precise or part.shape != (1, 1) or mistake.name in MISTAKES_FOR_ONE_NUMBER
     ]

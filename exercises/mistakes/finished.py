@@ -24,7 +24,6 @@ from qdot.exercises.formula.algebra import (
     subtract_nodes,
 )
 from qdot.exercises.formula.trees import Node, count_nodes, find_names, node_text
-from qdot.exercises.mistakes.base import Mistake
 
 MAX_ENTRY_NODES = 400
 """Maximum number of nodes of an entry that is edited."""
@@ -470,89 +469,3 @@ _CHANGES_OF_ALL_ANGLES: tuple[tuple[str, Callable[[Node], Node]], ...] = (
 
 def _sum(terms: Sequence[Node]) -> Node:
     return reduce(add_nodes, terms, ZERO)
-
-
-_formula_mistake = partial(Mistake, source="6.3")
-_angle_mistake = partial(Mistake, source="Example 6.1")
-_constant_mistake = partial(Mistake, source="6.1")
-
-MISTAKES = (
-    _formula_mistake("term-sign-typed", "Sign of one term",
-             "{Where} one sign seems to be wrong. Everything else is right."),
-    _formula_mistake("term-missing", "Term missing",
-             "{Where} one term{which} seems to be missing. Everything else is right."),
-    _formula_mistake("factor-missing", "Factor missing",
-             "{Where} one factor{which} of a product seems to be missing. Check that all terms have the same unit."),
-    _formula_mistake("bracket-missing", "Brackets missing",
-             "{Where} brackets seem to be missing. The factor multiplies every term of the sum."),
-    _formula_mistake("factor-turned-over", "Inverted number",
-             "{Where} a number seems to be inverted. To divide by a fraction, multiply by its reciprocal."),
-    _formula_mistake("unlike-terms-added", "Unlike terms combined",
-             "{Where} you seem to have added the coefficients of unlike terms. Only like terms can be combined."),
-    _formula_mistake("entry-sign", "Sign of an entry", "{Where} all signs seem to be wrong. Everything else is right."),
-    _formula_mistake("entry-missing", "Entry left at zero",
-             "{Where} you have zero, but several terms are expected."),
-    _formula_mistake("sign-lost", "Sign lost in a root",
-             "{Where} the absolute value is right, but the sign is wrong in some configurations. A square root is "
-             "never negative: the square root of 1 - cos² is the absolute value of the sine."),
-    _formula_mistake("term-surplus", "Extra term",
-            "{Where} one term{which} seems to be extra. Everything else is right."),
-    _formula_mistake("factor-surplus", "Extra factor",
-             "{Where} one factor{which} of a product seems to be extra. Check that all terms have the same unit."),
-    _formula_mistake("number-typed", "Wrong number in one term",
-             "{Where} one term{which} seems to be multiplied by a wrong number. Everything else is right."),
-    _formula_mistake("entry-factor", "Wrong factor in an entry",
-             "{Where} everything seems to be multiplied by the same wrong number."),
-    _formula_mistake("constant-typed", "Wrong constant in an entry",
-             "{Where} a constant term seems to be wrong, missing or extra. Everything else is right."),
-    _formula_mistake("sum-multiplied", "Product instead of a sum",
-             "{Where} you seem to have a product where a sum is expected. Rates and angles of joints are added."),
-    _formula_mistake("square-missing", "Square missing", "{Where} a square seems to be missing. Check the exponents."),
-    _angle_mistake("wave-typed", "Sine instead of cosine in one term",
-            "{Where} you seem to have a sine where a cosine is expected, or the other way round."),
-    _angle_mistake("angle-typed", "Wrong angle in one term",
-            "{Where} the angle of one sine or cosine seems to be wrong. Everything else is right. Compare this angle "
-            "with those in the other terms."),
-    _formula_mistake("wave-derived", "Sine or cosine differentiated once too often",
-             "{Where} you seem to have differentiated a sine or cosine once too often. Check which of the two is "
-             "expected, and its sign."),
-    _formula_mistake("wave-not-derived", "Sine or cosine not differentiated",
-             "{Where} you seem to have left a sine or cosine undifferentiated. Check which of the two is expected, and "
-             "its sign."),
-    _angle_mistake("wave-and-sign", "Sine instead of cosine in one term, with the wrong sign",
-            "{Where} you seem to have a sine where a cosine is expected, or the other way round. Its sign seems to be "
-            "wrong, too."),
-    _angle_mistake("waves-in-factor", "Sines instead of cosines in a factor",
-            "{Where} you seem to have exchanged sines and cosines in one factor. Everything else is right."),
-    _angle_mistake("waves-typed", "Sines instead of cosines in an entry",
-            "{Where} you seem to have exchanged sines and cosines throughout. Everything else is right."),
-    _angle_mistake("angles-typed", "Relative angles in an entry",
-            "{Where} you seem to have used the angle of a link's own joint wherever a sum of angles is expected. The "
-            "angles of parallel joints add up from link to link."),
-    _formula_mistake("symbol-typed", "One symbol instead of another",
-             "{Where} you seem to have typed one symbol instead of another. Check the index of each symbol."),
-    _angle_mistake("sum-of-angles-split", "Sine or cosine of a sum split",
-            "{Where} you seem to have split the sine or cosine of a sum. For example, s12 is the sine of a sum of two "
-            "angles, and neither s1 + s2 nor s1 s2."),
-    Mistake("entries-exchanged", "Entries exchanged", "{Where} you seem to have exchanged two entries.", "6.4"),
-    _constant_mistake("constants-left-out", "Constants of the angles left out",
-               "In the sines and cosines, you seem to have left out the constants that are added to angles."),
-    _constant_mistake("constants-sign", "Constants of the angles with the wrong sign",
-               "In the sines and cosines, the constants that are added to angles seem to have the wrong sign."),
-    _constant_mistake("constants-in-degrees", "Constants of the angles typed in degrees",
-               "You seem to have typed the constants in the angles in degrees. Sine and cosine take radians: 90° is "
-               "pi/2."),
-    _constant_mistake("constants-wrong-radians", "Constants of the angles converted to the wrong radians",
-               "You seem to have converted the constants in the angles to the wrong radians. 180° is pi, so 30° is "
-               "pi/6, 45° is pi/4, 60° is pi/3 and 90° is pi/2."),
-    _angle_mistake("relative-throughout", "Relative angles in the finished formula",
-            "You seem to have used the angle of a link's own joint where a sum of angles is expected. The angles of "
-            "parallel joints add up from link to link."),
-    _angle_mistake("angle-throughout", "One angle wrong throughout",
-            "One sum of angles seems to be wrong wherever it occurs. Check which joints rotate that link, and whether "
-            "a constant is added."),
-    _angle_mistake("wave-throughout", "Sine and cosine of one angle exchanged",
-            "You seem to have exchanged the sine and the cosine of one angle wherever it occurs."),
-    _formula_mistake("lengths-missing", "Lengths missing",
-             "You seem to have left out a length wherever it occurs. Check that every entry has the right unit."),
-)  # fmt: skip

@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, Working, links_to_point, rotation_x, rotation_z
-from qdot.exercises.mistakes.base import AnswerShape, Mistake, MistakeVariant, VariantGenerator, restrict_to_tables
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, joints_of_kind, variants_if
 
 LinkVectors = list[np.ndarray]
 
@@ -84,9 +84,8 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 
 
 def _choices_for_constants(chain: Chain) -> tuple[bool, ...]:
-    """Return the values of `constants` to try: False, and also True if the table adds a constant to an angle."""
-    revolute_offsets = (offset for joint, offset in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
-    return (False, True) if any(constant != 0 for constant in revolute_offsets) else (False,)
+    """Return whether to keep the constants: False, and also True if the table adds a constant to an angle."""
+    return (False, True) if any(chain.offsets[i] != 0 for i in joints_of_kind(chain, "R")) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -112,7 +111,7 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 
 def _inner_joints(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last of their run of parallel joints."""
-    revolute_joints = [i for i in range(frame) if chain.joints[i].kind == "R"]
+    revolute_joints = [i for i in joints_of_kind(chain, "R") if i < frame]
     return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
 
 
@@ -139,11 +138,6 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
         yield MistakeVariant({"links": swap})
 
 
-def _skip_all_rotations(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    if len([k for k in moving_links(chain) if k > 0]) > 1:
-        yield MistakeVariant({"links": lambda w, links: w["own links"]}, {"link": "each"})
-
-
 def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
@@ -157,40 +151,18 @@ def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[Mistake
         yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
 
 
-_ALL_MISTAKES = (
-    Mistake("relative-angle", "Relative instead of absolute angle",
-            "For link {link}, you seem to have used only the angle of its own joint. The parallel joints before it "
-            "also rotate this link.", "Example 6.1", _use_relative_angle),
-    Mistake("all-relative-angles", "Relative angles throughout",
-            "You seem to have rotated each link by its own joint only. The angles of parallel joints add up from link "
-            "to link.", "Example 6.1", _use_relative_angles),
-    Mistake("sine-for-cosine", "Sine instead of cosine",
-            "In the contribution of link {link}, you seem to have exchanged sine and cosine. The angle is measured "
-            "from the x axis.",
-            "Example 6.1", _change_links(_swap_coordinates, _has_angle)),
-    Mistake("all-sines-for-cosines", "Sines instead of cosines throughout",
-            "You seem to have exchanged sines and cosines throughout. Angles are measured from the x axis.",
-            "Example 6.1",
-            _swap_all_coordinates),
-    Mistake("link-subtracted", "Link with the wrong sign",
-            "The contribution of link {link} seems to have the wrong sign.", "6.1",
-            _change_links(lambda w, links, link: -links[link])),
-    Mistake("link-left-out", "Link left out",
-            "You seem to have left out the contribution of link {link}. Add the links from the base to the point.",
-            "6.1",
-            _change_links(lambda w, links, link: links[link] * 0, lambda chain, _: len(moving_links(chain)) > 1)),
-    Mistake("link-not-rotated", "Link vector not rotated into the base frame",
-            "You seem to have used the vector of link {link} in the coordinates of its own frame. Rotate it into the "
-            "base frame before you add it.", "6.13",
-            _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0)),
-    Mistake("links-not-rotated", "Link vectors not rotated into the base frame",
-            "You seem to have used the link vectors in the coordinates of their own frames. Rotate each of them into "
-            "the base frame before you add it.", "6.13", _skip_all_rotations),
-    Mistake("slides-in-order", "Prismatic joints along x, y, z in order",
-            "You seem to have moved joints {joint} along {axis}, in this order. Each of them moves along its own z "
-            "axis, which depends on the twists before it.", "Example 6.1", _slide_along_axes_in_order, rare=True),
-)  # fmt: skip
-
-FRAME_MISTAKES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
-"""The mistakes that involve frames on the links, or vectors from their origins."""
-MISTAKES = restrict_to_tables(_ALL_MISTAKES, FRAME_MISTAKES)
+VARIANTS: dict[str, VariantGenerator] = {
+    "relative-angle": _use_relative_angle,
+    "all-relative-angles": _use_relative_angles,
+    "sine-for-cosine": _change_links(_swap_coordinates, _has_angle),
+    "all-sines-for-cosines": _swap_all_coordinates,
+    "link-subtracted": _change_links(lambda w, links, link: -links[link]),
+    "link-left-out": _change_links(lambda w, links, k: links[k] * 0, lambda chain, _: len(moving_links(chain)) > 1),
+    "link-not-rotated": _change_links(lambda w, links, link: w["own links"][link], lambda chain, link: link > 0),
+    "links-not-rotated": variants_if(
+        lambda chain: sum(k > 0 for k in moving_links(chain)) > 1,
+        {"links": lambda w, _: w["own links"]},
+        {"link": "each"},
+    ),
+    "slides-in-order": _slide_along_axes_in_order,
+}

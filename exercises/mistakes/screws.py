@@ -9,22 +9,21 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.conventions.base import SCREWS as HAS_SCREWS
 from qdot.exercises.arm.derivation_graph import Change, Table, Working, adjoint_matrix, constant_vector, rotate_rows
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.mistakes.base import (
     AnswerShape,
-    Mistake,
     MistakeVariant,
     VariantGenerator,
+    joint_words,
+    joints_of_kind,
     propagated_variant,
-    restrict_to_feature,
+    scale_entries,
     single_variant,
 )
 
 SCREW_STAGES = ("home screws", "space jacobian", "body jacobian")
 """The stages of the derivation whose columns are screws."""
-SECTION = "the product of exponentials"
 
 
 def _variants_in_each_stage(change: Change, *stages: str) -> VariantGenerator:
@@ -33,10 +32,8 @@ def _variants_in_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 
 def _flip_linear_parts(w: Working, columns: np.ndarray) -> np.ndarray:
-    new_columns = np.array(columns)
     revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
-    new_columns[3:, revolute_joints] = -new_columns[3:, revolute_joints]
-    return new_columns
+    return np.asarray(scale_entries((slice(3, None), revolute_joints), -1)(w, columns))
 
 
 def _replace_linear_parts(linear_part: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -103,9 +100,8 @@ def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Va
 def _stack_blocks(
     upper_left: np.ndarray, upper_right: np.ndarray, lower_left: np.ndarray, lower_right: np.ndarray
 ) -> np.ndarray:
-    return np.concatenate(
-        [np.concatenate([upper_left, upper_right], axis=1), np.concatenate([lower_left, lower_right], axis=1)]
-    )
+    upper, lower = np.concatenate([upper_left, upper_right], 1), np.concatenate([lower_left, lower_right], 1)
+    return np.concatenate([upper, lower])
 
 
 def _skew_matrix(vector: np.ndarray) -> np.ndarray:
@@ -173,12 +169,10 @@ def _home_point(w: Working) -> np.ndarray:
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
-        yield MistakeVariant(
-            {
-                "body rotation": lambda w, _: reduce(_compose, _exponentials(w)[::-1])[0],
-                "point": lambda w, _: _move_home_point(w, _exponentials(w)[::-1]),
-            }
-        )
+        yield MistakeVariant({
+            "body rotation": lambda w, _: reduce(_compose, _exponentials(w)[::-1])[0],
+            "point": lambda w, _: _move_home_point(w, _exponentials(w)[::-1]),
+        })  # fmt: skip
     if chain.n > 2:
         yield MistakeVariant({"space jacobian": lambda w, _: _move_screws(w, _exponentials(w), is_reversed=True)})
 
@@ -190,10 +184,8 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """
 
     def motions(w: Working, changed_joints: Sequence[int]) -> list[Motion]:
-        return [
-            (rotation, 0 * shift if i in changed_joints else shift)
-            for i, (rotation, shift) in enumerate(_exponentials(w))
-        ]
+        exponentials = enumerate(_exponentials(w))
+        return [(rotation, 0 * shift if i in changed_joints else shift) for i, (rotation, shift) in exponentials]
 
     def point(w: Working, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_home_point(w, motions(w, changed_joints))
@@ -204,14 +196,9 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     shifting_joints = [  # the term is zero for an axis through the origin
         i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
     ]
-    for joints in (
-        [shifting_joints, *([i] for i in shifting_joints)]
-        if len(shifting_joints) > 1
-        else [shifting_joints]
-        if shifting_joints
-        else []
-    ):
-        words = {"joint": " and ".join(str(i + 1) for i in joints)}
+    all_together = [shifting_joints] if len(shifting_joints) > 1 else []
+    for joints in (*all_together, *([i] for i in shifting_joints)):
+        words = joint_words(joints)
         yield MistakeVariant({"point": partial(point, changed_joints=joints)}, words)
         if joints[0] < chain.n - 1:
             yield MistakeVariant({"space jacobian": partial(columns, changed_joints=joints)}, words)
@@ -226,107 +213,45 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 table = table.with_row(i, theta=w.arithmetic.table_entry(factor * q + offset))
         return table
 
-    for factor in (180 / sp.pi, sp.pi / 180) if any(joint.kind == "R" for joint in chain.joints) else ():
+    for factor in (180 / sp.pi, sp.pi / 180) if joints_of_kind(chain, "R") else ():
         yield propagated_variant({"table": partial(scale, factor=factor)})
 
 
-_ALL_MISTAKES = (
-    Mistake("screw-sign", "Screw with the wrong sign of its velocity",
-            "The parts v of your screws seem to have the wrong sign. The point at the origin moves at -omega x q.",
-            SECTION, _variants_in_each_stage(_flip_linear_parts, *SCREW_STAGES)),
-    Mistake("screw-point", "Point on the axis instead of the velocity of a screw",
-            "You seem to have used points on the axes as the parts v of the screws. These parts are velocities, "
-            "-omega x q.", SECTION,
-            _variants_in_each_stage(
-                    _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
-                )),
-    Mistake("twist-rows-exchanged", "Halves of a twist exchanged",
-            "You seem to have exchanged the upper and the lower half. The question states the order of the rows.",
-            SECTION, _variants_in_each_stage(_exchange_halves, *SCREW_STAGES, "geometric")),
-    Mistake("slide-above", "Direction of a prismatic joint used as angular velocity",
-            "You seem to have used the direction of a prismatic joint as omega. A prismatic joint does not rotate the "
-            "links after it; its direction is v.", SECTION, _move_slide_to_angular_rows),
-    Mistake("screws-at-home", "Screws of the home configuration",
-            "Your columns seem to be the screws of the home configuration. Other joints move each screw: in the space "
-            "Jacobian those before its joint, in the body Jacobian those after it.", SECTION, _use_home_screws),
-    Mistake("other-twist-frame", "Space and body frame exchanged",
-            "Your answer seems to be for the {taken} frame. The question asks for the {wanted} frame.", SECTION,
-            _use_other_frame),
-    Mistake("velocity-of-p", "Velocity of P in the space frame",
-            "You seem to have used the velocity of P as v. In the space frame, v is the velocity of the point of the "
-            "last link that is at the origin.", SECTION,
-            single_variant({"space jacobian": lambda w, _: _reorder_geometric_rows(w)})),
-    Mistake("body-not-turned", "Body velocities left in the coordinates of the space frame",
-            "You seem to have left the velocities in the coordinates of the space frame. The transposed rotation "
-            "matrix takes them into the body frame.", SECTION,
-            single_variant({"body jacobian": lambda w, _: _reorder_geometric_rows(w)})),
-    Mistake("body-turned-the-other-way", "Multiplied by the rotation matrix of the body frame instead of its transpose",
-            "You seem to have multiplied the velocities by the rotation matrix of the body frame. Its transpose takes "
-            "them into that frame.", SECTION,
-            single_variant({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w))}),
-            rare=True),
-    Mistake("body-about-origin", "Reference point not moved to the body frame",
-            "You seem to have only rotated the space Jacobian into the body frame. Its velocities v belong to another "
-            "point: move them to P.", SECTION,
-            single_variant({
-                    "body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])
-                }), rare=True),
-    Mistake("adjoint-of-inverse", "Adjoint of the inverse",
-            "You seem to have given the adjoint of T_bs, which takes twists into the body frame. The question asks "
-            "for the adjoint of T_sb.",
-            SECTION, _change_adjoint(_adjoint_of_inverse)),
-    Mistake("adjoint-block-above", "[P] R in the wrong block",
-            "The block [P] R seems to be in the wrong corner. It takes omega to v, so it belongs in the rows of v and "
-            "the columns of omega.", SECTION,
-            _change_adjoint(
-                    lambda turn, place: _stack_blocks(turn, matrix_product(_skew_matrix(place), turn), 0 * turn, turn)
-                )),
-    Mistake("adjoint-order", "Product R [P] instead of [P] R",
-            "The block beside the two rotations seems to be R [P]. R rotates vectors into the space frame first, so "
-            "[P] is on its left.", SECTION,
-            _change_adjoint(
-                    lambda turn, place: _stack_blocks(turn, 0 * turn, matrix_product(turn, _skew_matrix(place)), turn)
-                )),
-    Mistake("adjoint-sign", "[P] R with the wrong sign",
-            "The block [P] R of the adjoint seems to have the wrong sign. The point at the origin moves at v + P x "
-            "omega.", SECTION, _change_adjoint(lambda turn, place: adjoint_matrix(turn, -place))),
-    Mistake("adjoint-without-p", "Twist rotated, but not moved",
-            "You seem to have only rotated the two halves of the twist. In the space frame, v belongs to another "
-            "point, and the block [P] R accounts for that.", SECTION,
-            _change_adjoint(lambda turn, place: adjoint_matrix(turn, 0 * place))),
-    Mistake("adjoint-not-turned", "Block [P] instead of [P] R",
-            "You seem to have used [P] instead of [P] R. The factor R rotates the angular velocity first.", SECTION,
-            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _skew_matrix(place), turn))),
-    Mistake("rotation-transposed", "Rotation of the body frame transposed",
-            "You seem to have transposed R. The columns of R_sb are the axes of the body frame, in the coordinates of "
-            "the space frame.", SECTION,
-            _change_adjoint(lambda turn, place: adjoint_matrix(turn.swapaxes(0, 1), place)), rare=True),
-    Mistake("exponentials-reversed", "Exponentials in the wrong order",
-            "You seem to have multiplied the exponentials in the wrong order. The exponential of joint 1 is on the "
-            "left.", SECTION,
-            _reverse_order),
-    Mistake("home-pose-left", "Home pose M on the left",
-            "You seem to have put the home pose M on the left of the exponentials. With screws in the space frame, M "
-            "is on the right.", SECTION,
-            single_variant({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]})),
-    Mistake("home-pose-forgotten", "Home pose M left out",
-            "You seem to have left out the home pose M. Multiply the product of the exponentials by it.", SECTION,
-            single_variant({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]})),
-    Mistake("exponential-about-origin", "Term (I - R) q left out of an exponential",
-            "The exponential of joint {joint} seems to rotate about the origin. The axis passes through q, so the "
-            "column beside R is (I - R) q.", SECTION, _drop_translation),
-    Mistake("points-at-home", "Points on the axes in the home configuration",
-            "You seem to have used points on the axes in the home configuration. The joints before an axis move it, "
-            "and its points with it.", SECTION,
-            _variants_in_each_stage(
-                    _replace_linear_parts(
-                        lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))
-                    ),
-                    "space jacobian",
-                ), rare=True),
-    Mistake("joints-in-degrees", "Degrees instead of radians in exponentials",
-            "You seem to have mixed up degrees and radians. Joint angles are in radians: use them in sine and cosine "
-            "without conversion.", SECTION, _confuse_degrees, rare=True),
-)  # fmt: skip
-
-MISTAKES = restrict_to_feature(HAS_SCREWS, _ALL_MISTAKES)
+VARIANTS: dict[str, VariantGenerator] = {
+    "screw-sign": _variants_in_each_stage(_flip_linear_parts, *SCREW_STAGES),
+    "screw-point": _variants_in_each_stage(
+        _replace_linear_parts(lambda w, _, i, axis: constant_vector(w, axis.point)), "home screws"
+    ),
+    "twist-rows-exchanged": _variants_in_each_stage(_exchange_halves, *SCREW_STAGES, "geometric"),
+    "slide-above": _move_slide_to_angular_rows,
+    "screws-at-home": _use_home_screws,
+    "other-twist-frame": _use_other_frame,
+    "velocity-of-p": single_variant({"space jacobian": lambda w, _: _reorder_geometric_rows(w)}),
+    "body-not-turned": single_variant({"body jacobian": lambda w, _: _reorder_geometric_rows(w)}),
+    "body-turned-the-other-way": single_variant(
+        {
+            "body jacobian": lambda w, _: rotate_rows(w["body rotation"], _reorder_geometric_rows(w)),
+        }
+    ),
+    "body-about-origin": single_variant(
+        {
+            "body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"]),
+        }
+    ),
+    "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
+    "adjoint-block-above": _change_adjoint(lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)),
+    "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _skew_matrix(P)), R)),
+    "adjoint-sign": _change_adjoint(lambda R, P: adjoint_matrix(R, -P)),
+    "adjoint-without-p": _change_adjoint(lambda R, P: adjoint_matrix(R, 0 * P)),
+    "adjoint-not-turned": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
+    "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
+    "exponentials-reversed": _reverse_order,
+    "home-pose-left": single_variant({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]}),
+    "home-pose-forgotten": single_variant({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]}),
+    "exponential-about-origin": _drop_translation,
+    "points-at-home": _variants_in_each_stage(
+        _replace_linear_parts(lambda w, columns, i, axis: -cross(columns[:3, i], constant_vector(w, axis.point))),
+        "space jacobian",
+    ),
+    "joints-in-degrees": _confuse_degrees,
+}

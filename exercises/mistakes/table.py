@@ -23,10 +23,11 @@ from qdot.exercises.arm.derivation_graph import (
 )
 from qdot.exercises.mistakes.base import (
     AnswerShape,
-    Mistake,
     MistakeVariant,
     VariantGenerator,
-    restrict_to_tables,
+    joint_words,
+    joints_of_kind,
+    variants_if,
     vary_each_joint_and_all,
 )
 
@@ -84,7 +85,7 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             return table
 
         variables = ", ".join(str(chain.q[i]) for i in joints)
-        return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "variable": variables})
+        return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "variable": variables})
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
@@ -94,11 +95,6 @@ def _variable_entry(chain: Chain, joint: int) -> str:
     return "theta" if chain.joints[joint].kind == "R" else "d"
 
 
-def _joint_numbers(indices: Sequence[int]) -> str:
-    """Return the numbers of joints, from 1, as text."""
-    return ", ".join(str(i + 1) for i in indices)
-
-
 def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
     """Return a function that yields one variant per joint of a kind, with `term` added to its variable.
 
@@ -106,8 +102,8 @@ def _add_to_variable(term: Callable[[Chain, int], sp.Expr], kind: str) -> Varian
     """
 
     def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for i, joint in enumerate(chain.joints):
-            if joint.kind == kind and term(chain, i) != 0:
+        for i in joints_of_kind(chain, kind):
+            if term(chain, i) != 0:
                 yield _add_to_row(i, _variable_entry(chain, i), term(chain, i))
 
     return variants
@@ -126,11 +122,8 @@ def _scale_offsets(
     """
 
     def variants(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {
-            i: offset
-            for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True))
-            if joint.kind == "R" and offset != 0 and is_affected(offset)
-        }
+        offsets = {i: chain.offsets[i] for i in joints_of_kind(chain, "R")}
+        offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_constants, offsets, factor))
 
@@ -145,7 +138,7 @@ def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Se
         return table
 
     constants = ", ".join(dict.fromkeys(_degree_text(offsets[i]) for i in joints))
-    return MistakeVariant({"table": apply_change}, {"joint": _joint_numbers(joints), "degrees": constants})
+    return MistakeVariant({"table": apply_change}, {**joint_words(joints, ", "), "degrees": constants})
 
 
 def _degree_text(angle: sp.Expr) -> str:
@@ -159,10 +152,8 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-            difference = chain.offsets[j] - chain.offsets[i]
-            yield _add_to_row(
-                i, _variable_entry(chain, i), difference, entry="constant of the joint variable", other=j + 1
-            )
+            difference, entry_words = chain.offsets[j] - chain.offsets[i], "constant of the joint variable"
+            yield _add_to_row(i, _variable_entry(chain, i), difference, entry=entry_words, other=j + 1)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
@@ -190,12 +181,8 @@ def _has_twist(joint: Joint) -> bool:
     return bool(sp.sin(joint.alpha) != 0)
 
 
-def _flip_all_twists(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    def flip(w: Working, table: Table) -> Table:
-        return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
-
-    if sum(map(_has_twist, chain.joints)) > 1:
-        yield MistakeVariant({"table": flip})
+def _flip_all_twists(w: Working, table: Table) -> Table:
+    return replace(table, rows=tuple(replace(row, alpha=-row.alpha) for row in table.rows))
 
 
 def scale_angles(factor: sp.Expr) -> Change:
@@ -209,36 +196,20 @@ def scale_angles(factor: sp.Expr) -> Change:
     return scale
 
 
-def _convert_again(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    if any(joint.kind == "R" for joint in chain.joints):
-        yield MistakeVariant({"table": scale_angles(sp.pi / 180)})
-
-
-def _drop_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    if not convention_of(chain).base.is_world:
-        yield MistakeVariant({"table": _without_base(chain, any(convention_of(chain).base.position))})
-
-
-def _skip_base_rotation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+def _has_moved_and_rotated_base(chain: Chain) -> bool:
     base = convention_of(chain).base
-    if any(base.position) and (base.yaw, base.tilt) != (0, 0):
-        yield MistakeVariant({"table": _without_base(chain, at_origin=False)})
+    return any(base.position) and (base.yaw, base.tilt) != (0, 0)
 
 
-def _without_base(chain: Chain, at_origin: bool) -> Change:
-    """Return the change that omits the rotation of the base, and also its position if `at_origin`."""
-
-    def apply_change(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
-        zero_tilt = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
-        return replace(table, base=(position * 0 if at_origin else position, yaw * 0, zero_tilt))
-
-    return apply_change
+def _drop_base_rotation(w: Working, table: Table) -> Table:
+    position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
+    return replace(table, base=(position, yaw * 0, tilt * 0 if convention_of(w.chain).base.tilt != 0 else tilt))
 
 
-def _drop_point_offset(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    if not convention_of(chain).point.is_origin:
-        yield MistakeVariant({"table": _move_to_last_origin})
+def _drop_base(w: Working, table: Table) -> Table:
+    position, yaw, tilt = _drop_base_rotation(w, table).base
+    at_origin = any(convention_of(w.chain).base.position)
+    return replace(table, base=(position * 0 if at_origin else position, yaw, tilt))
 
 
 def _move_to_last_origin(w: Working, table: Table) -> Table:
@@ -310,17 +281,14 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def rotations(w: Working, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in w["table"].rows:
-            rotations.append(
-                matrix_product(matrix_product(rotations[-1], rotation_x(w, row.alpha)), rotation_z(w, row.theta))
-            )
+            twisted = matrix_product(rotations[-1], rotation_x(w, row.alpha))
+            rotations.append(matrix_product(twisted, rotation_z(w, row.theta)))
         return rotations
 
     def links(w: Working, correct_links: list[np.ndarray]) -> list[np.ndarray]:
-        vectors, rotations_before = [], w["rotations"]
-        for k, row in enumerate(w["table"].rows):
-            link_vector = row.a * rotations_before[k][:, 0] + row.d * rotations_before[k + 1][:, 2]
-            vectors.append(link_vector)
-        return [*vectors, apply_matrix(rotations_before[w.chain.point.frame], w["table"].offset)]
+        frames, rows = w["rotations"], w["table"].rows
+        vectors = [row.a * frames[k][:, 0] + row.d * frames[k + 1][:, 2] for k, row in enumerate(rows)]
+        return [*vectors, apply_matrix(frames[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield MistakeVariant({"rotations": rotations, "links": links})
@@ -335,12 +303,8 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def shift_links(w: Working, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
-        for i in range(w.n):
-            next_row = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
-            a, alpha = (
-                w.arithmetic.table_entry(value)
-                for value in ((next_row.a, next_row.alpha) if next_row else (zero, zero))
-            )
+        for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
+            a, alpha = w.arithmetic.table_entry(next_row.a), w.arithmetic.table_entry(next_row.alpha)
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # the coordinates of P are unchanged, but in the frame before its link
             row = table.rows[link - 1]
@@ -348,8 +312,9 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             table = replace(table, offset=apply_matrix(rotation_x(w, -row.alpha), moved_offset))
         return table
 
-    zero, rows = sp.S.Zero, convention_of(chain).rows
-    if len({(row.a, row.alpha) for row in (*rows, replace(rows[0], a=zero, alpha=zero))}) > 1:
+    rows = convention_of(chain).rows
+    empty_row = replace(rows[0], a=sp.S.Zero, alpha=sp.S.Zero)
+    if len({(row.a, row.alpha) for row in (*rows, empty_row)}) > 1:
         yield MistakeVariant({"table": shift_links, "linear": propagate_linear_rows})
 
 
@@ -388,99 +353,35 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         )
 
 
-_ALL_MISTAKES = (
-    Mistake("offset-forgotten", "Joint offset left out",
-            "You seem to have left out the constant that the table adds to the variable of joint {joint}. Use the "
-            "whole entry of the table, not only {variable}.", "6.1", _drop_offsets),
-    Mistake("offset-sign", "Joint offset with the wrong sign",
-            "You seem to have used the constant {degrees} that the table adds to the angle of joint {joint} with the "
-            "wrong sign.", "6.1", _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)), rare=True),
-    Mistake("slide-offset-sign", "Offset of a prismatic joint with the wrong sign",
-            "You seem to have used the constant that the table adds to the variable of joint {joint} with the wrong "
-            "sign.",
-            "6.1", _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"), rare=True),
-    Mistake("offset-in-degrees", "Constant angle typed in degrees",
-            "You seem to have typed the constant {degrees} of the table in degrees. Sine and cosine take radians: "
-            "convert {degrees} to a multiple of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True),
-    Mistake(
-        "wrong-radians", "Degrees converted to the wrong radians",
-        "You seem to have converted the constant {degrees} of the table to the wrong radians. 180° is pi, so 30° "
-            "is pi/6, 45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
-        _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30° becomes pi/3, 60° pi/6, 45° pi/2 or pi/8
+VARIANTS: dict[str, VariantGenerator] = {
+    "offset-forgotten": _drop_offsets,
+    "offset-sign": _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)),
+    "slide-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
+    "offset-in-degrees": _scale_offsets([180 / sp.pi]),
+    "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
+    "fixed-angle-forgotten": _change_each_row(
+        lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0}
     ),
-    Mistake("fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
-            "You seem to have left out a constant angle. Joint {joint} is prismatic, but its row in the table also "
-            "has an angle.", "6.1",
-            _change_each_row(lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0})),
-    Mistake("length-forgotten", "Length a left out",
-            "You seem to have left out the length a in row {link} of the table.",
-            "6.1", _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0})),
-    Mistake("distance-forgotten", "Distance d left out",
-            "You seem to have left out the distance d in row {link} of the table.", "6.1",
-            _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0})),
-    Mistake("variable-forgotten", "Joint variable left out",
-            "You seem to have left out the angle of joint {joint}. It rotates every link after it.", "6.1",
-            _add_to_variable(lambda chain, i: -chain.q[i], "R"), rare=True),
-    Mistake("row-misread", "Entry from another row of the table",
-            "For row {joint} of the table, you seem to have used the {entry} of row {other}.", "Example 6.1",
-            _use_other_row, rare=True),
-    Mistake("lengths-exchanged", "Lengths exchanged",
-            "You seem to have exchanged the lengths a in rows {joint} and {other} of the table.", "Example 6.1",
-            _exchange_lengths, rare=True),
-    Mistake("point-forgotten", "Offset of the point left out",
-            "Your result seems to be for the origin of the last frame. The point of interest is offset from it: look "
-            "at its coordinates in that frame.", "6.1", _drop_point_offset),
-    Mistake("other-point", "Origin of another frame instead of the point",
-            "Your result seems to be for the origin O{frame}. Check which point the question asks for.", "6.13",
-            _use_other_origin, rare=True),
-    Mistake("base-forgotten", "Base left out",
-            "You seem to have left out the base. The arm's base is not at the origin of the world frame.", "6.1",
-            _drop_base),
-    Mistake("base-not-rotated", "Rotation of the base left out",
-            "You seem to have left out the rotation of the base. The base is rotated in the world frame.", "6.1",
-            _skip_base_rotation, rare=True),
-    Mistake("twist-sign", "Twist with the wrong sign",
-            "You seem to have used the twist alpha in row {joint} of the table with the wrong sign. It is the angle "
-            "from one z axis to the next, measured about the x axis between them.", "Example 6.1",
-            _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha})),
-    Mistake("all-twists-sign", "All twists with the wrong sign",
-            "You seem to have used all twists alpha with the wrong sign. Each one is measured about x, from one z "
-            "axis to the next.",
-            "Example 6.1", _flip_all_twists),
-    Mistake("twist-forgotten", "Twist left out",
-            "You seem to have left out the twist alpha in row {joint} of the table. It rotates the axes after it.",
-            "Example 6.1",
-            _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})),
-    Mistake("modified-dh", "Another Denavit-Hartenberg convention",
-            "You seem to have read the table in the other (modified) convention. Here, you reach a frame by rotating "
-            "about z and moving along z first, then moving along x and rotating about x: Rz Tz Tx Rx.",
-            "Example 6.1", _read_as_modified, rare=True),
-    Mistake("link-behind", "Length and twist of the link after a joint",
-            "In each transform, you seem to have used the length and the twist of link i, as in the standard "
-            "convention. In the modified convention, those of link i-1 come before joint i.",
-            "Example 6.1", _use_next_links, rare=True),
-    Mistake("standard-dh", "The standard Denavit-Hartenberg convention",
-            "You seem to have read the table in the standard (distal) convention. Here, you reach a frame by rotating "
-            "about x and moving along x first, then rotating about z and moving along z: Rx Tx Rz Tz.",
-            "Example 6.1", _read_as_standard, rare=True),
-    Mistake("a-and-d-exchanged", "a and d exchanged",
-            "You seem to have exchanged a and d in row {link} of the table. The distance d is measured along z, and "
-            "the length a along x.",
-            "Example 6.1", _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
-            rare=True),
-    Mistake("joint-turns-other-way", "Joint that rotates the other way",
-            "You seem to have rotated joint {joint} in the wrong direction. Its angle is positive counterclockwise "
-            "about its z axis.", "6.1",
-            _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}), rare=True),
-    Mistake("quarter-turn", "Angle off by 90°",
-            "The angle of joint {joint} seems to be off by 90°. It is measured from the x axis before the joint to "
-            "the one after it.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True),
-    Mistake("lengths-in-centimetres", "Lengths in another unit",
-            "The numeric lengths seem to be in {unit}. Give them in metres.", "6.1", _use_other_units,
-            rare=True),
-    Mistake("degrees", "Degrees instead of radians",
-            "You seem to have converted the angles from degrees to radians. They are already in radians.", "6.1",
-            _convert_again, rare=True),
-)  # fmt: skip
-
-MISTAKES = restrict_to_tables(_ALL_MISTAKES, {mistake.name for mistake in _ALL_MISTAKES} - {"degrees"})
+    "length-forgotten": _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
+    "distance-forgotten": _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0}),
+    "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
+    "row-misread": _use_other_row,
+    "lengths-exchanged": _exchange_lengths,
+    "point-forgotten": variants_if(
+        lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}
+    ),
+    "other-point": _use_other_origin,
+    "base-forgotten": variants_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
+    "base-not-rotated": variants_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),
+    "twist-sign": _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
+    "all-twists-sign": variants_if(lambda chain: sum(map(_has_twist, chain.joints)) > 1, {"table": _flip_all_twists}),
+    "twist-forgotten": _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
+    "modified-dh": _read_as_modified,
+    "link-behind": _use_next_links,
+    "standard-dh": _read_as_standard,
+    "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
+    "joint-turns-other-way": _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}),
+    "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
+    "lengths-in-centimetres": _use_other_units,
+    "degrees": variants_if(lambda chain: joints_of_kind(chain, "R"), {"table": scale_angles(sp.pi / 180)}),
+}

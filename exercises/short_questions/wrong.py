@@ -43,7 +43,7 @@ MIN_RELATIVE_DIFFERENCE = 1e-6
 """Relative difference by which two answers must differ at one sample at least."""
 MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
 """Maximum number of pairs of mistakes to try with numbers, and of those to write as formulas."""
-SCREW_MISTAKES = frozenset(mistake.name for mistake in screws.MISTAKES)
+SCREW_MISTAKES = frozenset(screws.VARIANTS)
 """Names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260

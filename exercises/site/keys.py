@@ -40,7 +40,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, constant_value, evaluate, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
-from qdot.exercises.mistakes import catalogue, numeric
+from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
 from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
 from qdot.exercises.mistakes.finished import edit_throughout
@@ -62,7 +62,7 @@ MIN_POINT_COUNT, FINGERPRINT_POINT_COUNT = 3, 2
 MAX_MISTAKES, MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS = 60, 160, 500
 """Maximum number of mistakes in formulas, of mistakes in numeric answers, and of all numbers in the latter."""
 ALWAYS_INCLUDED = (
-    *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
+    *catalogue.NUMERIC_MISTAKES, "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
 """Mistakes that are always included, because they are frequent but late in the catalogue."""

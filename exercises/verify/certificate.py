@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,20 +78,16 @@ def _check_symbols(chain: Chain) -> Check:
     """Check that no symbol has two meanings, such as a length named after another entry of the table."""
     reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
-    for symbol in (
-        chain.parameters if convention_of(chain).shows_table else ()
-    ):  # an arm described by its axes at home shows no table
+    # An arm described by its axes at home shows no table.
+    for symbol in chain.parameters if convention_of(chain).shows_table else ():
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
             entry = joint.a if match.group(1) == "a" else joint.d
             if entry != 0 and not entry.has(symbol):
                 ambiguous.append(symbol.name)
-    return Check(
-        "symbols",
-        not ambiguous,
-        f"{', '.join(ambiguous)} stands for two things" if ambiguous else "each has one meaning",
-    )
+    detail = f"{', '.join(ambiguous)} stands for two things" if ambiguous else "each has one meaning"
+    return Check("symbols", not ambiguous, detail)
 
 
 FULL_RANK = "full rank"
@@ -109,6 +106,9 @@ def _check_full_rank(numeric: NumericReference) -> Check:
     return Check(FULL_RANK, rank_found == full_rank, detail)
 
 
+_check_exactly = partial(formulas.check_agreement, tolerance=formulas.EXACT_TOLERANCE)
+
+
 def _check_modified_table(numeric: NumericReference) -> Checks:
     """Check that a modified DH table gives the same joint axes and tool point as the standard table."""
     chain = numeric.chain
@@ -116,10 +116,8 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
     point = convention_of(chain).point
     pose, offset = numeric.convention_frames[:, point.frame], numeric.evaluate_constants(sp.Matrix(point.offset))
     convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-    yield formulas.check_agreement("modified table: axes", written_axes, standard_axes, formulas.EXACT_TOLERANCE)
-    yield formulas.check_agreement(
-        "modified table: point", convention_point[:, None], numeric.point[:, None], formulas.EXACT_TOLERANCE
-    )
+    yield _check_exactly("modified table: axes", written_axes, standard_axes)
+    yield _check_exactly("modified table: point", convention_point[:, None], numeric.point[:, None])
 
 
 def _check_axes_at_home(numeric: NumericReference) -> Checks:
@@ -127,20 +125,14 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
-    yield formulas.check_agreement("axes at home: directions", directions, z, formulas.EXACT_TOLERANCE)
+    yield _check_exactly("axes at home: directions", directions, z)
     revolute = [i for i, axis in enumerate(axes) if axis.kind == "R"]
     if revolute:
         offsets = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
         distances = np.cross(offsets, z[:, revolute])
-        yield formulas.check_agreement(
-            "axes at home: points on them", distances, 0 * distances, formulas.EXACT_TOLERANCE
-        )
-    yield formulas.check_agreement(
-        "axes at home: P",
-        numeric.evaluate_constants(point)[:, None],
-        numeric.point_at_home[:, None],
-        formulas.EXACT_TOLERANCE,
-    )
+        yield _check_exactly("axes at home: points on them", distances, 0 * distances)
+    home_point = numeric.evaluate_constants(point)[:, None]
+    yield _check_exactly("axes at home: P", home_point, numeric.point_at_home[:, None])
 
 
 CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {

@@ -12,15 +12,16 @@ from qdot.exercises.questions.concepts import (
     VelocityLossDetails,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
     NumericReference,
+    differences,
     exponential_jacobian_at,
     numeric_sample,
+    velocities_by_differences,
 )
 from qdot.exercises.verify.rank import find_rank
 
@@ -35,9 +36,8 @@ def _check_size(numeric: NumericReference, part: Part) -> Checks:
     expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
     yield check_agreement("size", reference_numbers(part), expected[None], EXACT_TOLERANCE)
     zero_rows = [row for row, values in zip(task, task_rows.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
-    yield Check(
-        "rows that move", not zero_rows and task != numeric.chain.task, f"always zero: {', '.join(zero_rows) or 'none'}"
-    )
+    is_different = not zero_rows and task != numeric.chain.task
+    yield Check("rows that move", is_different, f"always zero: {', '.join(zero_rows) or 'none'}")
 
 
 def _parse_numbers(text: str) -> np.ndarray:
@@ -47,24 +47,15 @@ def _parse_numbers(text: str) -> np.ndarray:
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     """Check the velocity that one joint causes, by finite differences."""
     answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails).effect
-    velocity = _velocity_by_differences(numeric_sample(numeric, effect.place), effect.joint - 1)
+    sample, joint = numeric_sample(numeric, effect.place), effect.joint - 1
+    angular = velocities_by_differences(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
+    velocity = np.array([*differences(sample.arm.point, sample.q[None])[0, joint], *angular])
     expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
     is_correct = [error < ROUNDING_TOLERANCE for error in errors]
-    expected_correct = [index == answer.correct for index in range(len(is_correct))]
-    yield Check(
-        "finite differences", is_correct == expected_correct, f"errors {', '.join(f'{error:.3f}' for error in errors)}"
-    )
+    is_only_correct = is_correct == [index == answer.correct for index in range(len(is_correct))]
+    yield Check("finite differences", is_only_correct, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
-
-
-def _velocity_by_differences(sample: Sample, joint: int) -> np.ndarray:
-    """Return the velocity of the point and of the last link for a joint's unit rate, by finite differences."""
-    step = 1e-5 * np.eye(len(sample.q))[joint]
-    ahead, behind = (sample.arm.frames(sample.q + side * step) for side in (1, -1))
-    linear = (sample.arm.point_of(ahead) - sample.arm.point_of(behind)) / 2e-5
-    angular_matrix = (ahead[-1, :3, :3] - behind[-1, :3, :3]) / 2e-5 @ sample.arm.frames(sample.q)[-1, :3, :3].T
-    return np.array([*linear, angular_matrix[2, 1], angular_matrix[0, 2], angular_matrix[1, 0]])
 
 
 def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
@@ -76,10 +67,9 @@ def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and sorted(options) == sorted(
-        INVERTIBILITY_ANSWERS.values()
-    )
-    yield Check("use", is_stated and details.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
+    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and details.use == expected_use
+    are_all_offered = sorted(options) == sorted(INVERTIBILITY_ANSWERS.values())
+    yield Check("use", is_stated and are_all_offered, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
@@ -96,11 +86,8 @@ def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
     is_possible = [share < 0.02 for share in residual_shares]
     expected_possible = [(index == answer.correct) == cost.possible for index in range(len(residual_shares))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
-    yield Check(
-        "least squares",
-        is_possible == expected_possible and all(share < 0.02 or share > 0.4 for share in residual_shares),
-        detail,
-    )
+    are_clear = all(share < 0.02 or share > 0.4 for share in residual_shares)
+    yield Check("least squares", is_possible == expected_possible and are_clear, detail)
 
 
 CHECKS: dict[str, PartCheck] = {

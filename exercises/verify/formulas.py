@@ -26,10 +26,8 @@ def check_agreement(name: str, values: np.ndarray, expected: np.ndarray, toleran
     worst_index = np.unravel_index(int(error.argmax()), error.shape)
     if error[worst_index] <= tolerance:
         return Check(name, True, f"{len(values)} places, error at most {error[worst_index]:.1e}")
-    row, column = worst_index[1] + 1, worst_index[2] + 1
-    return Check(
-        name, False, f"entry ({row}, {column}): {values[worst_index]:.6g}, expected {expected[worst_index]:.6g}"
-    )
+    position = f"entry ({worst_index[1] + 1}, {worst_index[2] + 1})"
+    return Check(name, False, f"{position}: {values[worst_index]:.6g}, expected {expected[worst_index]:.6g}")
 
 
 ExpectedValues = dict[str, tuple[np.ndarray, float]]
@@ -110,11 +108,8 @@ def _own_frame_velocity(numeric: NumericReference, part: Part) -> ExpectedValues
     """Return the linear and the angular velocity of a link, in the frame of that link."""
     frame = part.details_as(RecursionDetails).frame
     velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
-    rotation = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
-    local_velocity = np.concatenate(
-        [np.einsum("kij,kj->ki", rotation, part_velocity) for part_velocity in (velocity[:, :3], velocity[:, 3:])],
-        axis=1,
-    )
+    rotation, halves = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2), (velocity[:, :3], velocity[:, 3:])
+    local_velocity = np.concatenate([np.einsum("kij,kj->ki", rotation, half) for half in halves], axis=1)
     return {"finite differences": (local_velocity[..., None], DIFFERENCE_TOLERANCE)}
 
 
@@ -174,16 +169,11 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
     yield check_agreement("LU decomposition", claimed, expected, EXACT_TOLERANCE)
     if claimed.shape == expected.shape:
-        full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
-        yield check_agreement(
-            "their product is det J", claimed.prod(axis=1, keepdims=True), full_determinant, EXACT_TOLERANCE
-        )
-    wrist_effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
-    yield Check(
-        "the wrist does not move P",
-        bool(wrist_effect < EXACT_TOLERANCE),
-        f"largest entry beside J11: {wrist_effect:.1e}",
-    )
+        full_determinant, products = np.linalg.det(numeric.task_jacobian), claimed.prod(axis=1, keepdims=True)
+        yield check_agreement("their product is det J", products, full_determinant[:, None, None], EXACT_TOLERANCE)
+    effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
+    detail = f"largest entry beside J11: {effect:.1e}"
+    yield Check("the wrist does not move P", bool(effect < EXACT_TOLERANCE), detail)
 
 
 def _joint_torques(numeric: NumericReference, part: Part) -> ExpectedValues:

@@ -35,9 +35,8 @@ def check_three_digits(part: Part) -> Check:
     answer = part.answer_as(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
-    return Check(
-        "three digits", bool(np.all(np.abs(rounded - exact) <= answer.allowed_errors(None))), "rounding keeps it right"
-    )
+    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.allowed_errors(None)))
+    return Check("three digits", is_accepted, "rounding keeps it right")
 
 
 def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
@@ -71,9 +70,8 @@ def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
     if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    yield check_agreement(
-        "null space", jacobian @ (claimed / norms), np.zeros((len(claimed), len(numeric.task), 1)), NUMBER_TOLERANCE
-    )
+    velocity = jacobian @ (claimed / norms)
+    yield check_agreement("null space", velocity, np.zeros((len(claimed), len(numeric.task), 1)), NUMBER_TOLERANCE)
     if not in_formulas:
         yield check_agreement("unit vector", norms, np.ones((1, 1, 1)), NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian[0])
@@ -104,9 +102,8 @@ def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> 
     power = round(float(np.log2(growth)))
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
     is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
-    return Check(
-        "unit", bool(is_power_of_two and part.answer_as(Number).units == (unit,)), f"{unit or 'a plain number'}"
-    )
+    is_stated = part.answer_as(Number).units == (unit,)
+    return Check("unit", bool(is_power_of_two and is_stated), f"{unit or 'a plain number'}")
 
 
 def _volume(jacobian: np.ndarray) -> float:

@@ -3,7 +3,7 @@
 It uses products of 4 x 4 matrices and finite differences.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product
 from typing import NamedTuple
@@ -69,39 +69,44 @@ class NumericReference:
         self.symbol_names, self._trees = frozenset(problem.symbols()), dict[str, Node]()
         self.lengths = [random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
-        self._configurations = [random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
-        self.sample_count = ARM_COUNT * CONFIGURATIONS_PER_ARM
-        self.symbol_values = self._sample_values(self._configurations)
-        self.frames = self._for_each_arm(NumericChain.frames)
-        self.point = self._for_each_arm(NumericChain.point)
-        self.jacobian = self._for_each_arm(NumericChain.jacobian)
-        self.exponential_jacobian = self._for_each_arm(exponential_jacobian)
-        self._frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [
+        samples = [random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
+        self.configurations, self.sample_count = np.concatenate(samples), ARM_COUNT * CONFIGURATIONS_PER_ARM
+        self.symbol_values = self._sample_values()
+        self.frames = self.for_each_arm(NumericChain.frames)
+        self.point = self.for_each_arm(NumericChain.point)
+        self.jacobian = self.for_each_arm(NumericChain.jacobian)
+        self.exponential_jacobian = self.for_each_arm(exponential_jacobian)
+        frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [
             partial(modified_frames, self.chain, lengths) if convention_of(self.chain).is_proximal else arm.frames
             for arm, lengths in zip(self.arms, self.lengths, strict=True)
         ]
-        pairs = list(zip(self._frame_functions, self._configurations, strict=True))
+        pairs = list(zip(frame_functions, samples, strict=True))
         self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
-        self.convention_velocities = np.concatenate([_velocities_by_differences(frames, q) for frames, q in pairs])
-        self.home_frames = self._for_each_arm(lambda arm, q: arm.frames(0 * q))
-        self.point_at_home = self._for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.frame_velocities = self._for_each_arm(lambda arm, q: _velocities_by_differences(arm.frames, q))
-        self.point_velocities = self._for_each_arm(lambda arm, q: _differences(arm.point, q))
+        self.convention_velocities = np.concatenate([velocities_by_differences(frames, q) for frames, q in pairs])
+        self.home_frames = self.for_each_arm(lambda arm, q: arm.frames(0 * q))
+        self.point_at_home = self.for_each_arm(lambda arm, q: arm.point(0 * q))
+        self.frame_velocities = self.for_each_arm(lambda arm, q: velocities_by_differences(arm.frames, q))
+        self.point_velocities = self.for_each_arm(lambda arm, q: differences(arm.point, q))
 
-    def _for_each_arm(self, function: Callable[[NumericChain, np.ndarray], np.ndarray]) -> np.ndarray:
-        return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._configurations, strict=True)])
+    def for_each_arm(
+        self, function: Callable[[NumericChain, np.ndarray], np.ndarray], configurations: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the values of a function of each arm and its configurations: those sampled, or others (…, n)."""
+        samples = np.split(self.configurations if configurations is None else configurations, ARM_COUNT)
+        return np.concatenate([function(arm, q) for arm, q in zip(self.arms, samples, strict=True)])
 
-    def _sample_values(self, configurations: list[np.ndarray]) -> dict[str, np.ndarray]:
-        values = {
-            q.name: np.concatenate([arm_configurations[:, i] for arm_configurations in configurations])
-            for i, q in enumerate(self.chain.q)
-        }
-        for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
-            values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
+    def _sample_values(self) -> dict[str, np.ndarray]:
+        values = {q.name: self.configurations[:, i] for i, q in enumerate(self.chain.q)}
+
+        def add_random_values(names: Iterable[str]) -> None:
+            for name in names:
+                if name not in values:
+                    values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
+
+        add_random_values((*(rate.name for rate in self.chain.rates), *TASK_ROWS))
         for symbol in self.chain.parameters:
             values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
-        for name in (name for part in self.problem.parts for name in part.symbols if name not in values):
-            values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
+        add_random_values(name for part in self.problem.parts for name in part.symbols)
         return values
 
     @property
@@ -237,15 +242,15 @@ def random_configurations(chain: Chain, rng: Stream, count: int) -> np.ndarray:
     return np.array([[rng.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
-def _differences(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+def differences(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
     """Return the derivatives of a function of configurations by each joint variable, (…, n, …): central differences."""
     nudge = _STEP * np.eye(q.shape[1])
     return (function(q[:, None, :] + nudge) - function(q[:, None, :] - nudge)) / (2 * _STEP)
 
 
-def _velocities_by_differences(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+def velocities_by_differences(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
     """Return the velocity of each frame's origin and link for unit joint rates, (…, n, n + 1, 6)."""
-    derivative = _differences(frames, q)
+    derivative = differences(frames, q)
     angular_matrix = derivative[..., :3, :3] @ frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
     angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
     return np.concatenate([derivative[..., :3, 3], angular], axis=-1)

@@ -65,10 +65,8 @@ class LineFollower:
         q, configurations, previous_s = self.initial_joints, [], 0.0
         jacobian = self.jacobian(q)
         for s in distances:
-            q, jacobian = self._joints_and_jacobian_at(
-                q + (s - previous_s) * np.linalg.solve(jacobian, self.direction), s
-            )
-            previous_s = s
+            start = q + (s - previous_s) * np.linalg.solve(jacobian, self.direction)
+            (q, jacobian), previous_s = self._joints_and_jacobian_at(start, s), s
             configurations.append(q)
         return np.array(configurations)
 
@@ -122,10 +120,8 @@ def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
     s, joint, limit = float(claimed[0, 0, 0]), details.joint - 1, float(details.limit)
     joints = line.follow(np.linspace(0, s, STATION_COUNT))
     rate, differenced = line.rates(joints[-1])[joint], line.rates_by_differences(joints[-1], s)[joint]
-    yield check_agreement("limit", np.full((1, 1, 1), abs(rate)), np.full((1, 1, 1), limit), 1e-7)
-    yield check_agreement(
-        "differences along the line", np.full((1, 1, 1), abs(differenced)), np.full((1, 1, 1), limit), 1e-3
-    )
+    for name, value, tolerance in (("limit", rate, 1e-7), ("differences along the line", differenced, 1e-3)):
+        yield check_agreement(name, np.full((1, 1, 1), abs(value)), np.full((1, 1, 1), limit), tolerance)
     speeds = np.array([abs(line.rates(q)[joint]) for q in joints[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
     slack = answer.tolerance * s

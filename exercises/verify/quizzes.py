@@ -10,25 +10,25 @@ from itertools import combinations
 
 import numpy as np
 import sympy as sp
+
+from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
+from qdot.exercises.arm.chain import TASK_ROWS
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.lengths import substitute_arm_lengths
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.short_questions.choice import CHOICE_QUESTIONS, FormulaOptions
 from qdot.exercises.short_questions.drawings import JointStatement, PoseStatement
 from qdot.exercises.short_questions.options import ConfigurationOptions, OfferedOption, Options
 from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails
 from qdot.exercises.short_questions.values import RateDetails
 from qdot.exercises.short_questions.wrong import OptionSubject
-
-from qdot.exercises.answer_types import Choice, ConditionSet, Expression, Matching, Matrix, Selection
-from qdot.exercises.arm.chain import TASK_ROWS
-from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.geometry import ConfigurationDetails
 from qdot.exercises.verify.formulas import CHECKS as FORMULAS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, reference_numbers
 from qdot.exercises.verify.numeric_reference import (
-    CONFIGURATIONS_PER_ARM,
     Check,
     Checks,
     NumericReference,
@@ -64,9 +64,8 @@ def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     subject = part.details_as(FormulaOptions).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered_options(part)
-    passed = [
-        all(result.passed for result in check(numeric, _insert_option(numeric, subject, o.shown))) for o in offered
-    ]
+    parts = [_insert_option(numeric, subject, option.shown) for option in offered]
+    passed = [all(result.passed for result in check(numeric, claimed_part)) for claimed_part in parts]
     yield _check_one_correct(part, passed)
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
@@ -109,12 +108,8 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each offered configuration, and whether every singular value is clearly zero or not."""
     details = part.details_as(ConfigurationOptions)
-    configurations = [
-        replace(configuration, lengths={**details.lengths, **configuration.lengths}) for configuration in details.places
-    ]
-    return [
-        find_rank(exponential_jacobian_at(numeric, configuration)[numeric.task]) for configuration in configurations
-    ]
+    configurations = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
+    return [find_rank(exponential_jacobian_at(numeric, place)[numeric.task]) for place in configurations]
 
 
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
@@ -122,17 +117,11 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     answer = part.answer
     full_rank = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
-    singular_indices = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full_rank)
-    expected = answer.correct_indices
+    found = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full_rank)
     yield Check("clear", all(is_clear for _, is_clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
-    yield Check(
-        "singular ones",
-        singular_indices == tuple(expected),
-        f"of rank less than {full_rank}, from 0: {singular_indices}",
-    )
-    yield Check(
-        "different options", len(set(answer.offered_options)) == len(answer.offered_options), "no two are the same"
-    )
+    is_correct, options = found == tuple(answer.correct_indices), answer.offered_options
+    yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {found}")
+    yield Check("different options", len(set(options)) == len(options), "no two are the same")
     arm = substitute_arm_lengths(numeric.chain, part.details_as(ConfigurationOptions).lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
@@ -142,21 +131,16 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
 
 def _quantity_values(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
     """Return the values of a quantity on the numeric arm, (samples, entries); optionally with one joint moved."""
-    configurations = np.stack([numeric.symbol_values[q.name] for q in numeric.chain.q], axis=1)
+    configurations = numeric.configurations.copy()
     if moved_joint is not None:
         configurations[:, moved_joint] += JOINT_STEP
-    values = []
-    for arm_index, arm in enumerate(numeric.arms):
-        q = configurations[arm_index * CONFIGURATIONS_PER_ARM : (arm_index + 1) * CONFIGURATIONS_PER_ARM]
-        jacobian = exponential_jacobian(arm, q)[:, numeric.task]
-        if quantity.column is not None:
-            column = jacobian[:, :, quantity.column]
-            values.append(column if quantity.row is None else column[:, [quantity.row]])
-        elif quantity.row is not None:
-            values.append(arm.point(q)[:, [quantity.row]])
-        else:
-            values.append(np.linalg.det(jacobian)[:, None])
-    return np.concatenate(values)
+    jacobian = numeric.for_each_arm(exponential_jacobian, configurations)[:, numeric.task]
+    if quantity.column is not None:
+        column = jacobian[:, :, quantity.column]
+        return column if quantity.row is None else column[:, [quantity.row]]
+    if quantity.row is not None:
+        return numeric.for_each_arm(NumericChain.point, configurations)[:, [quantity.row]]
+    return np.asarray(np.linalg.det(jacobian)[:, None])
 
 
 def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
@@ -177,11 +161,8 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     """Check on which joints a quantity depends, by moving one joint at a time."""
     answer, quantity = part.answer_as(Selection), part.details_as(QuantityDetails).quantity
     values = _quantity_values(numeric, quantity)
-    influential = tuple(
-        index
-        for index in range(numeric.chain.n)
-        if np.abs(_quantity_values(numeric, quantity, index) - values).max() > EXACT_TOLERANCE
-    )
+    changes = [np.abs(_quantity_values(numeric, quantity, joint) - values).max() for joint in range(numeric.chain.n)]
+    influential = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
     yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
 
 
@@ -196,12 +177,9 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     option_values = [numeric.evaluate_as_text(sp.Matrix(option.shown)) for option in offered]
     matched = []
     for joint in range(numeric.chain.n):
-        matches = [
-            k
-            for k, value in enumerate(option_values)
-            if check_agreement("", value, jacobian[:, :, [joint]], EXACT_TOLERANCE).passed
-        ]
-        matched.append(matches[0] if len(matches) == 1 else -1)
+        column = jacobian[:, :, [joint]]
+        is_equal = [check_agreement("", value, column, EXACT_TOLERANCE).passed for value in option_values]
+        matched.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
     yield Check("columns", tuple(matched) == answer.correct, f"options of the joints, from 0: {matched}")
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
@@ -215,12 +193,8 @@ def _check_value(part: Part, expected: float) -> Checks:
 
 
 def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
-    yield from _check_value(
-        part,
-        float(
-            np.linalg.det(exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task])
-        ),
-    )
+    jacobian = exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
+    yield from _check_value(part, float(np.linalg.det(jacobian)))
 
 
 def _check_speed(numeric: NumericReference, part: Part) -> Checks:
@@ -244,12 +218,9 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     yield Check("statement", answer.options[answer.correct] == str(is_true).lower(), f"it is {is_true}")
 
 
+_FORMULA_CHOICES = [each.name for each in CHOICE_QUESTIONS if each.template in ("formula-choice", "screw-choice")]
 CHECKS: dict[str, PartCheck] = {
-    **{
-        question.name: _check_formula_choice
-        for question in CHOICE_QUESTIONS
-        if question.template in ("formula-choice", "screw-choice")
-    },
+    **dict.fromkeys(_FORMULA_CHOICES, _check_formula_choice),
     "singular-angles-choice": _check_set_choice,
     "singular-configurations": _check_configurations,
     "singular-drawing": _check_configurations,

@@ -22,7 +22,6 @@ from qdot.exercises.verify.appearance import distances_from_axis, side_of_lost_d
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import reference_numbers
 from qdot.exercises.verify.numeric_reference import (
-    CONFIGURATIONS_PER_ARM,
     Check,
     Checks,
     NumericReference,
@@ -56,9 +55,8 @@ def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.answer_as(Number)
-    rank, is_clear = find_rank(
-        exponential_jacobian_at(numeric, part.details_as(ConfigurationDetails).place)[numeric.task]
-    )
+    configuration = part.details_as(ConfigurationDetails).place
+    rank, is_clear = find_rank(exponential_jacobian_at(numeric, configuration)[numeric.task])
     yield check_agreement("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
@@ -89,30 +87,22 @@ def _check_written_form(part: Part) -> Check:
     all_negative = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
     numbers = [term.as_coeff_Mul()[0] for term in terms]
-    unwieldy = [number for number in numbers if number.is_Rational and max(abs(number.p), number.q) > 99_999]
-    return Check(
-        "short", bool(entries) and not all_negative and not unwieldy, f"{len(entries)} entries, {len(terms)} terms"
-    )
+    is_unwieldy = any(number.is_Rational and max(abs(number.p), number.q) > 99_999 for number in numbers)
+    is_short = bool(entries) and not all_negative and not is_unwieldy
+    return Check("short", is_short, f"{len(entries)} entries, {len(terms)} terms")
 
 
 def _check_formula(numeric: NumericReference, part: Part, rank_loss: LostDirectionAt) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
     fixed = {q for q, _ in rank_loss.values}
     remaining = part.answer.as_matrix().free_symbols & fixed
-    yield Check(
-        "free joints only",
-        not remaining,
-        f"{', '.join(sorted(map(str, remaining)))} occurs" if remaining else "no other",
-    )
-    jacobians = []
-    for index, (arm, lengths) in enumerate(zip(numeric.arms, numeric.lengths, strict=True)):
-        rows = slice(index * CONFIGURATIONS_PER_ARM, (index + 1) * CONFIGURATIONS_PER_ARM)
-        q = np.stack([numeric.symbol_values[symbol.name][rows] for symbol in numeric.chain.q], axis=1)
-        substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        for symbol, value in rank_loss.values:
-            q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(substitutions)))
-        jacobians.append(exponential_jacobian(arm, q)[:, numeric.task])
-    yield _check_perpendicular(numeric.evaluate_as_text(part.answer.as_matrix()), np.concatenate(jacobians))
+    detail = f"{', '.join(sorted(map(str, remaining)))} occurs" if remaining else "no other"
+    yield Check("free joints only", not remaining, detail)
+    q = numeric.configurations.copy()
+    for symbol, value in rank_loss.values:
+        q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
+    jacobians = numeric.for_each_arm(exponential_jacobian, q)[:, numeric.task]
+    yield _check_perpendicular(numeric.evaluate_as_text(part.answer.as_matrix()), jacobians)
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
@@ -183,24 +173,14 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
     if not samples:
         return
     velocities = [_possible_velocities(sample, numeric.task, motion.moving, motion.held) for sample in samples]
-    option_directions = line_directions(motion.lines, samples)
-    sizes = np.array(
-        [
-            [float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]
-            for vectors in option_directions
-        ]
-    )
-    scale = np.array([float(np.abs(v).max()) for v in velocities])
-    shares = sizes / np.maximum(scale, 1e-12)
-    for index, (text, share) in enumerate(zip(texts, shares, strict=True)):
+    scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
+    for index, (text, vectors) in enumerate(zip(texts, line_directions(motion.lines, samples), strict=True)):
+        share = np.array([float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]) / scale
         if index == answer.correct:
             yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")
         else:
-            yield Check(
-                "something along it",
-                bool(np.mean(share > MIN_SPEED_SHARE) >= MIN_SAMPLE_SHARE),
-                f"{text}: {np.median(share):.2f}",
-            )
+            is_clear = bool(np.mean(share > MIN_SPEED_SHARE) >= MIN_SAMPLE_SHARE)
+            yield Check("something along it", is_clear, f"{text}: {np.median(share):.2f}")
 
 
 def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_at_rest: bool) -> np.ndarray:
@@ -209,9 +189,8 @@ def _possible_velocities(sample: Sample, task: Sequence[int], body: str, others_
     If `others_at_rest`, only velocities are possible that keep the task's other rows (angular or linear) at zero.
     """
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
-    moving_rows, held_rows = (
-        (jacobian[:3], [r for r in task if r > 2]) if body == "P" else (jacobian[3:], [r for r in task if r < 3])
-    )
+    moving_rows = jacobian[:3] if body == "P" else jacobian[3:]
+    held_rows = [row for row in task if (row > 2) == (body == "P")]
     if not others_at_rest or not held_rows:
         return np.asarray(moving_rows)
     _, sigma, vt = np.linalg.svd(jacobian[held_rows])
@@ -229,23 +208,20 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
-    is_true_everywhere = [
-        bool(samples) and all(_meaning_holds(meaning, sample) for sample in samples)
-        for meaning, _ in choice.offered
-    ]
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
-    holds = [
-        is_true and (kind is None or kinds == {kind})
-        for is_true, (_, kind) in zip(is_true_everywhere, choice.offered, strict=True)
-    ]
+
+    def holds_everywhere(meaning: Meaning, kind: str | None) -> bool:
+        is_true = bool(samples) and all(_meaning_holds(meaning, sample) for sample in samples)
+        return is_true and (kind is None or kinds == {kind})
+
+    holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.offered]
     expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
     if choice.offered[correct][1] == "boundary":
         yield side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    has_reason = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS or bool(
-        numeric.chain.linear_rows
-    )
+    are_directions = {meaning.kind for meaning, _ in choice.offered} <= _AXIS_DIRECTION_KINDS
+    has_reason = are_directions or bool(numeric.chain.linear_rows)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 

@@ -50,11 +50,8 @@ def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
     rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
     cross_rotation = hat(pose[..., :3, 3]) @ rotation
-    blocks = (
-        [[rotation, cross_rotation], [zero, rotation]]
-        if _is_linear_first(numeric)
-        else [[rotation, zero], [cross_rotation, rotation]]
-    )
+    upper_right, lower_left = (cross_rotation, zero) if _is_linear_first(numeric) else (zero, cross_rotation)
+    blocks = [[rotation, upper_right], [lower_left, rotation]]
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
@@ -67,12 +64,11 @@ class _ExponentialArm:
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
-        self.q = np.stack([numeric.symbol_values[q.name] for q in numeric.chain.q], axis=1)
-        motion, screws = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
+        motion, screws = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
         for i, axis in enumerate(axes):
             omega, v = self._screw(numeric, axis)
             screws.append((_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
-            motion = motion @ screw_exponential(omega, v, self.q[:, i])
+            motion = motion @ screw_exponential(omega, v, numeric.configurations[:, i])
         self.space_jacobian = np.stack(screws, axis=2)
         home = np.broadcast_to(np.eye(4), motion.shape).copy()
         home[:, :3, 3] = numeric.evaluate_constants(point)
@@ -143,12 +139,8 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     yield check_agreement("matrix of the twist", claimed[None], _transform_twists(numeric, pose, twist)[None], 1e-8)
     geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, angular = (pose[:3, :3].T @ (part_jacobian @ rates) for part_jacobian in (geometric[:3], geometric[3:]))
-    largest_error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
-    yield Check(
-        "the arm can",
-        bool(largest_error <= 0.51 * 10.0**-DECIMALS),
-        f"its rates give the twist but for {largest_error:.1e}",
-    )
+    error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
+    yield Check("the arm can", bool(error <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {error:.1e}")
     yield check_three_digits(part)
 
 

@@ -76,10 +76,8 @@ def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
 def _check_soundness(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Checks:
     """Check that every piece contains configurations, and that the Jacobian loses rank there."""
     for text, piece in zip(texts, claimed, strict=True):
-        ratios_by_arm = [_ratios_on_piece(numeric, piece, lengths, joints) for lengths in numeric.lengths]
-        ratios = [ratio for arm_ratios in ratios_by_arm for ratio in arm_ratios] or _ratios_for_other_lengths(
-            numeric, piece, joints
-        )
+        ratios = [each for lengths in numeric.lengths for each in _ratios_on_piece(numeric, piece, lengths, joints)]
+        ratios = ratios or _ratios_for_other_lengths(numeric, piece, joints)
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < RANK_TOLERANCE, detail)
 
@@ -91,9 +89,8 @@ def _ratios_on_piece(
     space = ConfigurationSpace(joints, domain_of(numeric.chain, lengths))
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
     q = np.stack([values[joint] for joint in joints], axis=1)
-    return [
-        float(ratio) for ratio in conditioning_ratios(NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task])
-    ]
+    jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task]
+    return [float(ratio) for ratio in conditioning_ratios(jacobians)]
 
 
 def _ratios_for_other_lengths(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
@@ -134,9 +131,8 @@ def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: l
             starts = uncovered + SEARCH_RADIUS * random_configurations(chain, numeric.rng, START_COUNT)
             nearby_results = find_singular_configurations(arm, starts, numeric.task)
             if 2 * len(find_uncovered(nearby_results)) >= len(nearby_results):
-                location = ", ".join(
-                    f"{name} = {value:.4g}" for name, value in [*zip(joints, uncovered, strict=True), *lengths.items()]
-                )
+                pairs = [*zip(joints, uncovered, strict=True), *lengths.items()]
+                location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
                 return Check("complete", False, f"J loses rank at {location}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")
 

@@ -31,14 +31,14 @@ SINGLE_NUMBER_TOLERANCE = 1e-3
 """Relative tolerance for the factor between a single number and the reference."""
 RELATIVE_TOLERANCE = 1e-7
 FACTOR_WORDS = {
-    2.0: "by the factor 2",
-    100.0: "by the factor 100, as between metres and centimetres",
-    1000.0: "by the factor 1000, as between metres and millimetres",
+    2.0: "by a factor of 2",
+    100.0: "by a factor of 100, as between metres and centimetres",
+    1000.0: "by a factor of 1000, as between metres and millimetres",
     180 / np.pi: "by the factor between degrees and radians",
-    2 * np.pi: "by the factor 2 pi, as between turns and radians",
+    2 * np.pi: "by a factor of 2 pi, as between revolutions and radians",
 }
 """The words for a factor between an answer and the reference, or for its reciprocal."""
-REWORK_ADVICE = "Work it out again step by step, and look at each number that you took from the problem."
+REWORK_ADVICE = "Calculate it again step by step, and check each number that you took from the problem."
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
 MAX_CONFIGURATIONS = 81
 
@@ -65,9 +65,8 @@ def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     expected = part.answer.as_matrix()
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
-    return next(
-        _find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), REWORK_ADVICE
-    )
+    expected_numbers = np.array([complex(entry) for entry in expected])[:, None]
+    return next(_find_factor(numbers_given, expected_numbers, 5e-3), REWORK_ADVICE)
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
@@ -129,22 +128,19 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> 
         return
     ratios = answer[is_counted] / expected[is_counted]
     factor = float(ratios[0].real)
-    if (
-        not np.isfinite(ratios).all()
-        or (np.abs(ratios - factor) > tolerance * abs(factor)).any()
-        or factor in (0.0, 1.0)
-    ):
+    is_common = np.isfinite(ratios).all() and (np.abs(ratios - factor) <= tolerance * abs(factor)).all()
+    if not is_common or factor in (0.0, 1.0):
         return
     if len(ratios) == 1:  # a single wrong number always differs by some factor
         tolerance = SINGLE_NUMBER_TOLERANCE
     for candidate, words in FACTOR_WORDS.items():
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < tolerance:
-                yield f"All numbers are too {size_word} {words}."
+                yield f"All your numbers are too {size_word} {words}."
     if len(ratios) > 1 and np.ptp(expected[is_counted].real) > RELATIVE_TOLERANCE:
         yield (
-            "Everything is wrong by one and the same factor: look for a unit, a root or a square, a common factor, or "
-            "a vector that is to have length 1."
+            "All your entries are wrong by the same factor. Check the units, roots and squares, and whether a vector "
+            "must have length 1."
         )
 
 
@@ -157,10 +153,10 @@ def _compare_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterator
         values_after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
         answer_changes, expected_changes = map(_has_changed, values_after, values_before)
         if expected_changes and not answer_changes:
-            yield f"Your answer does not change with {q}. Move joint {i} alone: does nothing of what is asked change?"
+            yield f"Your answer does not depend on {q}. What changes if only joint {i} moves?"
             return
         if answer_changes and not expected_changes:
-            yield f"Your answer changes with {q}. Move joint {i} alone, and look at what is asked: it stays as it is."
+            yield f"Your answer depends on {q}. If only joint {i} moves, the requested result does not change."
             return
 
 
@@ -172,29 +168,26 @@ def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
 def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.has_fixed_joints:
-        yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
+        yield "Calculate the numbers again step by step, and substitute your result into the equation that it solves."
         return
     revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
     first_values = {name: value[:1] for name, value in values.items()}
     for angles in islice(product(SIMPLE_ANGLES, repeat=len(revolute_joints)), MAX_CONFIGURATIONS):
         joint_angles = dict(zip(revolute_joints, angles, strict=True))
-        answer, expected = pair.evaluate(
-            first_values | {q.name: np.array([angle]) for q, angle in joint_angles.items()}
-        )
-        wrong_entries = np.flatnonzero(
-            ~(np.abs(answer - expected)[:, 0] <= RELATIVE_TOLERANCE * (1 + np.abs(expected)[:, 0]))
-        )
-        if len(wrong_entries) and np.isfinite(expected).all():
-            pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
-            entry = _name_entry(pair.part, int(wrong_entries[0]))
-            yield f"Draw the arm at {pose_text or 'any place'} and work out {entry} there by hand: your answer differs."
+        joint_values = {q.name: np.array([angle]) for q, angle in joint_angles.items()}
+        answer, expected = pair.evaluate(first_values | joint_values)
+        is_correct = np.abs(answer - expected)[:, 0] <= RELATIVE_TOLERANCE * (1 + np.abs(expected)[:, 0])
+        if not is_correct.all() and np.isfinite(expected).all():
+            angles_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
+            location, entry = angles_text and f" at {angles_text}", _name_entry(pair.part, int(is_correct.argmin()))
+            yield f"Draw the arm{location} and calculate {entry} there by hand. Your answer gives another value."
             return
-    yield "Put numbers in for one pose that is easy to draw, and compare term by term with the drawing."
+    yield "Substitute a configuration that is easy to draw, and compare your answer with the drawing term by term."
 
 
 def _name_entry(part: Part, index: int) -> str:
     if part.shape is None or part.shape == (1, 1) or part.answer.counts_up_to_a_factor:
-        return "what is asked"
+        return "the result"
     rows, columns = part.shape
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
 
@@ -204,17 +197,18 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
-    expected_joints = {
-        q.name for component in components for condition in component.conditions for q in condition.free_symbols
-    }
+    expressions = [condition for component in components for condition in component.conditions]
+    expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     for name in [q.name for q in problem.chain.q]:
         is_named = name in find_names(parsed_answer.tree)
         if name in expected_joints and not is_named:
-            return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
+            return (
+                f"Your answer does not contain {name}. Do the zeros of the determinant (or of all minors) depend on it?"
+            )
         if is_named and name not in expected_joints:
             return (
-                f"Something is said of {name}. Put its value into the determinant (or the minors): are they zero then, "
-                "whatever the other joints are?"
+                f"Your answer contains {name}. Substitute its value into the determinant (or the minors). Are they "
+                "zero for all values of the other joints?"
             )
     has_joint_conditions = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
@@ -228,27 +222,24 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, has_j
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:
         claimed_pieces = parse_claims(assign_values_to_joint(tree, joints), joints)
-        expected_pieces = [
-            piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)
-        ]
-        comparison = compare_sets(
-            claimed_pieces, expected_pieces, ConfigurationSpace(joints, domain, part.rounding), seed
-        )
+        conditions = [condition for (condition,) in part.answer.trees(domain.roles)]
+        expected_pieces = [piece for condition in conditions for piece in parse_pieces(condition, joints)]
+        space = ConfigurationSpace(joints, domain, part.rounding)
+        comparison = compare_sets(claimed_pieces, expected_pieces, space, seed)
     except ParseError:
         return None
-    advice = "look for all angles in a turn, and for what vanishes together"
-    if not has_joint_conditions:
-        advice = "set each factor to zero by itself, and look for all angles in a turn"
     if comparison.is_only_rounded:
-        return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
+        return "Rounded values earn fewer points. Write exact values, such as pi/3 or acos(1/3)."
+    if has_joint_conditions:
+        advice = "Look for all angles in a full turn, and for factors that are zero at the same time."
+    else:
+        advice = "Set each factor to zero by itself, and look for all angles in a full turn."
     if comparison.surplus is None:
-        return f"What you give is singular, and it is not all: {advice}."
+        return f"All configurations in your answer are singular, but some are missing. {advice}"
+    together = ""
     if has_joint_conditions or any(len(piece) > 1 for piece in claimed_pieces):
-        return (
-            "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
-            f"be zero whatever the remaining joints are. Then {advice}."
-        )
+        together = " Substitute values that must hold together at the same time."
     return (
-        "Put each of your values into the determinant (or the minors): it has to be zero whatever the other joints "
-        f"are. Then {advice}."
+        f"Substitute each of your values into the determinant (or the minors).{together} The result must be zero for "
+        f"all values of the other joints. {advice}"
     )

@@ -30,6 +30,7 @@ from qdot.exercises.mistakes.finished import (
     replace_each_trig,
 )
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
+from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_ENTRIES = 8
@@ -46,52 +47,35 @@ MIN_SAMPLES_FOR_CONSTANT = 4
 MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
 """How many ways of replacing an answer's lengths by those of the arm are tried, and at how many configurations."""
 
-OWN_TABLE_HINT = "use the lengths in the table of your own arm. See (6.1)."
+OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
 """Maps a missing term or factor to a surplus one: what the reference lacks, compared with the answer, is surplus."""
 
 EntryIndex = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class ComparedFormulas:
-    """The formulas of the reference, (rows, columns), and those that the student typed, if any.
-
-    `is_differentiated` is whether each entry is found by differentiation.
-    """
-
-    reference: Rows
-    is_differentiated: np.ndarray
-    typed_rows: Rows | None = None
-
-
-def explain_formulas(
-    formulas: ComparedFormulas,
-    values: SymbolValues,
-    answer: NumericAnswer,
-    correct_values: np.ndarray,
-    allows_any_number: bool = False,
-) -> Diagnosis | None:
-    """Return the mistake in the finished formulas of an answer that has the shape of `correct_values`.
+def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bool = False) -> Diagnosis | None:
+    """Return the mistake in the finished formulas of an answer; `reference` has the formulas of the correct answer.
 
     Each wrong entry is searched for one mistake. If `allows_any_number`, a number or an angle may also be wrong by any
     amount. Blanks don't count as wrong.
     """
-    if answer.values.shape != correct_values.shape:
+    if not answer.has_expected_shape:
         return None
-    is_wrong = ~answer.match_entries(correct_values) & ~np.isnan(answer.values).any(axis=-1)
+    numeric = answer.numeric
+    is_wrong = ~numeric.match_entries(answer.correct_values) & ~np.isnan(numeric.values).any(axis=-1)
     wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
     if not wrong_entries:
         return None
     if not len(wrong_entries) == 1 < is_wrong.size:
         diagnosis = (
-            _find_exchange(answer, correct_values, wrong_entries)
-            or _find_throughout(formulas.reference, values, answer)
-            or _find_other_lengths(formulas, values, answer, correct_values)
+            _find_exchange(answer, wrong_entries)
+            or _find_throughout(answer, reference)
+            or _find_other_lengths(answer, reference)
         )
         if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
             return diagnosis
-    return _find_in_entries(formulas, values, answer, correct_values, wrong_entries, allows_any_number)
+    return _find_in_entries(answer, reference, wrong_entries, allows_any_number)
 
 
 def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
@@ -111,71 +95,60 @@ def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) 
     return f"In {', '.join(others)}, and {last_entry}," if others else f"In {last_entry},"
 
 
-def _find_exchange(
-    answer: NumericAnswer, correct_values: np.ndarray, entry_indices: Sequence[EntryIndex]
-) -> Diagnosis | None:
+def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
     if len(entry_indices) != 2:
         return None
-    exchanged_values = correct_values.copy()
-    exchanged_values[entry_indices[0]], exchanged_values[entry_indices[1]] = (
-        correct_values[entry_indices[1]],
-        correct_values[entry_indices[0]],
-    )
-    if answer.equals(exchanged_values):
-        return _make_diagnosis("entries-exchanged", entry_indices, correct_values.shape)
+    (first, second), exchanged_values = entry_indices, answer.correct_values.copy()
+    exchanged_values[first], exchanged_values[second] = answer.correct_values[second], answer.correct_values[first]
+    if answer.numeric.equals(exchanged_values):
+        return _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
     return None
 
 
-def _find_throughout(rows: Rows, values: SymbolValues, answer: NumericAnswer) -> Diagnosis | None:
+def _find_throughout(answer: WrongAnswer, rows: Rows) -> Diagnosis | None:
     """Return the mistake that was made everywhere in the formulas; None if there is none or they are too long."""
     size = sum(count_nodes(entry) for row in rows for entry in row)
     for name, edited_rows in islice(edit_throughout(rows), MAX_EVALUATED_NODES // max(size, 1)):
-        predicted = _evaluate([entry for row in edited_rows for entry in row], values).reshape(answer.values.shape)
-        if answer.equals(predicted) and is_distinctive(predicted):
+        entries = [entry for row in edited_rows for entry in row]
+        predicted = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
+        if answer.numeric.equals(predicted) and is_distinctive(predicted):
             return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
 
 
-def _find_other_lengths(
-    formulas: ComparedFormulas, values: SymbolValues, answer: NumericAnswer, correct_values: np.ndarray
-) -> Diagnosis | None:
+def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
     """Return the diagnosis that an answer would be correct for an arm with other lengths, of which several differ.
 
     This is not a mistake of the catalogue and earns no partial credit, because the arm may be another student's.
     """
-    entries = [entry for row in formulas.typed_rows or [] for entry in row]
+    entries = [entry for row in answer.rows or [] for entry in row]
     if sum(map(count_nodes, entries)) > MAX_ENTRY_NODES:
         return None
     typed_lengths = [leaf for entry in entries for leaf in _find_lengths(entry)]
-    arm_lengths = list(
-        dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _find_lengths(entry))
-    )
+    arm_lengths = list(dict.fromkeys(leaf for row in reference for entry in row for leaf in _find_lengths(entry)))
     replaced = list(dict.fromkeys(typed_lengths))
     other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
     if len(arm_lengths) ** len(replaced) > MAX_REPLACEMENTS:
         replaced = other_lengths  # if there are few combinations, the arm's own lengths may also be exchanged
-    if (
-        sum(map(typed_lengths.count, other_lengths)) < 2
-        or not 0 < len(arm_lengths) ** len(replaced) <= MAX_REPLACEMENTS
-    ):
+    count = len(arm_lengths) ** len(replaced)
+    if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < count <= MAX_REPLACEMENTS:
         return None
-    sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in values.items()}
+    sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in answer.values.items()}
     replacements = list(product(_evaluate(arm_lengths, sampled_values), repeat=len(replaced)))
     names_of = {leaf: Node("name", value=f"length {k}") for k, leaf in enumerate(replaced)}
-    lengths = {
-        f"length {k}": np.concatenate([replacement[k] for replacement in replacements]).real
-        for k in range(len(replaced))
-    }
-    repeated_values = {name: np.tile(value, len(replacements)) for name, value in sampled_values.items()}
-    values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values | lengths)
-    answers = values_of_entries.reshape(*correct_values.shape[:2], len(replacements), -1)
-    expected, size = correct_values[..., :REPLACEMENT_SAMPLE_COUNT], answer.term_size[..., :REPLACEMENT_SAMPLE_COUNT]
-    if not any(
-        NumericAnswer(answers[:, :, k], size, answer.tolerances).equals(expected) for k in range(len(replacements))
-    ):
+    repeated_values = {name: np.tile(value, count) for name, value in sampled_values.items()}
+    for name, values in zip(names_of.values(), zip(*replacements, strict=True), strict=True):
+        repeated_values[str(name.value)] = np.concatenate(values).real
+    values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values)
+    answers = values_of_entries.reshape(*answer.correct_values.shape[:2], count, -1)
+    expected, size = (
+        values[..., :REPLACEMENT_SAMPLE_COUNT] for values in (answer.correct_values, answer.numeric.term_size)
+    )
+    tolerances = answer.numeric.tolerances
+    if not any(NumericAnswer(answers[:, :, k], size, tolerances).equals(expected) for k in range(count)):
         return None
-    length_words = ", ".join(map(node_text, other_lengths))
-    return Diagnosis((), f"This would be right for an arm with other lengths ({length_words}): {OWN_TABLE_HINT}")
+    words = ", ".join(map(node_text, other_lengths))
+    return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
 
 
 def _find_lengths(node: Node) -> Iterator[Node]:
@@ -186,45 +159,35 @@ def _find_lengths(node: Node) -> Iterator[Node]:
 
 
 def _find_in_entries(
-    formulas: ComparedFormulas,
-    values: SymbolValues,
-    answer: NumericAnswer,
-    correct_values: np.ndarray,
-    wrong_entries: Sequence[EntryIndex],
-    allows_any_number: bool,
+    answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], allows_any_number: bool
 ) -> Diagnosis | None:
     """Return the mistake that was made in each wrong entry: the same in all, or one of at most two kinds."""
-    count = answer.values[..., 0].size
+    has_other_entries = 3 < answer.correct_values[..., 0].size != len(wrong_entries)
     mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
     for i, j in wrong_entries:
         entry = _WrongEntry(
-            formulas.reference[i][j], formulas.typed_rows[i][j] if formulas.typed_rows else None,
-            bool(formulas.is_differentiated[i, j]), values, answer.select_entry(i, j), correct_values[i, j],
+            reference[i][j], answer.rows[i][j] if answer.rows else None,
+            bool(answer.is_differentiated[i, j]), answer.values, answer.numeric.select_entry(i, j),
+            answer.correct_values[i, j],
         )  # fmt: skip
-        mistakes_by_entry[i, j] = entry.find_mistakes(
-            has_other_entries=3 < count != len(wrong_entries), allows_any_number=allows_any_number
-        )
+        mistakes_by_entry[i, j] = entry.find_mistakes(has_other_entries, allows_any_number)
         if not mistakes_by_entry[i, j]:
             return None
-    common = [
-        name
-        for name, _ in mistakes_by_entry[wrong_entries[0]]
-        if all(name in dict(slips) for slips in mistakes_by_entry.values())
-    ]
+    first_names = [name for name, _ in mistakes_by_entry[wrong_entries[0]]]
+    common = [name for name in first_names if all(name in dict(found) for found in mistakes_by_entry.values())]
     entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
-    for entry_index, slips in mistakes_by_entry.items():
-        entries_by_mistake.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(
-            entry_index
-        )
+    for entry_index, found in mistakes_by_entry.items():
+        likeliest = next(each for each in found if each[0] in common[:1] or not common)
+        entries_by_mistake.setdefault(likeliest, []).append(entry_index)
     mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
         return None
     diagnoses = [
-        _make_diagnosis(name, entry_indices, answer.values.shape, missing_words)
+        _make_diagnosis(name, entry_indices, answer.correct_values.shape, missing_words)
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
-    known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=known_by)
+    signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
+    return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), signature=signature)
 
 
 LocatedMistake = tuple[str, str]
@@ -251,12 +214,8 @@ class _WrongEntry:
         if not (is_informative or has_other_entries):
             return []
         if not self.answer.values.any():
-            is_term = expand_terms(self.reference, 1)
-            return [
-                ("term-missing", Edit("", self.reference, self.reference).missing_words)
-                if is_term
-                else ("entry-missing", "")
-            ]
+            words = Edit("", self.reference, self.reference).missing_words
+            return [("term-missing", words) if expand_terms(self.reference, 1) else ("entry-missing", "")]
         mistakes = list(dict.fromkeys((*self._by_edit(), *self._by_surplus(), *self._by_sign())))
         if mistakes or not (is_informative and allows_any_number):
             return mistakes
@@ -283,9 +242,8 @@ class _WrongEntry:
         """Return the edits of a formula that give the expected values, among the edits for the given mistakes."""
         if not self.is_derivative:
             allowed_mistakes = set(allowed_mistakes) - DERIVATIVE_MISTAKES
-        candidates = list(
-            islice((edit for edit in edit_entry(entry, self.values) if edit.mistake in allowed_mistakes), MAX_EDITS)
-        )
+        edits = (edit for edit in edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
+        candidates = list(islice(edits, MAX_EDITS))
         answers = _evaluate([edit.entry for edit in candidates], self.values)
         if candidates:
             return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
@@ -293,9 +251,8 @@ class _WrongEntry:
 
     def _by_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
-        terms = (
-            expand_terms(self.reference, MAX_TERMS) if count_nodes(self.reference) <= MAX_ENTRY_NODES else None
-        ) or []
+        is_short = count_nodes(self.reference) <= MAX_ENTRY_NODES
+        terms = (expand_terms(self.reference, MAX_TERMS) if is_short else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
         for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
@@ -319,9 +276,8 @@ class _WrongEntry:
         without_trig = replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
         turned_trig = replace_each_trig(self.reference, add_quarter_turn)[:MAX_TRIGS]
         entry_values, *variants = _evaluate([self.reference, *without_trig, *turned_trig], self.values)
-        for k, (constant_part, turned_values) in enumerate(
-            zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
-        ):
+        pairs = zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
+        for k, (constant_part, turned_values) in enumerate(pairs):
             coefficients = np.stack([entry_values - constant_part, turned_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
@@ -355,6 +311,5 @@ def _make_diagnosis(
     name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
 ) -> Diagnosis:
     where = locate_entries(entry_indices, shape)
-    return Diagnosis(
-        (name,), CATALOGUE[name].sentence({"Where": where, "which": missing_words}), signature=(f"{name} {where}",)
-    )
+    message = CATALOGUE[name].sentence({"Where": where, "which": missing_words})
+    return Diagnosis((name,), message, signature=(f"{name} {where}",))

@@ -10,8 +10,10 @@ change when others submit, and without the secret nobody can compute it.
 """
 
 import hashlib
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 from itertools import combinations_with_replacement, permutations
 
 import sympy as sp
@@ -53,10 +55,8 @@ def find_group(
     identity = _identify(problem, part, parsed_answer, diagnosis, secret)
     if identity is None:
         return None
-    number = int.from_bytes(
-        hashlib.sha256(repr((secret, part.name, identity)).encode("utf-8", "replace")).digest()[:16]
-    )
-    letters = []
+    text = repr((secret, part.name, identity)).encode("utf-8", "replace")
+    number, letters = int.from_bytes(hashlib.sha256(text).digest()[:16]), []
     for _ in range(KEY_LENGTH):
         number, index = divmod(number, len(KEY_LETTERS))
         letters.append(KEY_LETTERS[index])
@@ -80,18 +80,13 @@ def _identify(
         if parsed_answer.tree is not None and part.answer.is_set:
             joints = [q.name for q in problem.chain.q]
             reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
-            return "set", *(
-                general.fingerprint_conditions(tree, joints, secret) for tree in (parsed_answer.tree, reference)
-            )
+            trees = (parsed_answer.tree, reference)
+            return "set", *(general.fingerprint_conditions(tree, joints, secret) for tree in trees)
         if parsed_answer.rows is not None:
             answer_and_reference = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
             shapes = [(len(rows), len(rows[0])) for rows in answer_and_reference]
             entries = [[entry for row in rows for entry in row] for rows in answer_and_reference]
-            return (
-                "formulas",
-                shapes,
-                *(general.fingerprint_formulas(row_entries, secret, is_direction) for row_entries in entries),
-            )
+            return "formulas", shapes, *(general.fingerprint_formulas(each, secret, is_direction) for each in entries)
     except (ParseError, ValueError, ArithmeticError, RecursionError):
         pass  # not a formula: compare the text
     return "text", "".join(parsed_answer.text.split())
@@ -130,9 +125,8 @@ class _GeneralForm:
         self.revolute_variables = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
         for q, joint, offset in zip(chain.q, chain.joints, _list_offsets(chain), strict=True):
             if offset != 0:
-                self.offset_by_joint[q.name] = self.generalize(
-                    parse_reference(str(offset), frozenset()), joint.kind == "P"
-                )
+                tree = parse_reference(str(offset), frozenset())
+                self.offset_by_joint[q.name] = self.generalize(tree, joint.kind == "P")
                 self.shifted_joints[q.name] = Node("-", (Node("name", value=q.name), self.offset_by_joint[q.name]))
 
     def generalize(self, tree: Node, numbers_are_lengths: bool = True) -> Node:
@@ -173,10 +167,8 @@ class _GeneralForm:
         if abs(number) in lengths:
             product, factors = _replace_number(lengths, number), others
         for factor, in_denominator in factors:
-            generalized_factor = (
-                _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
-            )
-            product = Node("/" if in_denominator else "*", (product, generalized_factor))
+            general = _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
+            product = Node("/" if in_denominator else "*", (product, general))
         return product
 
     def fingerprint_formulas(
@@ -189,9 +181,8 @@ class _GeneralForm:
         if up_to_a_factor and pivot is not None:
             trees = [Node("/", (tree, pivot)) for tree in trees]
             digests = fingerprint_results(compile_program(trees), seed)
-        return tuple(
-            _canonical_text(tree) if digest is None else digest for tree, digest in zip(trees, digests, strict=True)
-        )
+        pairs = zip(trees, digests, strict=True)
+        return tuple(_canonical_text(tree) if digest is None else digest for tree, digest in pairs)
 
     def fingerprint_conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
         """Return a fingerprint of a set of conditions that doesn't depend on their order."""
@@ -270,11 +261,9 @@ def _drop_ambiguous(name_by_value: Mapping[Fraction, Node], sources: Sequence[Nu
         nodes: dict[Fraction, list[Node]] = {}
         for value, node in pairs:
             nodes.setdefault(value, []).append(node)
-        yield from (
-            (value, candidates[0])
-            for value, candidates in nodes.items()
-            if value not in known_numbers and value.denominator != 1 and len(candidates) == 1
-        )
+        for value, candidates in nodes.items():
+            if value not in known_numbers and value.denominator != 1 and len(candidates) == 1:
+                yield value, candidates[0]
         known_numbers |= set(nodes)
 
 
@@ -285,10 +274,8 @@ def _signed_name(names_and_signs: Sequence[tuple[str, int]]) -> Node:
 
 def _products(name_by_value: Mapping[Fraction, Node], count: int) -> NumbersAndNodes:
     for values in combinations_with_replacement(name_by_value, count):
-        product, node = values[0], name_by_value[values[0]]
-        for value in values[1:]:
-            product, node = product * value, Node("*", (node, name_by_value[value]))
-        yield product, node
+        names = (name_by_value[value] for value in values)
+        yield math.prod(values, start=Fraction(1)), reduce(lambda product, name: Node("*", (product, name)), names)
 
 
 def _sums(name_by_value: Mapping[Fraction, Node]) -> NumbersAndNodes:

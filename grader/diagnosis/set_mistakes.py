@@ -7,7 +7,7 @@ another form, or that no mistake gives, are compared by their configurations, wh
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, islice, product, starmap
 
 import numpy as np
 
@@ -21,9 +21,7 @@ from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits,
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
-    EQUIVALENT_MISTAKES,
     generate_mistaken_answers,
-    mistake_frequency,
 )
 from qdot.exercises.mistakes.configurations import sample_values
 from qdot.exercises.mistakes.sets import name_missed_component, zero_question
@@ -66,22 +64,15 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
     marker = _Fingerprinter(problem, seed)
     if not all(map(marker.is_plain, pieces)):
         return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, pieces, seed)
-    marks = marker.fingerprint_pieces(pieces)
-    if _is_correct_but_rounded(
-        marks, marker.fingerprint_answer(part.answer), count_decimal_digits(parsed_answer.tree) > 0
-    ):
+    marks, has_decimals = marker.fingerprint_pieces(pieces), count_decimal_digits(parsed_answer.tree) > 0
+    if _is_correct_but_rounded(marks, marker.fingerprint_answer(part.answer), has_decimals):
         return Diagnosis((), EXACT_VALUES_ADVICE)
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
             predicted = marker.fingerprint_answer(variant.answer)
-            has_equal_values = (
-                marks.tied_pieces
-                and marks.valued_pieces == predicted.valued_pieces
-                and len(marks.tied_pieces) == len(predicted.tied_pieces)
-            )
-            if predicted == marks or (
-                has_equal_values and _is_judged_correct(problem, part, parsed_answer, variant, seed)
-            ):
+            has_equal_values = marks.tied_pieces and marks.valued_pieces == predicted.valued_pieces
+            may_be_equal = has_equal_values and len(marks.tied_pieces) == len(predicted.tied_pieces)
+            if predicted == marks or (may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)):
                 return _name_likeliest(problem, part, mistake, variant, marker)
     return _explain_pieces(problem, part, pieces, seed)
 
@@ -110,21 +101,12 @@ def _name_likeliest(
     Equally likely mistakes are all named.
     """
     marks, equal_variants = fingerprinter.fingerprint_answer(variant.answer), [(mistake, variant)]
-    for rival in map(CATALOGUE.__getitem__, EQUIVALENT_MISTAKES.get(mistake.name, ())):
-        set_variants = (
-            set_variant
-            for set_variant in rival.answers(problem.chain, part)
-            if isinstance(set_variant.answer, ConditionSet)
-        )
-        equal_variants += [
-            (rival, set_variant)
-            for set_variant in set_variants
-            if fingerprinter.fingerprint_answer(set_variant.answer) == marks
-        ][:1]
-    highest = max(mistake_frequency(rival) for rival, _ in equal_variants)
-    likeliest = [
-        (rival, set_variant.words) for rival, set_variant in equal_variants if mistake_frequency(rival) == highest
-    ]
+    for rival in map(CATALOGUE.__getitem__, mistake.equivalent_mistakes):
+        variants = rival.answers(problem.chain, part)
+        equal = (each for each in variants if fingerprinter.fingerprint_answer(each.answer) == marks)
+        equal_variants += [(rival, each) for each in islice(equal, 1)]
+    highest = max(rival.frequency for rival, _ in equal_variants)
+    likeliest = [(rival, set_variant.words) for rival, set_variant in equal_variants if rival.frequency == highest]
     return name_alternatives([(rival, words, rival.sentence(words)) for rival, words in likeliest])
 
 
@@ -145,9 +127,8 @@ def _is_judged_correct(
 def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
     """Return the diagnosis that lists false claims, and conditions that are partly or completely missing."""
     claims = _SetExplanation(problem, part, claimed, seed)
-    wrong_pieces = [
-        piece for piece, is_sound in zip(claimed, claims.comparison.is_sound, strict=True) if is_sound is False
-    ]
+    soundness = zip(claimed, claims.comparison.is_sound, strict=True)
+    wrong_pieces = [piece for piece, is_sound in soundness if is_sound is False]
     if claims.comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
     mistakes = [*claims.explain_wrong_values(wrong_pieces), *claims.explain_missing_conditions(wrong_pieces)]
@@ -155,9 +136,8 @@ def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed
         return None
     sentences = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
-    return Diagnosis(
-        names, " ".join(sentences), signature=tuple(dict.fromkeys(locate_mistake(*named) for named in mistakes))
-    )
+    signature = tuple(dict.fromkeys(locate_mistake(*named) for named in mistakes))
+    return Diagnosis(names, " ".join(sentences), signature=signature)
 
 
 class _SetExplanation:
@@ -239,23 +219,17 @@ class _Fingerprinter:
 
     def fingerprint_pieces(self, pieces: Sequence[Piece]) -> SetFingerprint:
         """Return the marks of the pieces of a typed set."""
-        return self._collect(
-            frozenset(self._fingerprint(atom.joint, compile_program([atom.expression])) for atom in piece)
-            for piece in pieces
-        )
+        programs = ([(atom.joint, compile_program([atom.expression])) for atom in piece] for piece in pieces)
+        return self._collect(frozenset(starmap(self._fingerprint, piece)) for piece in programs)
 
     def fingerprint_answer(self, answer: Answer) -> SetFingerprint:
         """Return the marks of a reference, or of a mistaken answer."""
         assert isinstance(answer, ConditionSet)
-        return self._collect(
-            piece for component in answer.components for piece in self._fingerprint_component(component)
-        )
+        return self._collect(chain.from_iterable(map(self._fingerprint_component, answer.components)))
 
     def _fingerprint_component(self, component: Component) -> Iterator[frozenset[ConditionFingerprint]]:
         if component.solutions is None:
-            yield frozenset(
-                self._fingerprint(None, compile_expression(condition)) for condition in component.conditions
-            )
+            yield frozenset(self._fingerprint(None, compile_expression(each)) for each in component.conditions)
             return
         joints = [q.name for q, _ in component.solutions]
         for combination in product(*(values for _, values in component.solutions)):
@@ -264,9 +238,8 @@ class _Fingerprinter:
 
     def _collect(self, pieces: Iterator[frozenset[ConditionFingerprint]]) -> SetFingerprint:
         distinct_pieces = set(pieces)
-        widest_pieces = {
-            piece for piece in distinct_pieces if not any(wider < piece for wider in distinct_pieces)
-        }  # drop pieces that a wider piece contains
+        # Drop pieces that a wider piece contains.
+        widest_pieces = {piece for piece in distinct_pieces if not any(wider < piece for wider in distinct_pieces)}
         values = frozenset(piece for piece in widest_pieces if all(joint for joint, _ in piece))
         return SetFingerprint(values, frozenset(widest_pieces) - values)
 
@@ -306,7 +279,5 @@ def _is_near(piece: frozenset[ConditionFingerprint], other: frozenset[ConditionF
 
 
 def _differ_by_rounding(values: Sequence[complex], exact_values: Sequence[complex]) -> bool:
-    return all(
-        abs(a - b) <= CONSTANT_TOLERANCE * max(1.0, abs(b)) / (2 * np.pi)
-        for a, b in zip(values, exact_values, strict=True)
-    )
+    a, b = np.array(values), np.array(exact_values)
+    return bool((np.abs(a - b) <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(b)) / (2 * np.pi)).all())

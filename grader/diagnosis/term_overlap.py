@@ -68,9 +68,8 @@ def _share_of_pairs(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str
     """Return the share of terms that entries have in common with their references; `pairs` contains both."""
     common_count = expected_count = typed_count = 0
     for entry, reference in pairs:
-        expected_terms = [
-            term for term in expand_terms(reference, MAX_TERMS) or [reference] if find_names(term) & varying
-        ]
+        all_expected = expand_terms(reference, MAX_TERMS) or [reference]
+        expected_terms = [term for term in all_expected if find_names(term) & varying]
         terms = expand_terms(entry, MAX_TERMS) or [entry]
         expected_count += len(expected_terms)
         typed_count += sum(bool(find_names(term) & varying) for term in terms)
@@ -86,15 +85,11 @@ def _count_common_terms(terms: Sequence[Node], expected_terms: Sequence[Node], v
     remaining_values, count = list(values_of_terms[: len(terms)]), 0
     for term in values_of_terms[len(terms) :]:
         tolerance = RELATIVE_TOLERANCE * float(np.abs(term).max())
-        matches = (
-            k
-            for k, candidate in enumerate(remaining_values)
-            for sign in (1, -1)
-            if np.all(np.abs(candidate - sign * term) <= tolerance)
-        )
-        if (k := next(matches, None)) is not None:
-            count += 1
-            del remaining_values[k]
+        for k, candidate in enumerate(remaining_values):
+            if any(np.all(np.abs(candidate - sign * term) <= tolerance) for sign in (1, -1)):
+                count += 1
+                del remaining_values[k]
+                break
     return count
 
 

@@ -6,7 +6,9 @@ The typed text is stored with it for reports. `answer_parser` calls the function
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -106,18 +108,19 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
     tree, rows = parsed.tree, None
     try:
         if name := _find_other_component(tree, labels):
-            raise _Refusal(f"{name} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
+            reason = f"the question asks for {labels[0]}, but your answer is named {name}"
+            raise _Refusal(f"{reason}; write {labels[0]} = … or only the formula")
         tree = _find_value(tree, domain, labels)
         if tree.kind == "list" and (text_with_points := replace_decimal_commas(text)) != text:
             return replace(read_formula(text_with_points, domain, labels), text=text)
         tree = _find_value(_unwrap(tree, domain), domain, labels)
         if tree.kind in ("list", "set", "dict"):
             rows = _find_rows(tree)
-            raise _Refusal("a list or matrix stands where a single expression is due; write that alone")
-        rows = _require_rows(tree, "an answer")
-        _require_scalars(rows, "an answer")
+            raise _Refusal("your answer is a list or matrix, but the question asks for a single expression")
+        rows = _require_rows(tree, "a formula")
+        _require_scalars(rows, "a formula")
         if has_blank(tree):
-            raise _Refusal("this can't be read as an answer: a blank stands where a single expression is due")
+            raise _Refusal("your answer contains a blank, but the question asks for a single expression")
     except _Refusal as refusal:
         return ParsedAnswer(text, wrong_judgement(str(refusal)), tree, rows)
     return ParsedAnswer(text, None, tree, rows)
@@ -131,10 +134,8 @@ def read_matrix(
     A vector may be typed as a row instead of a column, and its entries may be named by `labels`. The columns of a
     matrix may be typed as vectors with the names in `columns`, and a twist as its two vectors v and ω.
     """
-    parsed = _read_entries(text, shape, domain, labels, columns)
-    return _or_printed_table(
-        parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain)
-    )
+    parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(table_text, shape=shape)
+    return _or_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
@@ -147,9 +148,8 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
     if count == 1 and (text_with_points := replace_decimal_commas(text)) != text:
         return replace(read_numbers(text_with_points, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
-    return _or_printed_table(
-        parsed, lambda text: numbers_text(text, count), lambda table: read_numbers(table, count, labels)
-    )
+    find_table = partial(numbers_text, count=count)
+    return _or_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
 
 
 def _read_entries(
@@ -177,12 +177,24 @@ def _read_entries(
         rows = _require_shape(rows, shape, text)
         if are_numbers and (symbols := _symbols_in(rows)):
             example = "0.5" if shape == (1, 1) else _example_of_shape(shape, "0.5")
-            used = ", ".join(sorted(symbols)[:5])
-            raise _Refusal(f"numbers are due, and {used} is left in the answer; write numbers alone, as in {example}")
+            raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
         _require_scalars(rows, "numbers" if are_numbers else "a matrix of expressions")
     except _Refusal as refusal:
         return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree, rows)
     return ParsedAnswer(text, None, tree, rows)
+
+
+def describe_symbols_in_numbers(symbols: AbstractSet[str]) -> str:
+    """Return the reason for refusing numbers that contain symbols."""
+    return f"the question asks for numbers, but your answer contains {', '.join(sorted(symbols)[:5])}"
+
+
+def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
+    """Return a clause about symbols that the problem doesn't define."""
+    names = ", ".join(repr(name) for name in sorted(unknown)[:5])
+    return (
+        f"{names} is not a symbol of this problem" if len(unknown) == 1 else f"{names} are not symbols of this problem"
+    )
 
 
 _ORDERED_KINDS = ("eq", "pair", "set", "list")
@@ -207,16 +219,15 @@ def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str])
     expected_names = [_normalize_label(label) for label in labels]
     for name, unit, start in find_units(text):
         position = text.count(separator, 0, start) if is_one_unit_per_entry else None
-        position = (
-            expected_names.index(_normalize_label(name)) if _normalize_label(name) in expected_names else position
-        )
+        if (label := _normalize_label(name)) in expected_names:
+            position = expected_names.index(label)
         expected = units if position is None else units[position : position + 1]
         kinds = set(map(classify_unit, expected))
         if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
-            where = f"{expected[0]} is due"
-            if position is not None and len(units) > 1:
-                where = f"entry {position + 1} is in {expected[0]}"
-            return f"{unit} can't be right here, for {where}; write it in {expected[0]}, or the number alone"
+            subject = f"entry {position + 1}" if position is not None and len(units) > 1 else "the result"
+            return (
+                f"the unit {unit} does not fit: {subject} is in {expected[0]}; use this unit or write only the number"
+            )
     return ""
 
 
@@ -235,40 +246,29 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
         if joints:
             _require_conditions(tree, text_with_points, domain, joints)
     except ParseError as error:
-        return ParsedAnswer(text, wrong_judgement(f"this can't be read as conditions: {error}"), tree)
+        return ParsedAnswer(text, wrong_judgement(describe_parse_error(error, "conditions")), tree)
     except _Refusal as refusal:
         return ParsedAnswer(text, wrong_judgement(str(refusal)), None if refusal.is_ambiguous else tree)
     return ParsedAnswer(text, None, tree)
 
 
 def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[str]) -> None:
-    """Raise _Refusal or ReadError if the tree is not a set of conditions on the joints."""
+    """Raise _Refusal or ParseError if the tree is not a set of conditions on the joints."""
     if replace_decimal_commas(text) != text:
-        raise _Refusal(
-            "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space",
-            is_ambiguous=True,
-        )
+        reason = "a comma between two digits can be a decimal comma or separate two numbers"
+        raise _Refusal(f"{reason}; write 0.5, or 0, 5 with a space", is_ambiguous=True)
+    example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    if bare_formula := next(
-        (alternative for alternative in alternatives if _is_bare_formula(alternative, joints)), None
-    ):
+    for bare_formula in (each for each in alternatives if _is_bare_formula(each, joints)):
         claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
-        raise _Refusal(
-            f"{claim} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
-            f"equation, {claim} = 0"
-        )
+        advice = f"write the joint values at which it is zero, such as {example}, or an equation, {claim} = 0"
+        raise _Refusal(f"{claim} is not a condition; {advice}")
     if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):
-        unknown_names = ", ".join(repr(name) for name in sorted(unknown)[:5])
-        raise _Refusal(
-            f"{unknown_names} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
-            f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
-        )
+        advice = f"write conditions on {', '.join(joints)}, such as {example}; whole numbers are k, n and m"
+        raise _Refusal(f"{name_unknown_symbols(unknown)}; {advice}")
     if joint := _find_last_in_chain(tree, joints):
-        raise _Refusal(
-            f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
-            "two conditions",
-            is_ambiguous=True,
-        )
+        reason = f"a product with {joint} between two equals signs is ambiguous"
+        raise _Refusal(f"{reason}; write a comma or 'and' between two conditions", is_ambiguous=True)
     parse_claims(assign_values_to_joint(tree, joints), joints)
 
 
@@ -309,7 +309,7 @@ def _drop_blanks(node: Node) -> Node:
 def _substitute_whole_numbers(node: Node) -> Node:
     """Substitute the listed values of a whole number into conditions, as in theta2 = k*pi, k = 0, 1.
 
-    If dots follow the values, as in k = 0, 1, 2, …, k remains any whole number. Raises ReadError if the result is too
+    If dots follow the values, as in k = 0, 1, 2, …, k remains any whole number. Raises ParseError if the result is too
     long.
     """
     index = next((i for i, arg in enumerate(node.args) if _lists_whole_numbers(arg)), 0) if node.kind == "list" else 0
@@ -333,11 +333,8 @@ def _lists_whole_numbers(node: Node) -> bool:
 
 def _has_no_content(node: Node) -> bool:
     """Return whether an entry is blank, or only says that k is a whole number or that det J is zero."""
-    if (
-        node.kind == "eq"
-        and (names_on_left := find_names(node.args[0]))
-        and names_on_left <= set(VOCABULARY["determinant"])
-    ):
+    names_on_left = find_names(node.args[0]) if node.kind == "eq" else set[str]()
+    if names_on_left and names_on_left <= set(VOCABULARY["determinant"]):
         return True
     if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
         return True
@@ -348,7 +345,7 @@ def _has_no_content(node: Node) -> bool:
 
 
 def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
-    """Assign values without a joint, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
+    """Assign values without a joint, as in {0, pi}, to the only joint. Raises ParseError if there are several joints.
 
     Then the student has to name the joint, because the reference must not decide which one was meant.
     """
@@ -356,11 +353,11 @@ def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
     if not values or any(_is_condition(value, joints) for value in values):
         return node
     if len(joints) != 1:
-        raise ParseError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
+        raise ParseError(f"name the joint that has these values, as in {joints[-1]} = 0, pi/3")
     return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
 
 
-OR_HINT = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
+OR_HINT = "commas between conditions mean 'or'; write 'and' between conditions that must hold together"
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
@@ -447,11 +444,16 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
     try:
         tree = parse_formula(text, domain.roles)
     except ParseError as error:
-        return refuse(text, f"this can't be read as an answer: {error}")
-    is_blank = is_all_blank(tree)
-    return ParsedAnswer(
-        text, missing_judgement("the answer was left blank") if is_blank else None, None if is_blank else tree
-    )
+        return refuse(text, describe_parse_error(error))
+    return ParsedAnswer(text, BLANK_JUDGEMENT) if is_all_blank(tree) else ParsedAnswer(text, None, tree)
+
+
+BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
+
+
+def describe_parse_error(error: ParseError, form: str = "") -> str:
+    """Return the reason for refusing an answer that can't be parsed, or not in the form that the question asks for."""
+    return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
 
 
 def _unwrap(node: Node, domain: Domain) -> Node:
@@ -501,9 +503,8 @@ def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
     if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
         return ""
     name = str(tree.args[0].value)
-    if _normalize_label(name) in (*LINEAR, *ANGULAR) and _normalize_label(name) != _normalize_label(labels[0]):
-        return name
-    return ""
+    is_other = _normalize_label(name) != _normalize_label(labels[0])
+    return name if is_other and _normalize_label(name) in (*LINEAR, *ANGULAR) else ""
 
 
 def _is_name(node: Node) -> bool:
@@ -529,9 +530,8 @@ def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
     labels, statements = set(map(_normalize_label, expected_names)), list[Node]()
     for node in (tree,) if tree.value == EQUATION_CHAIN else tree.args:
         *sides, value = equation_sides(node) or (node,)
-        is_named = bool(sides) and all(
-            side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides
-        )
+        are_expected = (side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides)
+        is_named = bool(sides) and all(are_expected)
         statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
     return tree if tree.value == EQUATION_CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
 
@@ -548,7 +548,7 @@ def _require_rows(tree: Node, description: str, labels: Sequence[str] = (), shap
     try:
         return as_matrix(_remove_labels(tree, labels, shape))
     except ParseError as error:
-        raise _Refusal(f"this can't be read as {description}: {error}") from None
+        raise _Refusal(describe_parse_error(error, description)) from None
 
 
 def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
@@ -569,10 +569,9 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
     if expected and set(entries) == set(expected):
         return Node("list", tuple(entries[label] for label in expected))
     rows, columns = shape
-    for expected in (
-        [f"row{i + 1}" for i in range(rows)],
-        [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)],
-    ):
+    row_names = [f"row{i + 1}" for i in range(rows)]
+    entry_names = [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]
+    for expected in (row_names, entry_names):
         if set(entries) == set(expected) and columns:
             in_order = [entries[label] for label in expected]
             if len(expected) > rows or columns == 1:
@@ -580,19 +579,19 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
             return Node("list", tuple(in_order))
     if not entries or not all(map(_is_named, node.args)):
         return node
-    expected_words = f", and {', '.join(labels)} are asked" if labels else ""
-    advice = f"write it as in {_example_of_shape(shape)}" if columns else "write what is asked alone"
-    raise ParseError(f"{', '.join(list(entries)[:5])} stand before the entries{expected_words}; {advice}")
+    expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
+    advice = f"write your answer as in {_example_of_shape(shape)}" if columns else "write only the entries"
+    raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
 
 
 def _require_distinct_names(node: Node) -> Node:
-    """Raise ReadError if two named entries have the same name; return anything else unchanged."""
+    """Raise ParseError if two named entries have the same name; return anything else unchanged."""
     if not all(map(_is_named, node.args)):
         return node
     typed_names = [str(arg.args[0].value) for arg in node.args]
     labels = list(map(_normalize_label, typed_names))
     repeated_name = next(name for name, label in zip(typed_names, labels, strict=True) if labels.count(label) > 1)
-    raise ParseError(f"{repeated_name} stands there twice; write each entry once")
+    raise ParseError(f"{repeated_name} appears twice; write each entry once")
 
 
 def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
@@ -670,10 +669,10 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
     guess = " (transposed?)" if is_transposed and expected[0] != expected[1] and not is_vector else ""
-    raise _Refusal(f"the answer is {shape[0]} x {shape[1]}, and {expected[0]} x {expected[1]} is due{guess}{hint}")
+    raise _Refusal(f"your answer is {shape[0]} x {shape[1]}, but it must be {expected[0]} x {expected[1]}{guess}{hint}")
 
 
-_COMMA_HINT = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
+_COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"
 
 
 def _example_of_shape(shape: tuple[int, int], entry: str = "a") -> str:
@@ -696,7 +695,7 @@ def _require_scalars(rows: Matrix, description: str) -> None:
         for entry in (entry for row in rows for entry in row if not has_blank(entry)):
             refuse_statements(entry)
     except ParseError as error:
-        raise _Refusal(f"this can't be read as {description}: {error}") from None
+        raise _Refusal(describe_parse_error(error, description)) from None
 
 
 def _symbols_in(rows: Matrix) -> set[str]:

@@ -50,7 +50,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
-    Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])
+    Judgement(wrong, 0: your answer is 3 x 1, but it must be 2 x 1; write it as in [a, b])
     """
     return read_in_form(expected_form(problem, part), text, points_seed)
 
@@ -63,13 +63,14 @@ def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> Pa
             return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
         return replace(read_in_form(expected, constant), text=text)
     if expected.metre_power not in (None, CUBIC_POWER) and _CUBIC_METRES.search(text):
-        return refuse(text, f"m^3 can't be right here, for m^{expected.metre_power} is due; write the formula alone")
+        return refuse(
+            text, f"the unit m^3 does not fit: the result is in m^{expected.metre_power}; write only the formula"
+        )
     parsed = expected.answer.accept(_AnswerReader(text, expected))
     is_formula = isinstance(expected.answer, answer_types.Expression | answer_types.Matrix)
     if parsed.refusal is not None and is_formula and (with_point := replace_decimal_commas(text)) != text:
-        parsed_with_point = expected.answer.accept(
-            _AnswerReader(with_point, expected)
-        )  # as pages of many languages print decimals
+        # Pages in many languages print decimal commas.
+        parsed_with_point = expected.answer.accept(_AnswerReader(with_point, expected))
         return parsed if parsed_with_point.refusal is not None else replace(parsed_with_point, text=text)
     return parsed
 

@@ -8,14 +8,8 @@ from fractions import Fraction
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.equality import Certificate
-from qdot.grader.judging.answer import ParsedAnswer, refuse
-from qdot.grader.judging.verdict import (
-    Judgement,
-    correct_judgement,
-    missing_judgement,
-    partial_judgement,
-    wrong_judgement,
-)
+from qdot.grader.judging.answer import BLANK_JUDGEMENT, ParsedAnswer, refuse
+from qdot.grader.judging.verdict import Judgement, correct_judgement, partial_judgement, wrong_judgement
 
 BLANK_TEXTS = ("", "blank", "ellipsis", "none")
 """Texts that mean no answer."""
@@ -32,13 +26,13 @@ def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Parse one option, given by its letter (upper or lower case, in brackets or quotes) or by its text."""
     chosen = find_option(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
-    return _parse(text, None if chosen is None else [chosen], f"is none of the options {', '.join(names)}")
+    return _parse(text, None if chosen is None else [chosen], f"is not one of the options {', '.join(names)}")
 
 
 def read_selection(text: str, option_count: int) -> ParsedAnswer:
     """Parse the letters of any number of options."""
     letters = ", ".join(LETTERS[:option_count])
-    return _parse(text, find_letters(text, option_count), f'is no choice of the letters {letters}, as in "AC"')
+    return _parse(text, find_letters(text, option_count), f'is not a choice of the letters {letters}, such as "AC"')
 
 
 def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedAnswer:
@@ -46,20 +40,17 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     chosen, letters = find_letters(text, option_count), ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
     expected = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
-    parsed = _parse(text, chosen if is_complete else None, f"does not hold {expected}")
-    return parsed if parsed.refusal == _BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
+    parsed = _parse(text, chosen if is_complete else None, f"does not contain {expected}")
+    return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
 
 
 def _parse(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
     """Return the chosen options as an answer; refuse a blank text, or a text without options with the given reason."""
     if _strip_label(text) in BLANK_TEXTS:
-        return ParsedAnswer(text, _BLANK_JUDGEMENT)
+        return ParsedAnswer(text, BLANK_JUDGEMENT)
     if option_indices is None:
         return refuse(text, f"{text[:40]!r} {complaint}")
     return ParsedAnswer(text, chosen=tuple(option_indices))
-
-
-_BLANK_JUDGEMENT = missing_judgement("the answer was left blank")
 
 
 def find_letters(text: str, option_count: int) -> list[int] | None:
@@ -128,7 +119,7 @@ def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: in
     if chosen == correct_index:
         return correct_judgement(_CERTIFICATE)
     name = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
-    return wrong_judgement(f"{name} is not the right option", _CERTIFICATE)
+    return wrong_judgement(f"{name} is not the correct option", _CERTIFICATE)
 
 
 def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Sequence[int]) -> Judgement:
@@ -144,8 +135,8 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
         return correct_judgement(_CERTIFICATE)
     share = Fraction(hits, len(correct_indices)) - Fraction(misses, max(option_count - len(correct_indices), 1))
     verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
-    reason = f"{hits} of the letters {verbs[0]} right, {misses} {verbs[1]} not"
-    missed_words = f"; {len(correct_indices) - hits} more should be there" if hits < len(correct_indices) else ""
+    reason = f"{hits} of your letters {verbs[0]} right and {misses} {verbs[1]} wrong"
+    missed_words = f"; {len(correct_indices) - hits} more belong to the answer" if hits < len(correct_indices) else ""
     return partial_judgement(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
 
 

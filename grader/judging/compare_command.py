@@ -30,12 +30,12 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
     type is unknown.
     """
     if kind not in COMPARISON_TYPES:
-        raise QdotError(f"type {kind!r} is none of {', '.join(COMPARISON_TYPES)}")
+        raise QdotError(f"type {kind!r} is not one of {', '.join(COMPARISON_TYPES)}")
     texts = _flatten_reference(reference)
     try:
         trees = [parse_formula(text) for text in texts]
     except ParseError as error:
-        raise QdotError(f"the reference can't be read: {error}") from None
+        raise QdotError(f"the reference can't be parsed: {error}") from None
     domain = _default_domain(trees, student, joints)
     trees = [parse_reference(text, frozenset(domain.roles)) for text in texts]
     seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
@@ -58,7 +58,7 @@ def _flatten_reference(reference: Any) -> list[str]:
         return [repr(reference)]
     if isinstance(reference, list) and reference:
         return [text for item in reference for text in _flatten_reference(item)]
-    raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
+    raise QdotError(f"the reference must be a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
 
 
 def _reference_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]]:
@@ -66,7 +66,7 @@ def _reference_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[N
         try:
             return as_matrix(parse_formula(reference, symbol_names))
         except ParseError as error:
-            raise QdotError(f"the reference is no matrix: {error}") from None
+            raise QdotError(f"the reference is not a matrix: {error}") from None
     row_list = reference if isinstance(reference, list) else [reference]
     rows = [row if isinstance(row, list) else [row] for row in row_list]
     if len({len(row) for row in rows}) != 1:
@@ -92,11 +92,11 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise QdotError(f"line {number} is not JSON: {error}") from None
     if not isinstance(request, dict):
-        raise QdotError(f"line {number}: an object with reference and student (and type, id, joints) is due")
+        raise QdotError(f"line {number}: a request must be an object with reference and student (and type, id, joints)")
     missing_keys = [key for key in ("reference", "student") if key not in request]
     if missing_keys:
         raise QdotError(
-            f"line {number}: without {' and '.join(missing_keys)}; due are reference and student (and type, id, joints)"
+            f"line {number}: {' and '.join(missing_keys)} missing; a request must have reference and student"
         )
     return {"id": request.get("id"), **judgement_content(judge_request(request, number))}
 
@@ -111,9 +111,8 @@ def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
         except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
             reason = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
             errors.append(reason)
-            answer = json.dumps(
-                {"id": None, **judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))}, ensure_ascii=False
-            )
+            content = judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))
+            answer = json.dumps({"id": None, **content}, ensure_ascii=False)
         yield answer
 
 
@@ -121,7 +120,7 @@ def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
     """Return the judgement on one request; a failure in qdot's code is UNGRADED and does not stop the batch."""
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
-        raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
+        raise QdotError(f'line {number}: joints must be a list of names, such as ["theta1", "theta2"]')
     budget = Budget(30.0)
     try:
         with budget.spend(), np.errstate(all="ignore"):
@@ -131,7 +130,9 @@ def judge_request(request: Mapping[str, Any], number: int) -> Judgement:
     except QdotError as error:
         raise QdotError(f"line {number}: {error}") from None
     except OutOfTime:
-        return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
+        return Judgement(
+            Outcome.UNGRADED, 0.0, f"the comparison takes longer than {budget.seconds:g} s of processor time"
+        )
     except Exception as error:  # a failure of qdot is reported and is never a verdict
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
 
@@ -148,10 +149,9 @@ def as_text(answer: Any, depth: int = 0) -> str:
 
 def guess_type(reference: str) -> str:
     """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression."""
+    types = {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}
     try:
-        return {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}.get(
-            parse_formula(reference).kind, "expression"
-        )
+        return types.get(parse_formula(reference).kind, "expression")
     except ParseError:
         return "expression"
 

@@ -26,7 +26,15 @@ from qdot.exercises.formula.set_parser import Atom, Piece, parse_claims, parse_p
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
-from qdot.grader.judging.answer import OR_HINT, ParsedAnswer, assign_values_to_joint, combine_with_and
+from qdot.grader.judging.answer import (
+    OR_HINT,
+    ParsedAnswer,
+    assign_values_to_joint,
+    combine_with_and,
+    describe_parse_error,
+    describe_symbols_in_numbers,
+    name_unknown_symbols,
+)
 from qdot.grader.judging.verdict import (
     Judgement,
     Outcome,
@@ -71,10 +79,8 @@ def judge_matrix(
         return parsed.refusal
     expected = [entry for row in reference for entry in row]
     blanks = parsed.blanks
-    filled_entries = [
-        expected_entry if blank else entry
-        for blank, entry, expected_entry in zip(blanks, parsed.entries, expected, strict=True)
-    ]
+    entries_with_reference = zip(parsed.entries, expected, blanks, strict=True)
+    filled_entries = [reference_entry if blank else entry for entry, reference_entry, blank in entries_with_reference]
     comparison = compare_entries(filled_entries, expected, domain, seed, rounding)
     return judge_compared_matrix(comparison, blanks, reference, describe_unknown_symbols(parsed, domain))
 
@@ -92,12 +98,11 @@ def judge_compared_matrix(
     if all(is_correct):
         judgement = correct_judgement(comparison.certificate)
     else:
-        reason = unknown_symbols_message or _describe_difference(comparison, columns) or "the others were left blank"
+        reason = unknown_symbols_message or _describe_difference(comparison, columns) or "you left the others blank"
         if not unknown_symbols_message or any(is_correct):
             reason = f"{_describe_count(is_correct, blanks, is_zero)}; {reason}"
-        judgement = partial_judgement(
-            float(share_of_entries(is_correct, is_zero, blanks)), reason, comparison.certificate
-        )
+        share = float(share_of_entries(is_correct, is_zero, blanks))
+        judgement = partial_judgement(share, reason, comparison.certificate)
     marks = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
     return replace(judgement, entries=marks)
 
@@ -110,14 +115,11 @@ def _describe_count(
     correct_count = sum(same and not zero for same, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
     description = f"{total} {noun} that are not zero" if any(zeros) else f"{total} {noun}"
-    spoiled_count = count_spoiled_zeros(is_correct, zeros, blanks)
-    if spoiled_count:
-        spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
-    else:
-        spoiled_words = ""
-    if total > 1 or spoiled_count:
-        return f"{correct_count} of {description} are right{spoiled_words}"
-    return "it is not right"
+    spoiled_count, verb = count_spoiled_zeros(is_correct, zeros, blanks), "is" if correct_count == 1 else "are"
+    if total <= 1 and not spoiled_count:
+        return "it is not right"
+    spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
+    return f"{correct_count} of {description} {verb} right{spoiled_words if spoiled_count else ''}"
 
 
 def _describe_difference(comparison: Comparison, columns: int) -> str:
@@ -136,9 +138,7 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
         return ""
     if unknown <= set(VOCABULARY["units"]):
         return f"leave out the unit {min(unknown)}: lengths are in metres, angles in radians"
-    unknown_names = ", ".join(repr(name) for name in sorted(unknown)[:5])
-    known_names = ", ".join(sorted(domain.roles))
-    return f"{unknown_names} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; known: {known_names}"
+    return f"{name_unknown_symbols(unknown)}; its symbols are {', '.join(sorted(domain.roles))}"
 
 
 def judge_numbers(
@@ -183,10 +183,13 @@ def judge_direction(
     if parsed.refusal is not None:
         return parsed.refusal
     if any(parsed.blanks):
-        return missing_judgement("a part of the vector was left blank")
+        return missing_judgement("you left part of the vector blank")
     if tolerance:
         return _judge_numeric_direction(parsed, reference, tolerance)
     return _judge_symbolic_direction(parsed, reference, domain, seed)
+
+
+_ZERO_VECTOR_REASON = "the zero vector has no direction"
 
 
 def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str) -> Judgement:
@@ -194,7 +197,7 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     entries, zeros = parsed.entries, [ZERO] * len(reference)
     pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").is_correct.index(False)
     if all(compare_entries(entries, zeros, domain, f"{seed}/zero").is_correct):
-        return wrong_judgement("the zero vector is no direction")
+        return wrong_judgement(_ZERO_VECTOR_REASON)
     student_products = [Node("*", (entry, reference[pivot])) for entry in entries]
     reference_products = [Node("*", (entry, entries[pivot])) for entry in reference]
     comparison = compare_entries(student_products, reference_products, domain, seed)
@@ -206,7 +209,7 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     if isinstance(example, EntryDifference):
         entry, at = example.entry, describe_point(example.at)
     problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"not along the direction that is right: entry {entry + 1} {problem}{at}"
+    reason = f"your vector does not have the right direction: entry {entry + 1} {problem}{at}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
@@ -231,13 +234,13 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
 
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     if parsed.symbols:
-        return wrong_judgement(f"numbers are due, and {', '.join(sorted(parsed.symbols)[:5])} is left in the answer")
+        return wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
     given, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
     if not np.all(np.isfinite(given)) or np.any(np.abs(given.imag) > IMAGINARY_TOLERANCE * np.abs(given)):
         return wrong_judgement("an entry of the vector is not a finite real number")
     norm = float(np.linalg.norm(given.real))
     if norm == 0.0:
-        return wrong_judgement("the zero vector is no direction")
+        return wrong_judgement(_ZERO_VECTOR_REASON)
     unit_vector, target = given.real / norm, expected.real / np.linalg.norm(expected.real)
     target = target * (1.0 if float(unit_vector @ target) >= 0 else -1.0)
     distance = float(np.linalg.norm(unit_vector - target))
@@ -245,8 +248,10 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
         return correct_judgement(Certificate("numeric", 1, 0.0))
     entry = int(np.abs(unit_vector - target).argmax())
     example = EntryDifference(entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{target[entry]:.4g}"))
-    reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{describe_number(example)}"
-    return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
+    reason = f"scaled to length 1, entry {entry + 1}{describe_number(example)}"
+    return wrong_judgement(
+        f"your vector does not have the right direction: {reason}", Certificate("numeric", 1, 0.0, example)
+    )
 
 
 def judge_singular(
@@ -265,16 +270,13 @@ def judge_singular(
     """
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing_judgement()
-    reference_pieces = [
-        [piece for tree in condition for piece in parse_pieces(tree, joints)] for condition in reference
-    ]
+    reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
     space = ConfigurationSpace(joints, domain, rounding)
     try:
-        judgement = _judge_set(
-            parse_claims(assign_values_to_joint(parsed.tree, joints), joints), reference_pieces, space, seed
-        )
+        claimed = parse_claims(assign_values_to_joint(parsed.tree, joints), joints)
+        judgement = _judge_set(claimed, reference_pieces, space, seed)
     except ParseError as error:
-        return wrong_judgement(f"this can't be read as conditions: {error}")
+        return wrong_judgement(describe_parse_error(error, "conditions"))
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
@@ -294,7 +296,7 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
         claimed_pieces = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
         return _judge_set(claimed_pieces, reference_pieces, ConfigurationSpace(["angle"], angle_domain), seed, "angle")
     except ParseError as error:
-        return wrong_judgement(f"this can't be read as a set of angles: {error}")
+        return wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
@@ -308,12 +310,10 @@ def _judge_set(
     comparison = compare_sets(claimed, reference_pieces, space, seed)
     if comparison.are_equal and claimed:
         return correct_judgement(_make_set_certificate(comparison))
-    tolerant_space = (
-        ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE) if comparison.is_only_rounded else space
-    )
-    tolerant_comparison = (
-        compare_sets(claimed, reference_pieces, tolerant_space, seed) if comparison.is_only_rounded else comparison
-    )
+    tolerant_space, tolerant_comparison = space, comparison
+    if comparison.is_only_rounded:
+        tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
+        tolerant_comparison = compare_sets(claimed, reference_pieces, tolerant_space, seed)
     # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, tolerant_comparison.is_sound, strict=True) if held]
     matches = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).is_covered, conditions)
@@ -326,22 +326,19 @@ def _judge_set(
     share = share_of_set(matches, unsound, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
-        rounded_pieces = [
-            piece for piece, held in zip(claimed, comparison.is_sound, strict=True) if not held and piece in sound
-        ]
+        soundness = zip(claimed, comparison.is_sound, strict=True)
+        rounded_pieces = [piece for piece, held in soundness if not held and piece in sound]
         at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
-        reason = f"right but for rounding{describe_configuration(at, space.joints)}; write {_EXACT_VALUE_HINT}" + (
-            reason and f"; {reason}"
-        )
+        rounding = f"correct except for rounding{describe_configuration(at, space.joints)}"
+        reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
-        reason = f"these values are in degrees, and radians are due; {reason}"
+        reason = f"these values are in degrees, but the question asks for radians; {reason}"
     words = f"{_describe_matches(matches, unsound)}; " if share else ""
-    return partial_judgement(
-        float(share), words + (reason or "no configuration is claimed"), _make_set_certificate(comparison)
-    )
+    reason = words + (reason or "your answer contains no configuration")
+    return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
-_EXACT_VALUE_HINT = "the exact value, as in pi/3 or acos(1/3)"
+_EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"
 
 
 def _restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str]:
@@ -360,14 +357,10 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
     complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
-    if len(match_counts) > 1:
-        conditions = f"{len(match_counts)} conditions {'is' if complete_count == 1 else 'are'}"
-    else:
-        conditions = "1 condition is"
-    partial_words = f", {partial_count} in part" if partial_count else ""
-    does_words = "does" if false_count == 1 else "do"
-    false_words = f", {false_count} of the claimed conditions {does_words} not hold" if false_count else ""
-    return f"{complete_count} of {conditions} found{partial_words}{false_words}"
+    noun, verb = "condition" if len(match_counts) == 1 else "conditions", "is" if false_count == 1 else "are"
+    partial_words = f", and {partial_count} only in part" if partial_count else ""
+    false_words = f"; {false_count} of your conditions {verb} false" if false_count else ""
+    return f"you found {complete_count} of {len(match_counts)} {noun}{partial_words}{false_words}"
 
 
 def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
@@ -391,9 +384,8 @@ def _are_degrees(
 
 def _make_set_certificate(comparison: SetComparison) -> Certificate:
     example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
-    return Certificate(
-        "numeric", comparison.fewest_configurations, chance_of_missing(comparison.fewest_configurations), example
-    )
+    count = comparison.fewest_configurations
+    return Certificate("numeric", count, chance_of_missing(count), example)
 
 
 def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], noun: str) -> str:
@@ -402,5 +394,6 @@ def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], n
         article = "an" if noun[0] in "aeiou" else "a"
         reasons.append(f"{article} {noun} is missing{describe_configuration(comparison.missing, joints)}")
     if comparison.surplus is not None:
-        reasons.append(f"claimed, but no {noun}{describe_configuration(comparison.surplus, joints)}")
+        subject = "this angle is wrong" if noun == "angle" else "this configuration is not singular"
+        reasons.append(f"{subject}{describe_configuration(comparison.surplus, joints)}")
     return "; ".join(reasons)

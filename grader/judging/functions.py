@@ -85,25 +85,25 @@ def judge_function(
 ) -> Judgement:
     """Judge the values of a function of the `joints`. A malformed table was typed by the student, and is wrong."""
     if not part.answer.entries():
-        return wrong_judgement("a function of the configuration stands where no formula is due")
+        return wrong_judgement("your answer is a function, but the question does not ask for a formula")
     reference = part.answer.trees(symbol_names)
     nodes, expected_shape = [entry for row in reference for entry in row], (len(reference), len(reference[0]))
     shape, values = function_values.shape, function_values.values
     if shape is None or len(values) != SAMPLE_COUNT:
-        return wrong_judgement("these are no values of a function")
+        return wrong_judgement("these are not the values of a function")
     is_matrix = len(shape) == 2 and 1 not in shape
     if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
-        returned_words = " x ".join(map(str, shape)) or "one number"
-        return wrong_judgement(
-            f"the function returns {returned_words}, and {expected_shape[0]} x {expected_shape[1]} is due"
+        returned_words, expected_words = (
+            " x ".join(map(str, shape)) or "one number",
+            " x ".join(map(str, expected_shape)),
         )
+        return wrong_judgement(f"your function returns {returned_words}, but it must return {expected_words}")
     expected, size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
     answer_values = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
     shown_names = set(joints).union(*map(find_names, nodes))
     at = {name: column for name, column in function_values.arguments.items() if name in shown_names}
-    return judge_compared_matrix(
-        _compare_values(answer_values, expected, size, at, part.rounding), [False] * len(nodes), reference
-    )
+    comparison = _compare_values(answer_values, expected, size, at, part.rounding)
+    return judge_compared_matrix(comparison, [False] * len(nodes), reference)
 
 
 def _scale_to(expected: np.ndarray, answer_values: np.ndarray) -> np.ndarray:
@@ -126,17 +126,12 @@ def _compare_values(
         scale = np.where(term_size > 0, term_size, np.where(largest > 0, largest, 1.0))
         is_within = np.abs(answer_values - expected_values) <= max(RELATIVE_TOLERANCE, relative) * scale + absolute
     defined = np.isfinite(expected_values)
-    is_correct = [
-        bool(np.all(same[is_defined]) and np.any(is_defined))
-        for same, is_defined in zip(is_within, defined, strict=True)
-    ]
+    is_correct = list(map(bool, (is_within | ~defined).all(axis=1) & defined.any(axis=1)))
     example = None
     if not all(is_correct):
         entry = is_correct.index(False)
         point = int(np.argmax(~is_within[entry] & defined[entry]))
-        yours, right_value = show_difference(
-            complex(answer_values[entry, point]), complex(expected_values[entry, point])
-        )
+        both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = EntryDifference(entry, values, yours, right_value)
+        example = EntryDifference(entry, values, *show_difference(*both))
     return Comparison(tuple(is_correct), Certificate("numeric", SAMPLE_COUNT, chance_of_missing(SAMPLE_COUNT), example))

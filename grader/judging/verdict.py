@@ -106,7 +106,7 @@ class Verdict:
         return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
 
 
-def missing_judgement(reason: str = "nothing was handed in for this part") -> Judgement:
+def missing_judgement(reason: str = "you submitted nothing for this part") -> Judgement:
     """Return the judgement on a missing answer."""
     return Judgement(Outcome.MISSING, 0.0, reason)
 

@@ -41,13 +41,15 @@ MAX_PARTS_WITHOUT_OVERVIEW = 6
 
 GRADER_FIRST_WORDS = (
     r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
-    r"|a (list|configuration|singular)|say|left|qdot failed|judging|cells?|right but|claimed|commas"
+    r"|a (list|configuration|singular|comma|product)|say|left|leave"
+    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|claimed|commas|scaled"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
 SHORT_REASONS = (
     (r"\bit is not right; differs$", "it is wrong"),
     (r"(?<![\w)] )\bdiffers$", "its value is wrong"),
+    (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
     (r"\bclaimed, but no singular configuration\b", "your answer includes a configuration that is not singular"),
 )
 """Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""

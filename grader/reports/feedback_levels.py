@@ -30,16 +30,22 @@ _CORRECT_VALUE_PATTERNS = (
 """Patterns of correct values in the reasons given by `qdot.grader.judging.formulas`, with their replacements."""
 
 _NUMBER_PATTERNS = (
-    (rf"(\bno [a-z ]+|right but for rounding){_CONFIGURATION}", r"\1"),
+    (
+        rf"(\b(?:not singular|angle is wrong|no [a-z ]+|(?:correct except|right but) for rounding)){_CONFIGURATION}",
+        r"\1",
+    ),
     (rf" at {_NAMED_VALUE}(?:, {_NAMED_VALUE})*", ""),
     (rf": yours {_VALUE}, which is not right", ""),
     (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
 )
-"""Patterns of the numbers of a counterexample, with their replacements."""
+"""Patterns of the numbers of a counterexample, with their replacements.
+
+Results of earlier versions contain reasons such as "claimed, but no singular configuration"."""
 
 
 _DEPENDENT_PHRASE_PATTERNS = (
     (r"(?:^|; )differs$", ""),
+    (r"\bthis configuration is not singular$", "your answer includes a configuration that is not singular"),
     (r"\bclaimed, but no (singular configuration)$", r"your answer includes a configuration that is not a \1"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""

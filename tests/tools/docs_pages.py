@@ -136,9 +136,9 @@ def mistakes_page() -> str:
     sections = [
         {
             "title": title,
-            "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in module.MISTAKES],
+            "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in mistakes],
         }
-        for title, module in SECTIONS.items()
+        for title, mistakes in SECTIONS.items()
     ]
     return render("docs/mistakes.md.j2", sections=sections)
 

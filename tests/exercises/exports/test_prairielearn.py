@@ -349,8 +349,8 @@ def test_a_mistake_is_named_and_no_number_is(course: Path, problems: dict[str, l
 
 
 HOSTILE = {
-    "[[1, 2], [3": "can't be read", "__import__('os').system('x')": "can't be read", "{{params.seed}}": "",
-    "(" * 5000: "can't be read", "1+" * MAX_ANSWER_LENGTH + "1": str(MAX_ANSWER_LENGTH), "9^9^9^9^9": "",
+    "[[1, 2], [3": "couldn't parse", "__import__('os').system('x')": "couldn't parse", "{{params.seed}}": "",
+    "(" * 5000: "couldn't parse", "1+" * MAX_ANSWER_LENGTH + "1": str(MAX_ANSWER_LENGTH), "9^9^9^9^9": "",
     "<script>alert(1)</script>": "",
 }  # fmt: skip
 

@@ -243,5 +243,5 @@ def test_equal_symbols_of_a_long_sum_are_counted() -> None:
     long = POSITION + " + a1 - a1" * 300 + " - a2*2" + " - a2" * 200 + " + a2*202 + theta3 - theta3"
     assert judge_expression(long, POSITION, DOMAIN, "s").outcome is Outcome.CORRECT
     assert judge_expression(long + " + a1", POSITION, DOMAIN, "s").outcome is Outcome.WRONG
-    assert "'k' is no symbol" in judge_expression(long + " + k", POSITION, DOMAIN, "s").reason
+    assert "'k' is not a symbol" in judge_expression(long + " + k", POSITION, DOMAIN, "s").reason
     assert parse_formula("[" + "a1 + " * 150 + "a1, 0]", {"a1"}).args[1] == parse_formula("0")

@@ -5,8 +5,7 @@ from functools import cache
 import pytest
 
 from qdot.exercises.chapter import planar_2r
-from qdot.exercises.mistakes import finished
-from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, SECTIONS, VARIANTS
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.support.suites import several
@@ -26,7 +25,7 @@ ASKED = {
     "planar-rpr@screws": ("home-screws",), "polar-rp@screws": ("body-adjoint",),
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
-IN_FORMULAS = {mistake.name for mistake in finished.MISTAKES}
+IN_FORMULAS = {mistake.name for mistake in SECTIONS["The finished formulas"]}
 """Slips in finished formulas, which are no change to a derivation: test_finished.py makes them."""
 SELDOM = {"rank-of-one-condition", "size-of-kinds", "square-lost", "tangent-turned-over", "value-called-singular"}
 """Mistakes that are made on few arms, or beside others: tests/grader/diagnosis/test_mistakes.py has some of them."""
@@ -69,6 +68,12 @@ def test_every_mistake_is_wrong_and_named(arm: str) -> None:
 def test_every_mistake_is_made_by_some_arm() -> None:
     missing = CATALOGUE.keys() - {name for arm in ASKED for name in made(arm)}
     assert missing <= IN_NUMBERS | IN_FORMULAS | SELDOM | BY_SHORT_QUESTIONS
+
+
+def test_every_function_makes_a_mistake_of_the_catalogue() -> None:
+    assert VARIANTS.keys() | ANSWERS.keys() <= CATALOGUE.keys()
+    assert not VARIANTS.keys() & ANSWERS.keys()
+    assert {name for mistake in CATALOGUE.values() for name in mistake.equivalent_mistakes} <= CATALOGUE.keys()
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def test_options_for_screws_are_those_of_the_arm_at_its_own_home(variation: str)
                 whole = _reference(arm, subject.base)
                 assert (told[part.answer_as(Choice).correct].shown - whole[:, subject.column]).expand().is_zero_matrix
                 behind = {blame.mistake for option in told for blame in option.behind}
-                assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"].MISTAKES}
+                assert behind <= {mistake.name for mistake in SECTIONS["Screws and exponentials"]}
                 asked.add(name)
     assert "screw-choice" in asked
 

@@ -18,19 +18,19 @@ TWO_R = (
 @pytest.mark.parametrize(
     ("question", "answer", "begins"),
     [
-        ("position", "[a1, 0]", "Your answer does not change with theta1."),
-        ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not change with theta1."),
-        ("determinant", "0", "Your answer does not change with theta2."),
-        ("lost-direction", "[0, 0]", "Your answer does not change with theta1."),
-        ("lost-direction", "[a1*c1, a2*s1]", "Work the numbers out again"),
-        ("determinant", "a1*a2*sin(theta2)/7", "Everything is wrong by one and the same factor"),
-        ("determinant", "a1*a2*sin(theta2)/2", "All numbers are too small by the factor 2."),
-        ("determinant", "a1*a2*sin(theta2)*100", "All numbers are too large by the factor 100"),
-        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer changes with theta1."),
-        ("determinant", "a1*a2 + a2**2", "Your answer does not change with theta2."),
+        ("position", "[a1, 0]", "Your answer does not depend on theta1."),
+        ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not depend on theta1."),
+        ("determinant", "0", "Your answer does not depend on theta2."),
+        ("lost-direction", "[0, 0]", "Your answer does not depend on theta1."),
+        ("lost-direction", "[a1*c1, a2*s1]", "Calculate the numbers again"),
+        ("determinant", "a1*a2*sin(theta2)/7", "All your entries are wrong by the same factor"),
+        ("determinant", "a1*a2*sin(theta2)/2", "All your numbers are too small by a factor of 2."),
+        ("determinant", "a1*a2*sin(theta2)*100", "All your numbers are too large by a factor of 100"),
+        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer depends on theta1."),
+        ("determinant", "a1*a2 + a2**2", "Your answer does not depend on theta2."),
         ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
-        ("singular-angles", "[Eq(theta1, 1)]", "Something is said of theta1."),
-        ("singular-angles", "[Eq(theta2, 1)]", "Put each of your values into the determinant"),
+        ("singular-angles", "[Eq(theta1, 1)]", "Your answer contains theta1."),
+        ("singular-angles", "[Eq(theta2, 1)]", "Substitute each of your values into the determinant"),
     ],
 )
 def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
@@ -50,7 +50,7 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
 def test_numbers_and_counts_are_not_asked_for_a_factor(arm: str, question: str, answer: str) -> None:
     problem = generate(f"{arm}@chapter", [question])
     found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
-    assert found is not None and found.says.startswith("Work ")
+    assert found is not None and found.says.startswith("Calculate ")
 
 
 AXES = "[[0, {sign}s1, {cos}*s1*(1 - c2) + s2*c1], [0, c1, s1*s2 + {cos}*(c1*c2 - c1)], [1, {cos}, c2 + 0.00001*{cos}]]"
@@ -80,7 +80,7 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
     problem = generate(arm, [question])
     (verdict,) = mark(problem, {question: answer}, secret="s")
     assert verdict.judgement.share < 1 and verdict.diagnosis is not None
-    assert verdict.diagnosis.says.startswith("Right but for rounding:") is is_said
+    assert verdict.diagnosis.says.startswith("Your answer is correct except for rounding.") is is_said
     assert not (is_said and verdict.diagnosis.mistakes)
     assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
@@ -88,9 +88,12 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        ("And(theta2 = 0, theta3 = 1)", "Put each of your values into the determinant"),
-        ("[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]", "What you give is singular"),
-        ("And(theta2 = 3.14, theta3 = 0)", "digits"),
+        ("And(theta2 = 0, theta3 = 1)", "Substitute each of your values into the determinant"),
+        (
+            "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
+            "All configurations in your answer are singular",
+        ),
+        ("And(theta2 = 3.14, theta3 = 0)", "Rounded values"),
         ("theta2 = 1", "theta3"),
     ],
 )

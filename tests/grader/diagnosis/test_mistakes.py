@@ -158,7 +158,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
         found = judging.diagnose(problem, part, answer_without(problem, part, left_out), "seed")
         assert found is not None, left_out
         if found.mistakes == ("chain-rule",) and "; " in found.says:
-            assert f"olumn {first + 1} seems to lack" in found.says and f"olumn {second + 1}" in found.says
+            assert all(f"in column {column + 1}" in found.says for column in (first, second))
 
 
 def test_links_left_out_of_the_position_are_named() -> None:
@@ -172,7 +172,7 @@ def test_links_left_out_of_the_position_are_named() -> None:
     jacobian = asked("jacobian", sample_chain(ProblemId("planar-3r", 1)))
     text = answer_without(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
     found = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
-    assert found is not None and re.search("olumn 1 .*link 1 and link 2 .*column 2 ", found.says)
+    assert found is not None and re.search("link 1 and link 2 in column 1; .* in column 2", found.says)
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow"])
@@ -183,7 +183,7 @@ def test_zeros_and_other_sums_are_not_blamed(family: str) -> None:
     zero = reference.as_mutable()
     zero[:, 0] = sp.zeros(reference.rows, 1)
     named = judging.diagnose(problem, part, str(zero.tolist()), "seed")
-    assert named is None or "lack" not in named.says
+    assert named is None or "chain-rule" not in named.mistakes
     other = reference.as_mutable()
     other[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
     found = judging.diagnose(problem, part, str(other.tolist()), "seed")

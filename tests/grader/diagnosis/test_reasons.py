@@ -54,7 +54,7 @@ def test_only_a_name_of_their_own_may_stand_on_the_other_side(student: str) -> N
 
 @pytest.mark.parametrize("student", ["{a1}", "{a1: 2}", "{a1, a2}", "[[a1, a2]]"])
 def test_a_list_is_no_expression(student: str) -> None:
-    assert judge_expression(student, "a1", DOMAIN, "s").reason.startswith("a list or matrix stands where ")
+    assert judge_expression(student, "a1", DOMAIN, "s").reason.startswith("your answer is a list or matrix")
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
     ("student", "reference", "share", "said"),
     [
         ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
-         "1 of 2 entries that are not zero are right; entry (2, 2) differs at *: yours *, expected *"),
+         "1 of 2 entries that are not zero is right; entry (2, 2) differs at *: yours *, expected *"),
         ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 1 that should be zero is not; entry (1, 1) *"),
         ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *, and 1 that should be zero is not; entry (2, 1) *"),
         ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 2 that should be zero are not; entry (1, 1) *"),
@@ -110,7 +110,7 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
         ("1", [["0"]], 0, "it is not right; differs: yours 1, expected 0"),
         ("[0, a2]", [["0"], ["a1"]], 0, "it is not right; entry 2 differs *"),
         ("[1, a1]", [["0"], ["a1"]], 0, "1 of 1 *, and 1 that should be zero is not; entry 1 *"),
-        ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'k' *: a1, a2, *"),
+        ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'k' * are a1, a2, *"),
         ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'f', 'g', 'h', 'k', 'm' are *"),
     ],
 )  # fmt: skip
@@ -123,12 +123,14 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
 @pytest.mark.parametrize(
     ("student", "shape", "said"),
     [
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, and 2 x 3 is due (transposed*"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, and 2 x 2 is due; *[[][[]a, b], [[]c, d]]"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, and 2 x 4 is due; * 2 rows of 4"),
-        ("[1, 2]", (1, 3), "*2 x 1, and 1 x 3 is due; *[[][[]a, b, c]]"), ("{}", (2, 2), "*1 x 1, and 2 x 2 *"),
-        ("[[1, 2]]", (2, 2), "*1 x 2, and 2 x 2 *"), ("[[1, 2, 3]]", (2, 1), "*1 x 3, and 2 x 1 is due; * [[]a, b]"),
-        ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*can't be read*an equation*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, but it must be 2 x 3 (transposed*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, but it must be 2 x 2; *[[][[]a, b], [[]c, d]]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, but it must be 2 x 4; * 2 rows of 4"),
+        ("[1, 2]", (1, 3), "*2 x 1, but it must be 1 x 3; *[[][[]a, b, c]]"),
+        ("{}", (2, 2), "*1 x 1, but it must be 2 x 2*"),
+        ("[[1, 2]]", (2, 2), "*1 x 2, but it must be 2 x 2*"),
+        ("[[1, 2, 3]]", (2, 1), "*1 x 3, but it must be 2 x 1; * [[]a, b]"),
+        ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*couldn't parse*an equation*"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], said: str) -> None:
@@ -140,12 +142,13 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
     ("student", "share", "said"),
     [
         ("[1, 2, 3]", 1, "right to 0.5 %"),
-        ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers are right; number 2 is 2.5, and 2 rad/s is right"),
+        ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers is right; number 2 is 2.5, and 2 rad/s is right"),
         ("[1, blank, 3]", 2 / 3, "2 of 3 *; number 2 *blank"), ("[1/0, 2, 3]", 2 / 3, "2 of 3 *; number 1 *1 rad/s *"),
-        ("[1, 2]", 0, "*2 x 1, and 3 x 1 is due; * [[]a, b, c]"), ("[[1, 2, 3, 4]]", 0, "*1 x 4, and 3 x 1 is due; *"),
-        ("[[1, 2], [3]]", 0, "*can't be read*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
-        ("[Eq(qd9, 1), 2, 3]", 0, "numbers are due, and qd9 is left *"),
-        ("[f + g + h + k + m + n, 2, 3]", 0, "numbers are due, and f, g, h, k, m is left *"),
+        ("[1, 2]", 0, "*2 x 1, but it must be 3 x 1; * [[]a, b, c]"),
+        ("[[1, 2, 3, 4]]", 0, "*1 x 4, but it must be 3 x 1; *"),
+        ("[[1, 2], [3]]", 0, "*couldn't parse*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
+        ("[Eq(qd9, 1), 2, 3]", 0, "* asks for numbers, but your answer contains qd9; *"),
+        ("[f + g + h + k + m + n, 2, 3]", 0, "* asks for numbers, but your answer contains f, g, h, k, m; *"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_numbers(student: str, share: float, said: str) -> None:
@@ -173,15 +176,16 @@ def test_numbers_up_to_their_tolerance() -> None:
 @pytest.mark.parametrize(
     ("student", "right", "said"),
     [
-        ("C", False, "'C' is none of the options A, B"), ("int", False, "'int' is none of *"), ("B", True, "right"),
-        ("inte", True, "right"), ("A", False, "A is not *"), ("singularity", False, "'singularity' is none of *"),
-        ("wxyz" * 20, False, f"'{'wxyz' * 10}' is none of *"),
+        ("C", False, "'C' is not one of the options A, B"), ("int", False, "'int' is not one of *"),
+        ("B", True, "right"),
+        ("inte", True, "right"), ("A", False, "A is not *"), ("singularity", False, "'singularity' is not one of *"),
+        ("wxyz" * 20, False, f"'{'wxyz' * 10}' is not one of *"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_a_choice(student: str, right: bool, said: str) -> None:
     judged = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
     assert (judged.outcome is Outcome.CORRECT) is right and fnmatchcase(judged.reason, said), judged.reason
-    assert judged.certificate == (None if "none of" in said else Certificate("exact", 1, 0.0))
+    assert judged.certificate == (None if "not one of" in said else Certificate("exact", 1, 0.0))
 
 
 FOLD = ("theta2 = 0", "theta2 = pi")
@@ -191,9 +195,11 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
 @pytest.mark.parametrize(
     ("student", "share", "said"),
     [
-        ("{0, pi}", 1, "right"), ("{0}", 2 / 3, "0 of 1 *, 1 in part; an angle is missing: angle = 3.142"),
-        ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*can't be read*a list*"), ("", 0, "nothing *"),
-        ("blank", 0, "*blank"), ("sin(", 0, "*can't be read*: *"),
+        ("{0, pi}", 1, "right"),
+        ("{0}", 2 / 3, "you found 0 of 1 *, and 1 only in part; an angle is missing: angle = 3.142"),
+        ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*couldn't parse*a list*"),
+        ("", 0, "you submitted nothing *"),
+        ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
@@ -205,15 +211,19 @@ def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
 @pytest.mark.parametrize(
     ("student", "reference", "share", "said"),
     [
-        ("theta2 = 0", FOLD, 2 / 3, "0 of 1 *, 1 in part; a singular configuration is missing: *, theta2 = 3.142, *"),
-        ("{theta2: [0, 2.9]}", FOLD, 1 / 3, "0 of 1 *, 1 in part, 1 of *; * missing: *; claimed, but no *: *"),
-        ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; claimed, *"), ("[]", ELBOW, 0, "* is missing: *"),
-        ("{theta3: [0, pi]}", ELBOW, 1 / 2, "1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
-        ("{theta2: [0, 180]}", FOLD, 1 / 3, "0 *; these values are in degrees, and radians *"),
-        ("cos(theta2) = 0", FOLD, 0, "* is missing: *; claimed, but no singular *"),
-        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "1 of 1 *, 1 of *; claimed, but no *"),
-        ("[]", ("cos(theta2) = 2",), 0, "no configuration is claimed"), ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
-        ("[0, pi]", ELBOW, 0, "*can't be read*which joint*"),
+        ("theta2 = 0", FOLD, 2 / 3,
+         "you found 0 of 1 *, and 1 only in part; a singular configuration is missing: *, theta2 = 3.142, *"),
+        ("{theta2: [0, 2.9]}", FOLD, 1 / 3,
+         "you found 0 of 1 *, and 1 only in part; 1 of *; * missing: *; this configuration is not *: *"),
+        ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; this configuration *"),
+        ("[]", ELBOW, 0, "* is missing: *"),
+        ("{theta3: [0, pi]}", ELBOW, 1 / 2, "you found 1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found 0 *; these values are in degrees, but *"),
+        ("cos(theta2) = 0", FOLD, 0, "* is missing: *; this configuration is not singular*"),
+        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found 1 of 1 *; 1 of *; this configuration is not *"),
+        ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),
+        ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
+        ("[0, pi]", ELBOW, 0, "*couldn't parse*name the joint*"),
     ],
 )  # fmt: skip
 def test_what_is_said_of_singular_configurations(
@@ -228,7 +238,9 @@ def test_what_is_said_of_singular_configurations(
 def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
     judged = singular("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
     assert judged.share == pytest.approx(2 / 3)
-    assert fnmatchcase(judged.reason, "0 of 1 *, 1 in part; * missing: theta1 = *, theta2 = 0, theta3 = *")
+    assert fnmatchcase(
+        judged.reason, "you found 0 of 1 *, and 1 only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
+    )
 
 
 def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
@@ -243,4 +255,4 @@ def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
 
 @pytest.mark.parametrize("shape", [None, (1, 1)])
 def test_an_answer_of_one_entry_is_what_is_asked(shape: tuple[int, int] | None) -> None:
-    assert _name_entry(SimpleNamespace(shape=shape), 0) == "what is asked"  # type: ignore[arg-type]
+    assert _name_entry(SimpleNamespace(shape=shape), 0) == "the result"  # type: ignore[arg-type]

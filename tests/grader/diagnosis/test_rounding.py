@@ -68,7 +68,9 @@ def test_constants_of_ten_digits_are_no_mistake(
             said[part.name] = found and (found.mistakes, found.says)
     assert said
     assert not {name: told for name, told in said.items() if told and told[0]}
-    assert convention != "screws" or "Right but for rounding: write exact values" in str(said.get("home-screws"))
+    assert convention != "screws" or "Your answer is correct except for rounding. Write exact values" in str(
+        said.get("home-screws")
+    )
 
 
 @pytest.mark.parametrize("digits", [4, DIGITS])
@@ -81,7 +83,7 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
         text = f"[{', '.join(part.answer.pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
         found = _of_rounding(problem, part, text)
         assert found is not None
-        assert (found.mistakes, found.says.startswith("Right but for rounding")) == ((), True), text
+        assert (found.mistakes, found.says.startswith("Your answer is correct except for rounding")) == ((), True), text
         missed = f"[{', '.join(part.answer.pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
         other = _of_rounding(problem, part, missed)
         assert other is None or not other.says.startswith("Right")
@@ -111,4 +113,4 @@ def test_a_function_that_returns_rounded_values_made_no_mistake(
             if found.mistakes:
                 named[part.name] = found
     assert not named
-    assert digits == 9 or any(text.startswith("Right but for rounding: round neither") for text in said)
+    assert digits == 9 or any(text.startswith("Your function is correct except for rounding.") for text in said)

@@ -89,7 +89,7 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
     verdicts = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")
     for verdict in verdicts:
         assert limit_feedback(make_part_result("p1", verdict), level) == make_part_result("p1", verdict)
-    assert "can't be read" in limit_feedback(make_part_result("p1", verdicts[0]), level).reason
+    assert "couldn't parse" in limit_feedback(make_part_result("p1", verdicts[0]), level).reason
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,12 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
          "1 in part; your answer includes a configuration that is not a singular configuration"),
         ("claimed, but no singular configuration: theta2 = 0.5", "counterexample",
          "claimed, but no singular configuration: theta2 = 0.5"),
+        ("1 only in part; this configuration is not singular: theta2 = 0.5", "mistake",
+         "1 only in part; your answer includes a configuration that is not singular"),
+        ("correct except for rounding: theta2 = 3.14; write the exact value, such as pi/3", "mistake",
+         "correct except for rounding; write the exact value, such as pi/3"),
+        ("a singular configuration is missing: theta2 = 0.5, a1 = 2; this configuration is not singular: theta2 = 1",
+         "counterexample", "a singular configuration is missing; this configuration is not singular: theta2 = 1"),
     ],
 )  # fmt: skip
 def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:

@@ -1,0 +1,143 @@
+"""Evaluate a wrong answer at the configurations at which it is compared with the answers that mistakes give."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from qdot.exercises.arm.derivation_graph import Working, numeric_working
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits
+from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.concepts import parse_vector
+from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer
+from qdot.grader.judging.answer import FunctionValues, ParsedAnswer
+
+SAMPLE_COUNT = 16
+THREE_DECIMALS_TOLERANCE = 6e-4
+
+
+@dataclass(frozen=True)
+class WrongAnswer:
+    """A wrong answer with its values at some configurations, and its formulas as typed, if there are any."""
+
+    problem: Problem
+    part: Part
+    values: SymbolValues
+    numeric: NumericAnswer
+    rows: Rows | None = None
+
+    @cached_property
+    def correct_working(self) -> Working:
+        """The correct derivation, evaluated at the configurations."""
+        return numeric_working(self.problem.chain, self.values)
+
+    @cached_property
+    def correct_values(self) -> np.ndarray:
+        """The values of the correct answer, (rows, columns, N)."""
+        return compute_answer(self.correct_working, self.part)
+
+    @cached_property
+    def is_differentiated(self) -> np.ndarray:
+        """Whether each entry is found by differentiation, (rows, columns).
+
+        Angular entries are not, and neither are results computed from a Jacobian.
+        """
+        if is_made_of_jacobian(self.part):
+            return np.zeros(self.correct_values.shape[:2], bool)
+        doubled_rows = self.correct_working.with_mistakes({"linear": lambda _, rows: 2 * rows})
+        change = np.abs(compute_answer(doubled_rows, self.part) - self.correct_values)
+        return np.asarray((change > RELATIVE_TOLERANCE * np.abs(self.correct_values)).any(axis=-1))
+
+    @property
+    def has_expected_shape(self) -> bool:
+        """Whether the answer has as many rows and columns as the correct one."""
+        return self.numeric.values.shape == self.correct_values.shape
+
+    @property
+    def is_correct(self) -> bool:
+        """Whether all values are correct within the tolerance."""
+        return self.has_expected_shape and bool(self.numeric.match_entries(self.correct_values).all())
+
+    @property
+    def in_expected_shape(self) -> "WrongAnswer":
+        """The same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
+        shape, transposed_values = self.correct_values.shape, self.numeric.values.swapaxes(0, 1)
+        if 1 not in shape[:2] or self.numeric.values.shape == shape or transposed_values.shape != shape:
+            return self
+        in_numbers = replace(self.numeric, values=transposed_values, term_size=self.numeric.term_size.swapaxes(0, 1))
+        return replace(self, numeric=in_numbers, rows=None if self.rows is None else transpose(self.rows))
+
+
+def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
+    """Evaluate an answer at configurations; return None if the part isn't derived or the answer has no values."""
+    if not is_derived(part):
+        return None
+    if parsed_answer.table is not None:
+        return _evaluate_function(problem, part, parsed_answer.table)
+    values = sample_configurations(problem.chain, part, problem.domain(), SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
+    try:
+        is_choice = bool(part.answer.offered_options)
+        in_numbers = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)
+    except ParseError:  # an answer that was refused may have statements as entries
+        return None
+    return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, parsed_answer.rows)
+
+
+def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> WrongAnswer | None:
+    """Return a Python function as a wrong answer, with the values that it returned in the sandbox."""
+    if table.shape is None or len(table.shape) > 2:
+        return None
+    values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
+    rows = (*table.shape, *(1,) * (2 - len(table.shape)))
+    outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows, -1)
+    relative, absolute = _allowed_rounding(part)
+    tolerances, is_direction = (max(RELATIVE_TOLERANCE, relative), absolute), part.answer.counts_up_to_a_factor
+    return WrongAnswer(problem, part, values, NumericAnswer(outputs, np.abs(outputs), tolerances, is_direction))
+
+
+def _allowed_rounding(part: Part) -> tuple[float, float]:
+    """Return the relative and the absolute error that the assignment allows for decimals."""
+    return (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
+
+
+def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolValues) -> NumericAnswer | None:
+    entries, blanks = parsed_answer.entries, parsed_answer.blanks
+    if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
+        return None
+    filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
+    count = len(next(iter(values.values())))
+    entry_values, term_size = evaluate(compile_program(filled), values, count)
+    entry_values[blanks] = np.nan
+    shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
+    is_direction = part.answer.counts_up_to_a_factor
+    return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), _tolerance(part, filled), is_direction)
+
+
+def _tolerance(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
+    """Return the relative and the absolute tolerance for an answer.
+
+    For numbers, it depends on the digits required, or on the digits typed if these are more.
+    """
+    relative, absolute = _allowed_rounding(part)
+    if not part.answer.is_numeric:
+        return max(RELATIVE_TOLERANCE, relative), absolute
+    digits = max(map(count_decimal_digits, entries))
+    return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
+
+
+def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:
+    if not parsed_answer.chosen:
+        return None
+    values = np.array(parse_vector(part.answer.offered_options[parsed_answer.chosen[0]]))[:, None, None]
+    return NumericAnswer(values, np.abs(values), (0.0, THREE_DECIMALS_TOLERANCE))
+
+
+def transpose(rows: Rows) -> Rows:
+    """Return the rows with rows and columns exchanged."""
+    return [list(column) for column in zip(*rows, strict=True)]
