@@ -104,8 +104,8 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     missing = [source for source in ENTRIES.values() if source not in content]
     if missing:
         raise QdotError(
-            f"the site's scripts in {folder} are not whole, or of another version of qdot: {', '.join(missing)} is not "
-            "in their list; run `make site`, which builds them again"
+            f"the site's scripts in {folder} are incomplete or from another version of qdot, because these are missing: "
+            f"{', '.join(missing)}; run `make site` to rebuild them"
         )
     return content
 

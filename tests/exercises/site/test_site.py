@@ -182,7 +182,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
     shutil.rmtree(site / "bank" / "polar-rp")
     result = runner.invoke(app, [str(word) for word in arguments])
     assert result.exit_code == 2
-    assert "001 (polar-rp)" in result.stderr and "put in\n" in result.stderr and "1 problem of polar-rp" in result.stderr
+    assert all(text in result.stderr for text in ("001 (polar-rp)", "put in\n", "1 problem of polar-rp"))
     assert [problem["key"] for problem in loaded(site, "index")["families"][0]["problems"]] == ["001-quiz"]
 
 
@@ -298,7 +298,7 @@ def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None
     if written is not None:
         (tmp_path / ".vite").mkdir()
         (tmp_path / ".vite" / "manifest.json").write_text(written)
-    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site`, which builds them anew"):
+    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site` to rebuild them"):
         read_assets(tmp_path)
 
 
