@@ -104,7 +104,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     missing = [source for source in ENTRIES.values() if source not in content]
     if missing:
         raise QdotError(
-            f"the site's scripts in {folder} are incomplete or from another version of qdot, because these are missing: "
+            f"the site's scripts in {folder} are incomplete or from another version of qdot; these are missing: "
             f"{', '.join(missing)}; run `make site` to rebuild them"
         )
     return content
