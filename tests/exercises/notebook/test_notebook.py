@@ -212,9 +212,7 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
     )
     asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
     asked.source = "written once"
-    assert "written once" in [
-        cell.source for cell in solution_notebook(*of, short, True, released=handed_out).cells
-    ]
+    assert "written once" in [cell.source for cell in solution_notebook(*of, short, True, released=handed_out).cells]
 
 
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
