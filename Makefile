@@ -38,6 +38,7 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/ruff format --check $(CODE)
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --no-cache
+	$(VENV)/bin/codespell -D - -D docs/vocabulary.txt README.md CONTRIBUTING.md SECURITY.md docs templates exercises grader
 
 # Tests wait for the disk, as qdot does, unless their files are in memory, where there is room for some gigabytes. A sandbox
 # without namespaces runs as another user, who has to get through to its folder.
@@ -98,7 +99,7 @@ test-oldest:  ## the tests with the lowest versions that pyproject.toml allows, 
 OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.11.*/bin/python3; do \
   if $$p -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' >/dev/null 2>&1; then command -v $$p; break; fi; done)
 
-# Old libraries warn of what newer ones mended: here warnings are shown, and are not errors.
+# Old libraries warn of what newer ones fixed: here warnings are shown, and are not errors.
 .PHONY: oldest
 oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
@@ -174,7 +175,7 @@ format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
 	$(VENV)/bin/ruff check --fix-only $(CODE)
 	$(VENV)/bin/ruff format $(CODE)
 
-lock: .venvs/lock/.uv  ## choose the versions in constraints.txt anew
+lock: .venvs/lock/.uv  ## choose the versions in constraints.txt again
 	.venvs/lock/bin/uv pip compile pyproject.toml --group dev --upgrade --quiet --universal --python-version 3.11 \
 	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
 

@@ -1,5 +1,7 @@
 """Robot families: a textbook arm and what varies from student to student, one entry in families.toml each.
 
+`exercises/generation.py` samples the arm of a student from its family.
+
 Beside the families:
 
     base            what a family is

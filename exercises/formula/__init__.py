@@ -1,5 +1,7 @@
 """Parse, print and evaluate formulas, and compare them as functions and as sets of configurations.
 
+Whole answers, such as a vector in a notebook's variable, are parsed by `grader/judging`.
+
 From the bottom up:
 
     printing, sympy_text                print SymPy expressions as text, fast

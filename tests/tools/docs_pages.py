@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pydantic
+from pydantic.fields import FieldInfo
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
@@ -183,14 +184,16 @@ def _describe_keys(model: type[pydantic.BaseModel]) -> list[dict[str, str]]:
             "name": name,
             "description": field.description or "",
             "form": _value_form(EXPECTED_FORMS[name]),
-            "default": "required"
-            if field.is_required()
-            else ""
-            if field.default is None
-            else f"`{json.dumps(field.default)}`",
+            "default": _describe_default(field),
         }
         for name, field in model.model_fields.items()
     ]
+
+
+def _describe_default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    return "" if field.default is None else f"`{json.dumps(field.default)}`"
 
 
 def _value_form(message: str) -> str:

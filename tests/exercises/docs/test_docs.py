@@ -108,3 +108,13 @@ def test_pages_can_be_written_anywhere(tmp_path: Path) -> None:
     written = write(tmp_path)
     assert {str(path.relative_to(tmp_path)) for path in written} == set(documents())
     assert all(path.read_text(encoding="utf-8") == documents()[str(path.relative_to(tmp_path))] for path in written)
+
+
+def test_every_page_can_be_reached_from_the_readme() -> None:
+    reached, to_visit = set(), [ROOT / "README.md"]
+    while to_visit:
+        page = to_visit.pop()
+        reached.add(page)
+        targets = re.findall(r"\]\(([^)#:]+\.md)[^)]*\)", page.read_text(encoding="utf-8"))
+        to_visit += {(page.parent / target).resolve() for target in targets} - reached
+    assert set(DOCS.glob("*.md")) <= reached

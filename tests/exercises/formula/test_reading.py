@@ -112,8 +112,8 @@ REFUSED = [
     ("12.37 %", "percentages are not allowed; write a decimal"), ("a1|s2", "found an alternative"),
     ("sin 2 3", "there is no operator between two numbers"),
     ("C(a1)", "C means cos only before an angle"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "comes before +"),
-    ("sin theta1cos(theta2)", "expected '(' after sin"), ("s*theta1", "'s' is no symbol"),
-    ("sin1", "'sin1' is no symbol"), (r"\foo{a1}", "is unknown"), (r"\frac{a1}", ""),
+    ("sin theta1cos(theta2)", "expected '(' after sin"), ("s*theta1", "'s' is not a symbol"),
+    ("sin1", "'sin1' is not a symbol"), (r"\foo{a1}", "is unknown"), (r"\frac{a1}", ""),
     (r"\begin{align}a1", ""), ("x" * 70, "a name of 70 characters"),
 ]  # fmt: skip
 
