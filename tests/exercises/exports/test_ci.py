@@ -186,10 +186,7 @@ def test_a_students_repository_checks_itself_without_any_secret(
     assert done.returncode == 1, done.stderr  # nothing is answered yet
     assert "0 of 3 answers can be read" in done.stdout
     if platform == "github":
-        place = re.search(r"^::warning file=hw.ipynb,line=(\d+),title=p1.jacobian::left blank$", done.stdout, re.M)
-        assert place
-        line = (clone / "hw.ipynb").read_text(encoding="utf-8").splitlines()[int(place[1]) - 1]
-        assert "p1_jacobian = " in line
+        assert "::warning file=hw.ipynb,title=p1.jacobian::left blank\n" in done.stdout
         assert "| p1.jacobian | can't be read | left blank |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
 
 
