@@ -186,8 +186,8 @@ def test_a_students_repository_checks_itself_without_any_secret(
     assert done.returncode == 1, done.stderr  # nothing is answered yet
     assert "0 of 3 answers can be read" in done.stdout
     if platform == "github":
-        assert "::warning file=hw.ipynb,title=p1.jacobian::left blank\n" in done.stdout
-        assert "| p1.jacobian | can't be read | left blank |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
+        assert "::warning file=hw.ipynb,title=p1.jacobian::" in done.stdout
+        assert "| p1.jacobian | not parsed | left blank |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
 
 
 def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(
