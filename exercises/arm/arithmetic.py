@@ -167,7 +167,7 @@ class Term:
 class TreeArithmetic(_FormulaArithmetic):
     """The arithmetic of formula trees, the form in which students' answers are parsed.
 
-    Derivatives raise ReadError if a formula has none.
+    Derivatives raise ParseError if a formula has none.
     """
 
     def __init__(self, joints: Sequence[str]) -> None:

@@ -194,7 +194,7 @@ def _is_product(first: re.Match[str], second: re.Match[str]) -> bool:
 
 
 def to_sympy(node: Node) -> sp.Expr:
-    """Convert a parsed formula to a SymPy expression. Raises ReadError for anything but arithmetic and _FUNCTIONS."""
+    """Convert a parsed formula to a SymPy expression. Raises ParseError for anything but arithmetic and _FUNCTIONS."""
     if node.kind in ("number", "decimal"):
         return sp.Rational(node.value.numerator, node.value.denominator)
     if node.kind == "name":
@@ -229,7 +229,7 @@ def _symbol(name: str) -> sp.Expr:
 
 
 def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Return a power. Raises ReadError if its exponent or its numeric base is too large."""
+    """Return a power. Raises ParseError if its exponent or its numeric base is too large."""
     if not exponent.is_Rational or abs(exponent) > _MAX_EXPONENT:
         raise ParseError(f"an exponent must be a number of at most {_MAX_EXPONENT}")
     if base.is_number and abs(base) > _MAX_BASE:
@@ -238,7 +238,7 @@ def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def _require_finite(value: sp.Expr, subject: str) -> sp.Expr:
-    """Return a value unchanged. Raises ReadError if it is infinite, undefined or complex."""
+    """Return a value unchanged. Raises ParseError if it is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
         raise ParseError(f"{subject} that is not a real number")
     return value

@@ -136,7 +136,7 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum difficulty. `robot_argument` is a digest of the file of an instructor's own robot,
+    `band` is the minimum and maximum difficulty. `robot_digest` is a digest of the file of an instructor's own robot,
     "" for a family. `variation` is how much arms differ from the chapter's. `convention` describes the arms, and
     `twist_order` is the order of their twists. `decimals` are the questions that accept rounded decimals, with their
     tolerances. `credit` are the assignment's own rules for partial credit, by question.

@@ -28,7 +28,7 @@ class _Term:
 
 
 def remove_noise(tree: Node) -> Node:
-    """Return a tree without the terms whose coefficient is only a rounding error, or zero if it has no other terms.
+    """Return a tree in which terms whose coefficient is only a rounding error are replaced by zero.
 
     The tree itself is returned if it has no such terms.
 

@@ -139,7 +139,7 @@ class NumericReference:
         return np.array(rows)
 
     def parse(self, text: str) -> Node:
-        """Return the tree of a text, parsed like an answer. Raises ReadError."""
+        """Return the tree of a text, parsed like an answer. Raises ParseError."""
         if text not in self._trees:
             self._trees[text] = parse_formula(text, self.symbol_names)
         return self._trees[text]

@@ -182,7 +182,7 @@ def _find_cause(predicted: PredictedAnswer, causes: Sequence[Cause]) -> Cause | 
 
 def _name_inherited(predicted: PredictedAnswer, cause: Cause) -> Diagnosis:
     """Return the diagnosis for a mistake that was already found in an earlier part."""
-    message = f"This follows from what went wrong in {cause.part_title!r}: the same mistake gives this answer."
+    message = f"You seem to have made the same mistake as in {cause.part_title!r}. Correct that part first."
     signature = locate_mistake(predicted.mistake.name, predicted.variant.words)
     return Diagnosis((), message, inherited=cause.part, signature=(signature,))
 

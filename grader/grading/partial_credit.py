@@ -4,6 +4,7 @@ The shares are defined in `qdot.exercises.problem.credit`. Lengths and angles of
 symbols depend on the configuration.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -103,7 +104,10 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit[0] > share:
         share = credit[0]
-        judgement = replace(judgement, reason=f"{credit[1]}, which earns {share * rules.factor}; {reason}")
+        detail = re.sub(r"^\d+ of \d+ [a-z ]+ are right; ", "", reason)
+        judgement = replace(
+            judgement, reason=f"{credit[1]}, which earns {share * rules.factor} of the points; {detail}"
+        )
     return _with_share(judgement, share * rules.factor)
 
 
@@ -177,12 +181,13 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
             factor = factor and replace(factor, changes_size=True)
     if factor is None or (factor.changes_size and not set().union(*map(find_names, expected)) & varying):
         return None
-    words = [("its sign" if part.shape is None else "signs")] * factor.is_negative
+    words = [("the sign" if part.shape is None else "signs")] * factor.is_negative
     words += ["a common factor"] * factor.changes_size
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
-    return share, f"right but for {' and '.join(words)}"
+    verb = "is" if words in (["the sign"], ["a common factor"]) else "are"
+    return share, f"only {' and '.join(words)} {verb} wrong"
 
 
 def _find_factor_of_values(
@@ -243,9 +248,12 @@ def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
     for missing, surplus in error_counts:
         share = share_of_product(len(expected_factors), missing, surplus)
         if share and _is_product_without(answer, given_factors, expected_factors, missing, surplus):
-            summary = f"{len(expected_factors) - missing} of {count_noun(len(expected_factors), 'factor')} with joints"
-            others = f" and {count_noun(surplus, 'other')}" if surplus > missing else ""
-            return share, f"the answer has {summary}{others}"
+            right, factors = len(expected_factors) - missing, count_noun(len(expected_factors), "factor")
+            others = f", and {count_noun(surplus, 'factor')} too many" if surplus > missing else ""
+            return (
+                share,
+                f"{right} of the {factors} that depend on the joints {'is' if right == 1 else 'are'} right{others}",
+            )
     return None
 
 
@@ -299,7 +307,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
     error = np.minimum(np.abs(values - expected), np.abs(values + expected))
     if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= tolerance) or np.any(error > tolerance):
         return None
-    return share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs"
+    return share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "only signs are wrong"
 
 
 # --- one known mistake ---
@@ -314,7 +322,7 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> ShareAnd
         return None
     if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
-    return MISTAKE_FACTOR, "one mistake gives all that is wrong"
+    return MISTAKE_FACTOR, "a single mistake explains everything that is wrong"
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:

@@ -357,10 +357,15 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
     complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
-    noun, verb = "condition" if len(match_counts) == 1 else "conditions", "is" if false_count == 1 else "are"
-    partial_words = f", and {partial_count} only in part" if partial_count else ""
+    if len(match_counts) == 1:
+        found = "you found the condition" if complete_count or partial_count else "you did not find the condition"
+        partial_words = " only in part" if partial_count else ""
+    else:
+        found = f"you found {complete_count} of {len(match_counts)} conditions"
+        partial_words = f", and {partial_count} only in part" if partial_count else ""
+    verb = "is" if false_count == 1 else "are"
     false_words = f"; {false_count} of your conditions {verb} false" if false_count else ""
-    return f"you found {complete_count} of {len(match_counts)} {noun}{partial_words}{false_words}"
+    return f"{found}{partial_words}{false_words}"
 
 
 def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:

@@ -30,12 +30,13 @@ from qdot.grader.reports.example import draw_example
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.rows import describe_decisions, describe_override
 
-PAGE_VERSION = 8
+PAGE_VERSION = 9
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
-CRASHED, CRASH_REASON = "stopped with an error", r"\bcell stopped\b"
+CRASHED, CRASH_REASON = "stopped with an error", r"\b(cell|cell of this answer) stopped\b"
 """The word for a missing answer whose cell crashed, and a pattern of the reason that the answer locator gives."""
+ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
@@ -108,7 +109,11 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     if result.obstacle is not None:
         decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
     notes = [make_visible(note) for note in (*decisions, *result.notes)]
-    to_review = [part for part in parts if part.result.outcome in (*WRONG_OR_PARTIAL, Outcome.MISSING)]
+    unanswered = [part for part in parts if part.result.outcome is Outcome.MISSING]
+    own_errors = (part for part in parts if part.result.outcome in WRONG_OR_PARTIAL and not part.result.followed_from)
+    to_review = sorted((*own_errors, *unanswered), key=parts.index)
+    if parts and len(unanswered) == len(parts):
+        notes, to_review = [ALL_UNANSWERED, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
@@ -235,7 +240,7 @@ def _describe_certainty(certificate: Certificate | None) -> str:
             "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
             f"probability below 1 in 10{power}."
         )
-    wrong = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} of all configurations"
+    wrong = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
     return (
         f"qdot compared your answer with the solution at {points} random configurations. {wrong} passes this check "
         f"with a probability below 1 in 10{power}."

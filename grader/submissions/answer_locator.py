@@ -408,7 +408,7 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops:
         error = run.cell_errors[stopped]
         cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
         cause = cause or next((advice for sign, advice in _ADVICE_BY_ERROR.items() if sign in error), "")
-        return f"its cell stopped: {error}" + (f"; {cause}" if cause else "")
+        return f"the cell of this answer stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
         return _describe_end(run)
     if not cells:

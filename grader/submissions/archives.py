@@ -1,4 +1,4 @@
-"""List and read the files in untrusted zip and tar archives, and unpacks a class's download, all within limits.
+"""List and read the files in untrusted zip and tar archives, and unpack a class's download, all within limits.
 
 No file is written to the path that its name in an archive states, except by `unpack_temporarily`, which writes it
 below a temporary folder. Archives inside archives are not opened.

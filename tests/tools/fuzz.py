@@ -1,6 +1,6 @@
 """`make fuzz`: texts that nobody would write, to the reader and to the judgement.
 
-Every text must end soon, in a tree or a ReadError, in a verdict; what was read must print and read again as what it
+Every text must end soon, in a tree or a ParseError, in a verdict; what was read must print and read again as what it
 was; what is plain Python must mean what it does in Python; and no verdict is `correct` unless many digits at random
 points agree. `python -m tests.tools.fuzz --seconds 120 --seed x` gives every target (`TARGETS`) that long, prints the
 finds, and leaves with code 1 if there are any.

@@ -172,7 +172,7 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     first = named[0]
     for name, diagnosis in told.items():
         assert diagnosis is not None
-        assert name == first or (diagnosis.inherited == first and "follows from" in diagnosis.says)
+        assert name == first or (diagnosis.inherited == first and "the same mistake as in" in diagnosis.says)
         assert name == first or not diagnosis.names
 
 

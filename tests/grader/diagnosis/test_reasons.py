@@ -196,7 +196,7 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
     ("student", "share", "said"),
     [
         ("{0, pi}", 1, "right"),
-        ("{0}", 2 / 3, "you found 0 of 1 *, and 1 only in part; an angle is missing: angle = 3.142"),
+        ("{0}", 2 / 3, "you found the condition only in part; an angle is missing: angle = 3.142"),
         ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*couldn't parse*a list*"),
         ("", 0, "you submitted nothing *"),
         ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
@@ -212,15 +212,15 @@ def test_what_is_said_of_angles(student: str, share: float, said: str) -> None:
     ("student", "reference", "share", "said"),
     [
         ("theta2 = 0", FOLD, 2 / 3,
-         "you found 0 of 1 *, and 1 only in part; a singular configuration is missing: *, theta2 = 3.142, *"),
+         "you found the condition only in part; * missing: *, theta2 = 3.142, *"),
         ("{theta2: [0, 2.9]}", FOLD, 1 / 3,
-         "you found 0 of 1 *, and 1 only in part; 1 of *; * missing: *; this configuration is not *: *"),
+         "you found the condition only in part; 1 of *; * missing: *; this configuration is not *: *"),
         ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; this configuration *"),
         ("[]", ELBOW, 0, "* is missing: *"),
         ("{theta3: [0, pi]}", ELBOW, 1 / 2, "you found 1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
-        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found 0 *; these values are in degrees, but *"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found * only in part; * these values are in degrees, but *"),
         ("cos(theta2) = 0", FOLD, 0, "* is missing: *; this configuration is not singular*"),
-        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found 1 of 1 *; 1 of *; this configuration is not *"),
+        ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found the condition; 1 of *; * is not *"),
         ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),
         ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
         ("[0, pi]", ELBOW, 0, "*couldn't parse*name the joint*"),
@@ -239,7 +239,7 @@ def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
     judged = singular("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
     assert judged.share == pytest.approx(2 / 3)
     assert fnmatchcase(
-        judged.reason, "you found 0 of 1 *, and 1 only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
+        judged.reason, "you found the condition only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
     )
 
 

@@ -320,7 +320,7 @@ def test_how_a_comma_was_read_is_said_where_it_decides_the_mark(student: str, is
 @pytest.mark.parametrize(
     ("student", "share", "said"),
     [
-        ("theta2 = 0, theta2 = 3.1416 rad", 4 / 5, "you found 1 of 1 condition; correct except for rounding: theta1 ="),
+        ("theta2 = 0, theta2 = 3.1416 rad", 4 / 5, "you found the condition; correct except for rounding: theta1 ="),
         ("theta2 = 0, 22/7", 4 / 5, "rounding"), ("theta2 = 0°, 179.9°", 4 / 5, "rounding"),
         ("theta2 = 3.14", 8 / 15, "rounding"), ("theta2 = 0, 3.14, 1", 2 / 5, "is not singular"),
         ("theta2 = 0, 3.1", 1 / 3, "is not singular"),

@@ -364,7 +364,7 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     find_answers(blank, ["p1.a", "p1.b", "p1.c"], lambda cells, names: Run())
     assert guess_parts(blank, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
     assert time.process_time() - begun < 20
-    assert "its cell stopped" in found.reasons["p1_a"]
+    assert "the cell of this answer stopped" in found.reasons["p1_a"]
 
 
 @pytest.mark.parametrize("change", few_of([first_cell_stops, first_cell_lacks_a_library, habits], 2))
@@ -387,7 +387,8 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
     book = notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(book)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
-    assert all(row.message.startswith("its cell stopped: NameError: name 'a1' is not defined") for row in rows)
+    beginning = "the cell of this answer stopped: NameError: name 'a1' is not defined"
+    assert all(row.message.startswith(beginning) for row in rows)
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:
