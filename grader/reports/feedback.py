@@ -34,8 +34,11 @@ PAGE_VERSION = 9
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
-CRASHED, CRASH_REASON = "stopped with an error", r"\b(cell|cell of this answer) stopped\b"
-"""The word for a missing answer whose cell crashed, and a pattern of the reason that the answer locator gives."""
+STOP_WORDS = (
+    (r"\bcell of this answer stopped: it (took|waited) longer\b", "stopped at the time limit"),
+    (r"\bcell of this answer stopped\b", "stopped with an error"),
+)
+"""Patterns of the reasons why an answer is missing, each with the word for its outcome."""
 ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
@@ -49,7 +52,9 @@ GRADER_FIRST_WORDS = (
 
 SHORT_REASONS = (
     (r"\bit is not right; differs$", "it is wrong"),
-    (r"(?<![\w)] )\bdiffers$", "its value is wrong"),
+    (r"^differs$", "its value is wrong"),
+    (r"; differs$", ""),
+    (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
     (r"\bclaimed, but no singular configuration\b", "your answer includes a configuration that is not singular"),
 )
@@ -135,7 +140,7 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        return "For a wrong answer, you see a configuration and your own value there. Correct values are not shown."
+        return "If an answer is wrong, this page shows a configuration and the value of your answer at it, but no correct values."
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
@@ -190,8 +195,8 @@ def _show_parts(
 
 def _describe_outcome(part: PartResult) -> str:
     """Return the outcome of a part in words; a missing answer whose cell crashed is not called unanswered."""
-    has_crashed = part.outcome is Outcome.MISSING and re.search(CRASH_REASON, part.reason) is not None
-    return CRASHED if has_crashed else OUTCOME_WORDS[part.outcome]
+    stop_words = (word for pattern, word in STOP_WORDS if re.search(pattern, part.reason))
+    return next(stop_words if part.outcome is Outcome.MISSING else iter(()), OUTCOME_WORDS[part.outcome])
 
 
 def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[str]] | None:
