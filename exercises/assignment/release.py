@@ -41,7 +41,7 @@ def init_assignment(
 ) -> None:  # fmt: skip
     """Make a new assignment folder. Raises QdotError if it exists already, and overwrites nothing.
 
-    `roster` is a file that becomes roster.csv unchanged, instead of `students`; `problems` is the set of problems.
+    `roster` is a file to copy as roster.csv; if it is given, `students` is ignored. `problems` is the set of problems.
     """
     if roster is not None:
         read_roster(roster, MISSING_ROSTER_HINT)
@@ -75,8 +75,9 @@ class ReleaseResult:
     - "kept": they were up to date
     - "completed": a file was missing after an interrupted run; the released notebook is unchanged
     - "rewritten": the released notebook has changed
-    - "left out": there is no notebook, because no draw passed for the slots in `failed_slots`
-    - "redrawn": nothing is written yet, because the new draws in `redraws` must be recorded first
+    - "left out": there is no notebook, because no generated problem passed certification for the slots in
+      `failed_slots`
+    - "redrawn": nothing is written yet, because the regenerated problems in `redraws` must be recorded first
     """
 
     student: str
@@ -87,10 +88,10 @@ class ReleaseResult:
 
 @dataclass(frozen=True)
 class Certifier:
-    """Two functions: `make_record` certifies a problem and returns its record (see `Certify`).
+    """The functions that make the record of a problem and the certificate of a student.
 
-    `make_certificate` returns the certificate of a student, from the assignment, the student, the records by slot and
-    the notebook.
+    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns the certificate as text,
+    from the assignment, the student, the records by slot and the notebook.
     """
 
     make_record: Certify[Any]
@@ -110,7 +111,7 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
 def release_student(work: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
     """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
-    If a problem needs another draw than the recorded one, return the draw and write nothing.
+    If a problem has to be regenerated, return what to record about it and write nothing.
     """
     assignment, certifier = work
     if is_up_to_date(assignment, student):
@@ -157,7 +158,7 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
 def _describe_unwritable(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
 ) -> FailedSlot:
-    """Find the problem because of which a student's notebook can't be written, and return its slot with the error."""
+    """Find the problem that prevents a student's notebook from being written; return its slot with the error."""
     for slot, problem in problems:
         try:
             _make_notebooks(assignment, student, [(slot, problem)])
@@ -169,7 +170,7 @@ def _describe_unwritable(
 def _make_notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "tuple[NotebookNode, NotebookNode]":
-    """Return the notebook to release and the staff's notebook, with the same texts."""
+    """Return the released and the staff's notebook, with the same prompts in both."""
     released = make_handout(assignment, student, problems)
     make_solution = partial(solution_notebook, released=released)
     return released, _make_notebook(make_solution, assignment, student, problems)
@@ -208,7 +209,7 @@ def make_handout_text(assignment: Assignment, student: str) -> str:
 
 
 def make_handout(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> "NotebookNode":
-    """Return the released notebook with these problems of a student."""
+    """Build the notebook to release from a student's problems."""
     return _make_notebook(student_notebook, assignment, student, problems)
 
 
@@ -223,7 +224,7 @@ def _read_if_present(path: Path) -> str | None:
 
 
 def _read_edition(path: Path) -> str:
-    """Return the edition in a notebook or certificate, "" if there is none."""
+    """Return the version recorded in a notebook or certificate, or "" if there is none."""
     match = re.search(r'"edition": "([^"]*)"', _read_if_present(path) or "")
     return match.group(1) if match else ""
 
@@ -231,11 +232,11 @@ def _read_edition(path: Path) -> str:
 def release_notebooks(
     assignment: Assignment, certifier: Certifier, jobs: int, on_result: Callable[[ReleaseResult], None]
 ) -> Assignment:
-    """Write the notebooks of the whole class on `jobs` processes, and return the assignment with its draws.
+    """Write the notebooks of the whole class in `jobs` processes; return the assignment with its regenerated problems.
 
-    `on_result` is called for every student in roster order; students with regenerated problems come last, because their
-    draws are recorded in redrawn.csv before any notebook is written. A rerun after an interruption continues: files
-    that are up to date stay unchanged, and partly written ones are removed.
+    `on_result` is called for every student in roster order; students with regenerated problems come last, because these
+    problems are recorded in redrawn.csv before the notebooks of these students are written. A rerun after an
+    interruption continues: files that are up to date stay unchanged, and partly written ones are removed.
     """
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]

@@ -136,7 +136,7 @@ class ExportFormat:
         return self.progress_unit == "variant" and not self.regenerates_problems
 
     def count_steps(self, order: ExportRequest) -> int:
-        """Return how many times `order.each` will be called."""
+        """Return how many times `order.on_step` will be called."""
         assignment = order.assignment
         return {
             "variant": len(assignment.slots) * order.variant_count, "once": 1,

@@ -13,8 +13,8 @@ from qdot.exercises.exports.export_format import ExportRequest
 class Handouts:
     """The notebooks of a class. `students` lists the students who have a notebook.
 
-    `new_ids` has the students whose notebooks are new. `order.each` has already been called for them, and for
-    students without a notebook.
+    `new_ids` contains the ids of students whose notebooks are new. `collect_handouts` has already called
+    `order.on_step` for them and for students without a notebook.
     """
 
     order: ExportRequest

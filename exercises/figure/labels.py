@@ -56,7 +56,7 @@ class Layout:
         return True
 
     def _make_leader(self, i: int) -> LeaderLine | None:
-        """Return the leader from a label to the thing that it names, None if it needs none."""
+        """Return the leader from a label to the object that it names, or None if no leader is needed."""
         box, label_places = self._boxes[i], self._places[i]
         if label_places.needs_leader(box):
             return LeaderLine(_leader_line(box, label_places.find_nearest_point(box)[1]))

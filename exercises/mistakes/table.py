@@ -32,11 +32,11 @@ from qdot.exercises.mistakes.base import (
 )
 
 MAX_ROWS_FOR_ANY_PAIR = 4
-"""Maximum number of rows for which any two rows may be confused; in longer tables, only adjacent rows are."""
+"""In tables with at most this many rows, any two rows may be confused; in longer ones, only adjacent rows."""
 
 
 def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
-    """Return the variant in which entries of one row of the table are changed, in the arm's convention."""
+    """Return a variant that changes entries of one table row. The row is given in the arm's convention."""
 
     def apply_change(w: Working, table: Table) -> Table:
         return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
@@ -66,7 +66,7 @@ def _with_convention_row(w: Working, table: Table, index: int, **new_entries: An
 
 
 def _standard_row_index(w: Working, index: int) -> int:
-    """Return the index of the standard row that contains a and alpha of a row of the convention; -1 for the base."""
+    """Return which standard row contains a and alpha of a row of the arm's own table, or -1 if it is the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
@@ -213,14 +213,14 @@ def _drop_base(w: Working, table: Table) -> Table:
 
 
 def _move_to_last_origin(w: Working, table: Table) -> Table:
-    """Return the table with P at the origin of its frame; in a modified table, without the length of its link."""
+    """Return the table with P moved to the origin of its frame. In a modified table, also set that row's a to zero."""
     if convention_of(w.chain).is_proximal and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses the last frame's origin as P, or the origin before it if P is in the last frame."""
+    """Yield the variant that uses the last frame's origin as P; if P is that origin, use the one before."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -273,7 +273,7 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that reads a standard table as a modified one, as other books define it.
+    """Yield the variant that takes a standard table for a modified one, which is the convention of other books.
 
     The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
@@ -306,7 +306,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i, next_row in zip(range(w.n), [*rows[1:], empty_row], strict=False):
             a, alpha = w.arithmetic.table_entry(next_row.a), w.arithmetic.table_entry(next_row.alpha)
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
-        if 0 < link < w.n:  # the coordinates of P are unchanged, but in the frame before its link
+        if 0 < link < w.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[link - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
             table = replace(table, offset=apply_matrix(rotation_x(w, -row.alpha), moved_offset))

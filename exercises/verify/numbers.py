@@ -1,4 +1,4 @@
-"""Check numbers at a configuration by NumPy: joint rates, self-motions, manipulability and condition number."""
+"""Check numbers at a configuration with NumPy: joint rates, self-motions, manipulability and condition number."""
 
 from collections.abc import Callable
 
@@ -19,14 +19,14 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 MIN_CONDITIONING_SHARE = 0.7
-"""Minimum sigma_min/sigma_max of a configuration, as a fraction of the minimum required when it was sampled."""
+"""Configurations are sampled with at least a minimum sigma_min/sigma_max. The check allows this fraction of it."""
 
 NUMBER_TOLERANCE = 1e-8
 """Relative error allowed for numbers of ten digits."""
 
 
 def reference_numbers(part: Part) -> np.ndarray:
-    """Return a numeric reference as an array, (1, rows, columns)."""
+    """Return a numeric reference as an array of shape (1, rows, columns)."""
     return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
 
 
@@ -46,7 +46,7 @@ def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Chec
 
 
 def _check_rates(numeric: NumericReference, part: Part) -> Checks:
-    """Compare the rates with those of minimum norm, which are the only ones if J is square."""
+    """Compare the rates with the minimum-norm solution, which is the only one if J is square."""
     situation = part.details_as(VelocityDetails).situation
     jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
@@ -95,7 +95,10 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
 
 
 def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
-    """Check the unit of the manipulability w by measuring the arm in half metres: w grows by 2^k if its unit is m^k."""
+    """Check the unit of the manipulability w by measuring the arm in half metres.
+
+    w grows by a factor of 2^k if its unit is m^k.
+    """
     scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
     columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
     growth = _volume(jacobian * scale * columns) / _volume(jacobian)

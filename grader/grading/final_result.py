@@ -34,7 +34,8 @@ class GradedNotebook:
     """A student's notebook and its marks; `marked` is None if the notebook was not graded.
 
     `file` is empty if nothing was submitted. `time_source` is the source of the time: a platform's name, or "file".
-    `flagged_late` is whether the platform itself flagged the work as late; None if it doesn't say.
+    `flagged_late` is whether the platform itself flagged the work as late, or None if the platform doesn't
+    report this.
     """
 
     file: str = ""
@@ -47,10 +48,10 @@ class GradedNotebook:
 def final_result(
     assignment: Assignment, student: Student, notebooks: Sequence[GradedNotebook], overrides: Overrides = NO_OVERRIDES
 ) -> Result:
-    """Return a student's result from all submitted notebooks, in the order in which they were received.
+    """Return a student's result. `notebooks` contains all submissions in the order in which they were received.
 
     The graded notebook with the most points counts; if several have the most, the first of them does. For this choice,
-    a part that qdot failed to grade counts as full marks, so that the failure shows and no other attempt hides it.
+    a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide the failure.
     """
     if_counting = partial(_result_if_counting, assignment, student, overrides)
     results = {i: if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
@@ -94,7 +95,7 @@ def _result_if_counting(
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
-        """Return a part with its override, which also records the grader's points; outcome and reason don't change."""
+        """Return a part with its override, which also records qdot's points; outcome and reason stay unchanged."""
         override = student_overrides.get(f"{slot}.{part.name}") or overrides.by_group.get(part.group or "")
         if override is None:
             return part
@@ -123,7 +124,7 @@ def _result_if_counting(
 def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
-    """Return how late the work is and which share of its points is deducted; None if it is on time."""
+    """Return how late the work is and what share of its points is deducted, or None if it is on time."""
     deadline = assignment.due_date_of(student)
     if deadline is None or received is None:
         return None

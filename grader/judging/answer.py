@@ -46,8 +46,8 @@ MatrixShape = tuple[int, int]
 class FunctionValues:
     """The values of a student's Python function at several configurations.
 
-    `shape` is that of one value; None if the text was not a table. `values` has one row per configuration and one
-    column per entry. `arguments` maps each argument to its values at the configurations.
+    `shape` is the shape of a single value, or None if the text was not a table. `values` has one row per
+    configuration and one column per entry. `arguments` maps each argument to its values at the configurations.
     """
 
     shape: tuple[int, ...] | None
@@ -60,8 +60,9 @@ class ParsedAnswer:
     """A parsed answer: the typed `text` and its meaning. If it was refused, `refusal` is the judgement.
 
     `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains its entries in rows
-    and columns, with named entries in the expected order. A refused answer has both as far as it could be parsed.
-    `table` contains the values of a Python function, and `chosen` the indices of the options that the letters name.
+    and columns, with named entries in the expected order. A refused answer keeps as much of both as
+    could be parsed. `table` contains the values of a Python function, and `chosen` the indices of the options that the
+    letters name.
     """
 
     text: str
@@ -78,7 +79,7 @@ class ParsedAnswer:
 
     @property
     def symbols(self) -> set[str]:
-        """The names in the entries that are not constants."""
+        """The names of variables in the entries: all names except constants such as pi."""
         return _symbols_in(self.rows or ())
 
     @property
@@ -96,7 +97,7 @@ class _Refusal(Exception):
 
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
-    """Return an answer with this text that is refused for the given reason."""
+    """Return a refused answer with this text and reason."""
     return ParsedAnswer(text, wrong_judgement(reason))
 
 
@@ -160,7 +161,7 @@ def _read_entries(
     columns: NameSequence = (),
     are_numbers: bool = False,
 ) -> ParsedAnswer:
-    """Parse the entries of a matrix or vector, or numbers (`are_numbers`); they may be named."""
+    """Parse the entries of a matrix or vector, or numbers (`are_numbers`). Entries may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -198,13 +199,13 @@ def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
 
 
 _ORDERED_KINDS = ("eq", "pair", "set", "list")
-"""Kinds of entries that make the order of a set irrelevant or clear: they name their position, or are rows."""
+"""Kinds of entries allowed in a set. Each names its position or is a row, so the order of the set doesn't matter."""
 
 
 def _or_printed_table(
     parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Return the answer parsed as a printed table if it was refused and its text is a table; else unchanged."""
+    """Parse a refused answer again as a printed table if its text is one. Otherwise return the answer unchanged."""
     if parsed.refusal is None or (table := find_table(parsed.text)) in (None, parsed.text):
         return parsed
     is_clear = find_table(table) in (None, table)
@@ -347,7 +348,7 @@ def _has_no_content(node: Node) -> bool:
 def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
     """Assign values without a joint, as in {0, pi}, to the only joint. Raises ParseError if there are several joints.
 
-    Then the student has to name the joint, because the reference must not decide which one was meant.
+    In that case, the student has to name the joint, because qdot must not use the reference to guess it.
     """
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_is_condition(value, joints) for value in values):
@@ -422,13 +423,13 @@ def _find_closing_brackets(text: str) -> dict[int, int]:
 
 
 def _is_grouping_bracket(text: str, opening: int, closing: int | None) -> bool:
-    """Return whether a bracket contains a formula and not a list, because an operator or function applies to it."""
+    """Return whether a bracket contains a formula and not a list: if so, an operator or a function applies to it."""
     before = text[max(0, opening - BRACKET_CONTEXT) : opening]
     after = "" if closing is None else text[closing + 1 : closing + BRACKET_CONTEXT]
     return bool(_BEFORE_GROUPING.search(before) or (not _BEFORE_CALL.search(before) and _AFTER_GROUPING.match(after)))
 
 
-# --- steps ---
+# --- helpers for the parsers above ---
 
 
 def read_any(text: str) -> ParsedAnswer:
@@ -452,7 +453,7 @@ BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
 
 
 def describe_parse_error(error: ParseError, form: str = "") -> str:
-    """Return the reason for refusing an answer that can't be parsed, or not in the form that the question asks for."""
+    """Return the reason for refusing an answer that can't be parsed at all, or not in the form that is expected."""
     return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
 
 
@@ -476,7 +477,7 @@ def is_all_blank(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The student may have introduced the name; otherwise, it must be the only one in `labels`.
+    The name must be either one that the student made up or the only one in `labels`.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
@@ -495,7 +496,7 @@ LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 def _find_other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula if it is another velocity component than the expected one, else ""."""
+    """Return the name before a formula if it is a velocity component other than the expected one, else ""."""
     if [label for label in map(_normalize_label, labels) if label in LINEAR] == [] or len(labels) != 1:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
@@ -524,7 +525,7 @@ _JACOBIAN_ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
 
 
 def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
-    """Return the tree with z0 = z1 = a, also within a list, split into z0 = a and z1 = a if both names are expected."""
+    """Split z0 = z1 = a into z0 = a and z1 = a if both names are expected, also inside a list."""
     if tree.kind not in ("and", "list", "set"):
         return tree
     labels, statements = set(map(_normalize_label, expected_names)), list[Node]()

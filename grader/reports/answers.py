@@ -1,7 +1,7 @@
 """Show a student's answer on the feedback page: as text and, if possible, typeset as a formula.
 
 The formula is what qdot parsed and judged. An answer is shown only as text if it can't be parsed, if it is too long or
-too deeply nested to be typeset, or if it is no formula (a function, a letter without an option).
+too deeply nested to be typeset, or if it is not a formula (a function, a letter without an option).
 """
 
 import re
@@ -23,7 +23,7 @@ from qdot.grader.judging.functions import FUNCTION_TEXT
 MAX_CHARACTERS, MAX_NODES = 4000, 2000
 """Maximum numbers of characters and of tree nodes that are typeset; a larger formula would be unreadable."""
 MAX_SHOWN_CHARACTERS = 2000
-"""Maximum number of characters that are shown of an answer's text."""
+"""Maximum number of characters shown of an answer's text."""
 MAX_WIDTH = 40.0
 """Maximum width of a formula on the page, in em; a wider one is broken into lines, or scrolls if it can't be broken."""
 MIN_SIZE = 80
@@ -107,7 +107,7 @@ def _shorten_mathml(text: str) -> str:
 
 
 def _chosen_options(problem: Problem, part: Part, text: str) -> str:
-    """Return the options that a student chose as HTML, with their letters and, in a matching question, their items."""
+    """Return, as HTML, the options that a student chose, with their letters (and items in a matching question)."""
     answer = part.answer
     chosen, items = list(read_answer(problem, part, text).chosen), answer.matched_items
     if items and len(chosen) == len(items):
