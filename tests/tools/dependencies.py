@@ -68,7 +68,7 @@ def look_up(page: str, lock: Path) -> str:
     together = set().union(*map(brought, bases))
     date, python = datetime.datetime.now(datetime.UTC).date().isoformat(), platform.python_version()
     megabytes = round(sum(map(bytes_of, together)) / 1e6)
-    page = re.sub(r"dates are of \S+ \(Python [^)]*\)", f"dates are of {date} (Python {python})", page)
+    page = re.sub(r"dates are as of \S+ \(Python [^)]*\)", f"dates are as of {date} (Python {python})", page)
     page = re.sub(r"\d+ libraries, \d+ MB", f"{len(together)} libraries, {megabytes} MB", page)
 
     def row(match: re.Match[str]) -> str:
