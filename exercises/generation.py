@@ -252,12 +252,12 @@ def generate(
     points: Sequence[float] | None = None,
     family: Family | None = None,
 ) -> Problem:
-    """Return the problem of an identity, or of a text FAMILY/SEED, with the given `questions` or all that apply.
+    """Return the problem for a ProblemId or a text FAMILY/SEED. It asks the given `questions`, or all that apply.
 
-    `points` gives the points of each part; by default a part has those of its question. `family` is as in
-    `sample_chain`. Each part has its own stream, so it does not depend on the other questions. Lengths are in metres,
-    angles in radians, everything in the base frame. Raises QdotError if the family or a question is unknown, or if
-    a question doesn't apply to the arm.
+    `points` are the points of each part; the default depends on its question. `family` is needed only if the family is
+    not registered (an instructor's own robot). Each part has its own random stream, so it does not depend on the other
+    questions. Lengths are in metres, angles in radians, everything in the base frame. Raises QdotError if the family or
+    a question is unknown, or if a question doesn't apply to the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)

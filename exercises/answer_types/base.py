@@ -71,7 +71,7 @@ class AnswerVisitor(Generic[T]):
 
 
 class Answer(ABC):
-    """The answer to a part: a frozen dataclass with the reference and everything that depends on its type."""
+    """The reference answer to a part, and everything that depends on its type. Each type is a frozen dataclass."""
 
     type: ClassVar[str]
     """Its name in `qdot show --json` and in results."""

@@ -89,8 +89,8 @@ class Chain:
     - `tool`: the point of interest; if it is None, the point is the origin of the last frame.
     - `convention`: how the arm is presented to people, one of CONVENTIONS. It determines the frames of the links
       (`link_frames`), but not how the arm moves.
-    - `axis_points`: the points on the joint axes at home that the arm's file gives (world frame, m; None for a
-      prismatic joint). It is empty if the file gives none.
+    - `axis_points`: for each joint, the point on its axis in the home configuration that the arm's file specifies
+      (world frame, m; None for a prismatic joint). It is empty if the file specifies no points.
     - `twist_order`: the order of twists, one of TWIST_ORDERS, if the arm is described by its axes.
 
     Raises QdotError for an invalid table or task.

@@ -114,7 +114,7 @@ class Robot:
 
 
 def read_robot(path: Path) -> Chain:
-    r"""Return the chain that a file describes, with symbolic lengths. Raises QdotError as `read_robot_file` does.
+    r"""Return the chain that a file describes, with symbolic lengths. Raises QdotError if the file is not valid.
 
     >>> import tempfile
     >>> row = 'kind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0'

@@ -187,7 +187,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    `gradebook` is a platform's own export, if roster.csv is one; `redraws` lists the regenerated problems.
+    If roster.csv was exported by a platform, `gradebook` is that export. `redraws` lists the regenerated problems.
     """
 
     folder: Path

@@ -147,8 +147,9 @@ Counterexample = EntryDifference | SetDifference
 class Certificate:
     """How a verdict was reached: method, points tried, and a bound on the chance that a wrong answer is accepted.
 
-    For the method "exact" the bound holds for any wrong answer. For "numeric" it holds for an answer that is wrong at a
-    share of the configurations or more (WRONG_SHARE, WRONG_SHARE_BRANCHING). If `bound` is None, no bound is claimed.
+    For the method "exact", the bound holds for any wrong answer. For "numeric", it holds for an answer that is wrong at
+    a share of at least WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the configurations. If `bound` is None, no bound is
+    claimed.
     """
 
     method: str

@@ -45,7 +45,7 @@ def show(
     """Return the problem as text, latex, html, json or ipynb, with reference answers and worked steps if `solution`.
 
     With `hinted`, three hints follow every prompt; JSON always has them. `certificate` is added to the JSON unchanged.
-    Raises QdotError for another format.
+    Raises QdotError for any other format.
 
     >>> from qdot import generate
     >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])

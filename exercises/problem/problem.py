@@ -22,7 +22,7 @@ AnswerType = TypeVar("AnswerType", bound=Answer)
 DetailsType = TypeVar("DetailsType", bound="Details")
 
 ENGINE = 1
-"""Version of the problem generator; it is raised whenever an id regenerates a different problem."""
+"""Version of the problem generator. It increases whenever the same id would regenerate a different problem."""
 
 MAX_SEED = (1 << 63) - 1
 
@@ -31,8 +31,9 @@ MAX_SEED = (1 << 63) - 1
 class ProblemId:
     """The identity of a problem, from which the same version of the generator always makes the same problem.
 
-    `engine` is this version. `band` is the minimum and the maximum difficulty of the arm, None for any. `convention`
-    describes the arm, and `twist_order` is the order of its twists; both are "" for the default of the family.
+    `engine` is this version. `band` is the minimum and the maximum difficulty of the arm, or None for any.
+    `convention` is the convention in which the arm is described, and `twist_order` is the order of its twists; both
+    are "" for the default of the family.
     The text form is planar-2r/7, followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
@@ -197,7 +198,7 @@ class ResultChoiceDetails(Details):
 class Part:
     """One question of a problem: its kind, its answer, its points, and the names of the parts whose results it needs.
 
-    `details` are the data of the question besides the answer, in a class of its own. `rounding` is the error that the
+    `details` holds the question's other data, in a class specific to the question. `rounding` is the error that the
     assignment allows for decimals; if it is None, formulas are exact and numbers have three digits. `credit` is the
     assignment's rule for partly correct answers, None for the question's default.
     """

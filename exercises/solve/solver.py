@@ -65,11 +65,11 @@ NEVER_SINGULAR = (
 
 @dataclass(frozen=True)
 class Solution:
-    """The results for a chain.
+    """The symbolic results that `solve` returns for an arm.
 
     `determinant` is None if J is not square. `singular` is None if J never has full rank. Both are None if they would
-    be too long; `note` then says so. `redundant` describes how the singular set of an arm with more than six
-    joints was found. `special` holds what differs for special lengths.
+    be too long; in that case, `note` explains why. `redundant` describes how the singular set of an arm with more than
+    six joints was found. `special` lists lengths for which the results differ, with those results.
     """
 
     chain: Chain
@@ -116,10 +116,10 @@ class Singularities:
 
 
 def solve(chain: Chain) -> Solution:
-    """Return the results that the chapter derives for a chain: base frame, metres, radians.
+    """Return the chapter's results for an arm, in the base frame, in metres and radians.
 
     The position is 3 x 1, the Jacobian of the point 3 x n, the geometric Jacobian 6 x n (linear rows first, (6.6)).
-    Results that would be too long are omitted; `note` then says so.
+    Results that would be too long are omitted; in that case, `note` lists them.
 
     >>> from qdot import Chain, Joint
     >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))

@@ -23,7 +23,7 @@ from qdot.exercises.verify.numeric_reference import Check, Checks, NumericRefere
 
 @dataclass(frozen=True)
 class ProblemCertificate:
-    """The tests of a problem, their outcomes, and the digests that identify the problem (`record`)."""
+    """The tests of a problem, their outcomes, and the digests that identify the problem (see `record`)."""
 
     problem: ProblemId
     engine: int

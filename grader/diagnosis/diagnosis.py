@@ -64,10 +64,10 @@ class Cause:
 def diagnose(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
-    """Return the mistake that gives a wrong answer, or None if no mistake in the catalogue gives it.
+    """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
-    If it is one of the `causes`, which were found in earlier parts, the diagnosis says so. `seed` determines the
-    configurations at which the answer is compared with the answers that mistakes give.
+    If it is one of the `causes`, which were found in earlier parts, the diagnosis names that part. `seed` determines
+    the configurations at which the answer is compared with the answers that known mistakes produce.
 
     >>> from qdot import generate
     >>> from qdot import read_answer

@@ -249,9 +249,9 @@ def grade_notebook(
 ) -> dict[str, list[Verdict]]:  # fmt: skip
     r"""Run a notebook in the sandbox and return the verdicts on its answers, by slot ("p1", "p2", …).
 
-    `secret` seeds the points at which answers are compared, as in `mark`. `limits` are seconds and memory. With
-    `strict`, a machine that can't fully sandbox a notebook is refused. The notebook is only read. For late work,
-    attempts and feedback, make an assignment (`qdot grade`). Raises QdotError if the file is no notebook.
+    `secret` seeds the points at which answers are compared, as in `mark`. `limits` sets the time and memory limits. The
+    notebook file is not changed. For late work, attempts and feedback, make an assignment (`qdot grade`). Raises
+    QdotError if the file is not a notebook, or if `strict` is set and the machine can't fully sandbox a notebook.
 
     >>> import tempfile
     >>> from qdot import generate

@@ -51,12 +51,12 @@ def mark(
 ) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part. The keys of `answers` and `reasons` (why there is no answer) are part names.
 
-    A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points,
-    unless that answer is copied or is no attempt at this arm. An answer is an attempt in these cases:
+    A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points. It
+    doesn't if the earlier answer was copied or was not a real attempt. An answer is an attempt in these cases:
 
     - half of its entries, or half of the solution's terms, are correct
-    - a single known mistake gives it
-    - it follows from an attempt; an answer that follows from a non-attempt is none
+    - a single known mistake explains it
+    - it follows from an attempt (an answer that follows from a non-attempt is not an attempt)
 
     If qdot's own code fails, the part is UNGRADED. `secret` and the answer determine the configurations at which
     answers are compared. If `secret` is None, one is chosen at random and no answer has a group, because the key of a

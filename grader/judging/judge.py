@@ -17,8 +17,8 @@ from qdot.grader.judging.verdict import Judgement
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
     """Judge the text of an answer to a part.
 
-    `seed` determines the points at which it is compared (random by default), `points_seed` those at which a Python
-    function was called in the sandbox.
+    `seed` determines the points at which the answer is compared (random by default). `points_seed` determines the
+    points at which a Python function was called in the sandbox.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])

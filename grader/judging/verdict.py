@@ -8,7 +8,11 @@ from qdot.exercises.formula.equality import Certificate, EntryDifference
 
 
 class Outcome(StrEnum):
-    """CORRECT only if every comparison passed; UNGRADED (without a mark) if qdot failed or a limit was exceeded."""
+    """The outcome of judging an answer.
+
+    CORRECT means that every comparison passed. UNGRADED means that there is no mark, because qdot failed or a limit
+    was exceeded.
+    """
 
     CORRECT = "correct"
     PARTIAL = "partial"
@@ -37,11 +41,12 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The names of the mistakes that together explain a wrong answer, and the feedback `says` for the student.
+    """The names of the mistakes that together explain a wrong answer, and the feedback for the student (`says`).
 
-    If no mistake is named, the feedback says what to look at. `cause` is the name and the words of a single mistake
-    that explains the whole answer. If the mistake was already found in an earlier part, `inherited` is that part, and
-    the mistake is not named again. `signature` lists the mistakes and where they were made, including inherited ones.
+    If no mistake is named, the feedback tells the student what to look at. `cause` is a single mistake (its name and
+    the values in its message) that explains the whole answer. If the mistake was already found in an earlier part,
+    `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and where they were
+    made, including inherited ones.
     """
 
     mistakes: tuple[str, ...]
@@ -86,8 +91,8 @@ class Verdict:
     """The judgement on one part with its points (None if ungraded), the answer's text, and its diagnosis.
 
     `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). `follows` marks the entries that
-    follow from the earlier answer. `attempt` is whether a symbolic answer is an attempt at this arm, as correct ones
-    are; it is None for options, or if this is unknown.
+    follow from the earlier answer. `attempt` is True if a symbolic answer is a real attempt at this arm (a correct
+    answer always is). It is None for options, or if this is unknown.
     """
 
     part: str
