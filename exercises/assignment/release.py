@@ -90,8 +90,8 @@ class ReleaseResult:
 class Certifier:
     """The functions that make the record of a problem and the certificate of a student.
 
-    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns the certificate as text,
-    from the assignment, the student, the records by slot and the notebook.
+    `make_record` certifies a problem and returns its record (see `Certify`). `make_certificate` returns the
+    certificate as text, from the assignment, the student, the records by slot and the notebook.
     """
 
     make_record: Certify[Any]

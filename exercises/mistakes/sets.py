@@ -93,14 +93,14 @@ def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict
     """Return the name of the mistake in which a component is omitted, and the words for its message."""
     if _ties_several_joints(chain, component):
         return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
-    return "component-missed", {"kind": "values of a joint", "every": _count_clause(chain)}
+    return "component-missed", {"kind": "values of a joint variable", "every": _count_clause(chain)}
 
 
 def _miss_component(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     every, count = _count_clause(chain), len(components)
     for k, component in enumerate(components if count > 1 else ()):
         is_tied = _ties_several_joints(chain, component)
-        kind = "a condition that involves several joints" if is_tied else "values of a joint"
+        kind = "a condition that involves several joints" if is_tied else "values of a joint variable"
         yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=every)
     for component in components if count > 2 else ():
         yield _make_answer((component,), kind="more than one kind of condition", every=every)

@@ -114,7 +114,7 @@ def _describe_count(
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     correct_count = sum(same and not zero for same, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
-    description = f"{total} {noun} that are not zero" if any(zeros) else f"{total} {noun}"
+    description = f"{total} nonzero {noun}" if any(zeros) else f"{total} {noun}"
     spoiled_count, verb = count_spoiled_zeros(is_correct, zeros, blanks), "is" if correct_count == 1 else "are"
     if total <= 1 and not spoiled_count:
         return "it is not right"

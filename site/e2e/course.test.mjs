@@ -200,7 +200,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
 
 test("a package without a platform says so, practises, and is kept in the browser", async () => {
   const { page, context } = await openedAnew({ ...there, server: course }, "scorm2004/index.html");
-  await page.getByText("No learning platform was found").waitFor();
+  await page.getByText("This page is not running inside a learning platform").waitFor();
   await page.locator("form .answer").waitFor();
   await answered(page, "1");
   await page.getByText("1 of 2 answered").waitFor();

@@ -75,7 +75,7 @@ describe("an answer in free practice", () => {
     expect(outcomesInWords(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
     const again = counted({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
     expect(outcomesInWords(again)).toEqual([
-      "By differentiation, spatial arms: Right now; only a first try counts towards three in a row.",
+      "By differentiation, spatial arms: Correct this time. Only first tries count towards your three in a row.",
     ]);
   });
 });

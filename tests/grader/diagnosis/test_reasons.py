@@ -96,7 +96,7 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
     ("student", "reference", "share", "said"),
     [
         ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
-         "1 of 2 entries that are not zero is right; entry (2, 2) differs at *: yours *, expected *"),
+         "1 of 2 nonzero entries is right; entry (2, 2) differs at *: yours *, expected *"),
         ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 1 that should be zero is not; entry (1, 1) *"),
         ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *, and 1 that should be zero is not; entry (2, 1) *"),
         ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 2 that should be zero are not; entry (1, 1) *"),
