@@ -276,8 +276,10 @@ class Assignment:
         return self._add_redraws(self.edition, student)
 
     def _add_redraws(self, digest: str, student: str) -> str:
-        redrawn = [(slot.name, draw) for slot in self.slots if (draw := self.draw_of(slot, student)) != 1]
-        return _short_hash(repr((digest, redrawn))) if redrawn else digest
+        regenerated_slots = [
+            (slot.name, draw_number) for slot in self.slots if (draw_number := self.draw_of(slot, student)) != 1
+        ]
+        return _short_hash(repr((digest, regenerated_slots))) if regenerated_slots else digest
 
 
 def _short_hash(content: str) -> str:
@@ -396,8 +398,10 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     parse("points", _check_points, points, len(questions))
     decimals = parse("decimals", read_decimals, entry.decimals, questions)
     credit = parse("credit", read_credit, entry.credit, questions)
-    name, marking = f"p{index + 1}", (decimals, credit)
-    return Slot(name, family, questions, points, band, robot_digest, variation, convention, twist_order, *marking)
+    name, marking_settings = f"p{index + 1}", (decimals, credit)
+    return Slot(
+        name, family, questions, points, band, robot_digest, variation, convention, twist_order, *marking_settings
+    )
 
 
 def _read_variation(setting: str | list[str]) -> str:

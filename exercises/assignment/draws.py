@@ -205,8 +205,8 @@ def certify_class(
 def _certify_student(
     state: tuple[Assignment, Certify[None]], student: str
 ) -> tuple[dict[str, Redraw], tuple[FailedSlot, ...]]:
-    draws = generate_student_problems(state[0], student, state[1])
-    return draws.new_redraws(state[0]), draws.failed_slots
+    student_problems = generate_student_problems(state[0], student, state[1])
+    return student_problems.new_redraws(state[0]), student_problems.failed_slots
 
 
 def describe_redraws(before: Assignment, after: Assignment) -> list[str]:

@@ -116,13 +116,13 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     assignment, certifier = work
     if is_up_to_date(assignment, student):
         return ReleaseResult(student, "kept")
-    draws = generate_student_problems(assignment, student, certifier.make_record)
-    if draws.failed_slots:
-        return ReleaseResult(student, "left out", failed_slots=draws.failed_slots)
-    redrawn = draws.new_redraws(assignment)
-    if redrawn:
-        return ReleaseResult(student, "redrawn", redrawn)
-    problems = [(slot, certified.problem) for slot, certified in draws.certified.items()]
+    student_problems = generate_student_problems(assignment, student, certifier.make_record)
+    if student_problems.failed_slots:
+        return ReleaseResult(student, "left out", failed_slots=student_problems.failed_slots)
+    new_redraws = student_problems.new_redraws(assignment)
+    if new_redraws:
+        return ReleaseResult(student, "redrawn", new_redraws)
+    problems = [(slot, certified.problem) for slot, certified in student_problems.certified.items()]
     try:
         notebooks = _make_notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
@@ -130,7 +130,7 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     except Exception as error:
         failed_slot = _describe_unwritable(assignment, student, problems, error)
         return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
-    records = {slot: certified.record for slot, certified in draws.certified.items()}
+    records = {slot: certified.record for slot, certified in student_problems.certified.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
     outcome = _write(assignment, student, notebooks, certificate)
     store_problems(assignment, student, problems)
@@ -143,8 +143,8 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     new_text, solution = map(notebook_text, notebooks)
     existing_text = _read_if_present(released)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    is_new_edition = _read_edition(solved) not in ("", assignment.edition_of(student))
-    if existing_text not in (None, "", new_text) or is_new_edition:
+    is_new_version = _read_edition(solved) not in ("", assignment.edition_of(student))
+    if existing_text not in (None, "", new_text) or is_new_version:
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solved.exists() else "completed"

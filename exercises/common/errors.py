@@ -49,8 +49,8 @@ def list_some(names: Sequence[str], count: int) -> str:
     >>> list_some(["ada", "bo", "cy", "di"], 2)
     'ada, bo and 2 more'
     """
-    more = f" and {len(names) - count} more" if len(names) > count else ""
-    return ", ".join(names[:count]) + more
+    others_text = f" and {len(names) - count} more" if len(names) > count else ""
+    return ", ".join(names[:count]) + others_text
 
 
 def shorten(text: str, max_length: int) -> str:

@@ -77,22 +77,22 @@ def _iterate_distinct_problems(
 
     For each problem that fails it, append a message to `failure_messages`.
     """
-    seen: set[str] = set()
+    seen_fingerprints: set[str] = set()
     tried_count = 0
     while (
-        len(seen) < order.variant_count
+        len(seen_fingerprints) < order.variant_count
         and tried_count < MAX_PROBLEMS_PER_VARIANT * order.variant_count
-        and (seen or len(failure_messages) < MAX_DRAWS)
+        and (seen_fingerprints or len(failure_messages) < MAX_DRAWS)
     ):
-        numbers = range(tried_count, tried_count + order.variant_count - len(seen))
+        numbers = range(tried_count, tried_count + order.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
-        state = _WorkerState(order.without_callbacks, slot, work, set(seen))
+        state = _WorkerState(order.without_callbacks, slot, work, set(seen_fingerprints))
         with closing(ordered_map(_generate_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
             for candidate in candidates:
                 if isinstance(candidate, str):
                     failure_messages.append(candidate)
-                elif candidate is not None and candidate.fingerprint not in seen:
-                    seen.add(candidate.fingerprint)
+                elif candidate is not None and candidate.fingerprint not in seen_fingerprints:
+                    seen_fingerprints.add(candidate.fingerprint)
                     yield candidate.problem, candidate.work_result
 
 

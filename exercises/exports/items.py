@@ -375,7 +375,7 @@ def _write_numeric_question(
         convention = pattern.sub(replacement, convention)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
     unit = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
-    asked, precision = _ANSWER.sub("", text).strip(), "exactly" if fields[0].tolerance == 0 else part.precision
-    context: dict[str, object] = {"asked": asked, "given": numeric_part.given_values, "unit": unit}
+    question_text, precision = _ANSWER.sub("", text).strip(), "exactly" if fields[0].tolerance == 0 else part.precision
+    context: dict[str, object] = {"asked": question_text, "given": numeric_part.given_values, "unit": unit}
     context |= {"convention": convention, "fields": fields, "entries": entry_count, "precision": precision}
     return render("exports/question.md.j2", **context).strip()

@@ -203,11 +203,11 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     stream = Stream(f"known/{problem.id}/{part.name}")
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
     working = numeric_working(problem.chain, samples)
-    wrongs = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
+    wrong_answers = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
     expected = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
     accepted = [expected]
-    for wrong in wrongs:
+    for wrong in wrong_answers:
         values = wrong.answer[..., 0].ravel()
         is_new = all((np.abs(values - earlier) > CLEAR_TOLERANCES * tolerances).any() for earlier in accepted)
         if is_new and len(accepted) <= max_count:

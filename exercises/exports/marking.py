@@ -100,11 +100,11 @@ def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> I
     """Yield the answers that known mistakes lead to, with their points."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
-        typed, shown = wrong_part.answer.as_typed(), ""
+        typed, shown_answer = wrong_part.answer.as_typed(), ""
         if len(typed) <= MAX_CHARACTERS:
-            shown = _drop_illegible_answer(short_answer(problem, wrong_part))
+            shown_answer = _drop_illegible_answer(short_answer(problem, wrong_part))
         points = _format_points(part, earned_share(problem, part, typed))
-        yield MarkingLine(known_answer.title, shown or TOO_LONG, points)
+        yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
 
 
 def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:

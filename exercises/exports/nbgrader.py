@@ -50,7 +50,9 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
     for path, data in read_assignment_files(order):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
-    points = {f"{slot.name}.{part}": worth for slot in assignment.slots for part, worth in _list_parts(slot)}
+    points = {
+        f"{slot.name}.{part}": part_points for slot in assignment.slots for part, part_points in _list_parts(slot)
+    }
     for student, text in notebooks.iterate_notebooks():
         if "+" in student.id:
             order.report(f"{student.id}: nbgrader does not accept identifiers with +")
@@ -124,13 +126,13 @@ def _add_marks_cell(cell: Cell, points: dict[str, float]) -> list[Cell]:
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
     cells = [new_markdown_cell(render("exports/nbgrader/pattern.md.j2", title=title, key=key).strip(), id="title")]
     for number, slot in enumerate(slots, 1):
-        for index, (part, worth) in enumerate(_list_parts(slot), 1):
+        for index, (part, part_points) in enumerate(_list_parts(slot), 1):
             name = f"{slot.name}.{part}"
-            heading = f"### {number}.{index} {ASKED[part].title} ({points_text(worth)})"
+            heading = f"### {number}.{index} {ASKED[part].title} ({points_text(part_points)})"
             answer, metadata = f"{answer_variable(slot.name, part)} = blank", make_answer_metadata(name)
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
             cells.append(new_code_cell(answer, id=make_grade_id(name), metadata=metadata))
-            cells.append(make_marks_cell(name, worth))
+            cells.append(make_marks_cell(name, part_points))
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
 

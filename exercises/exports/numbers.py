@@ -88,8 +88,10 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
 
 
 def _make_number(part: Part, values: sp.Matrix) -> Number:
-    floor = ABSOLUTE_TOLERANCE * float(max(map(abs, values)))
-    return Number(values, part.details.units or ("",) * len(values), inversion.THREE_DIGIT_TOLERANCE, floor)
+    absolute_tolerance = ABSOLUTE_TOLERANCE * float(max(map(abs, values)))
+    return Number(
+        values, part.details.units or ("",) * len(values), inversion.THREE_DIGIT_TOLERANCE, absolute_tolerance
+    )
 
 
 def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> NumericPart:
@@ -181,10 +183,10 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 or inversion.compute_conditioning(chain, lengths, joints) > inversion.min_conditioning(chain) / 2
             ):
                 break
-        rates = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}
-        velocity = {sp.Symbol(row): sp.Rational(_sample_nonzero(stream, 8), 20) for row in chain.task}
-        loads = {sp.Symbol(name): sp.Integer(_sample_nonzero(stream, 20)) for name in part.symbols}
-        yield {**lengths, **joints, **rates, **velocity, **loads}
+        rate_values = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}
+        velocity_values = {sp.Symbol(row): sp.Rational(_sample_nonzero(stream, 8), 20) for row in chain.task}
+        load_values = {sp.Symbol(name): sp.Integer(_sample_nonzero(stream, 20)) for name in part.symbols}
+        yield {**lengths, **joints, **rate_values, **velocity_values, **load_values}
 
 
 def _sample_angle(stream: Stream) -> sp.Expr:

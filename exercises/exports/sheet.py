@@ -164,11 +164,13 @@ def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
 def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
         return _make_sheet_of_problems(order, request, request.problems), {}, ()
-    draws = generate_student_problems(order.assignment, request.student, partial(certify_with, order.find_failures))
-    if draws.failed_slots:
-        return None, {}, draws.failed_slots
-    problems = [certified.problem for certified in draws.certified.values()]
-    return _make_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment), ()
+    student_problems = generate_student_problems(
+        order.assignment, request.student, partial(certify_with, order.find_failures)
+    )
+    if student_problems.failed_slots:
+        return None, {}, student_problems.failed_slots
+    problems = [certified.problem for certified in student_problems.certified.values()]
+    return _make_sheet_of_problems(order, request, problems), student_problems.new_redraws(order.assignment), ()
 
 
 def _make_sheet_of_problems(order: ExportRequest, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:

@@ -40,9 +40,9 @@ argument `agree` says which entries are correct; `moving` are the indices of ent
 def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
     """Return the lines that define a student's names for lengths, sines and cosines, then constants and functions."""
     values = {name: info.value for name, info in problem.symbols().items() if info.value is not None}
-    given = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
+    given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
     short = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
-    return [f"given: [{given}];", f"short: [{short}];", *constants, *functions]
+    return [f"given: [{given_equations}];", f"short: [{short}];", *constants, *functions]
 
 
 def list_short_names(problem: Problem) -> dict[str, str]:

@@ -174,10 +174,10 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     if not part.effective_credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
     det = find_determinant_in_denominator(problem.chain, part, known_wrong.make_domain(problem).roles)
-    none_equal = [False] * len(reference)
+    all_wrong = [False] * len(reference)
     if det is None:
         return MISTAKE_FACTOR
-    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, none_equal, det))
+    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, all_wrong, det))
 
 
 def _compute_share_up_to_a_factor(
@@ -316,11 +316,11 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
-    worth = part.effective_credit.factor
+    share_for_factor = part.effective_credit.factor
     moving = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
-        f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
+        f"share: max(share, if amiss = 0 then 0 else {share_for_factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "It is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
@@ -341,8 +341,8 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
         lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor};"]
         words = f"{n} columns are right"
     else:
-        n, spoiled = len(counted_entries), f"{len(zeros)} - {count_agreeing(zeros)}" if zeros else "0"
-        lines = [f"right: {count_agreeing(counted_entries)};", f"spoiled: {spoiled};"]
+        n, spoiled_count = len(counted_entries), f"{len(zeros)} - {count_agreeing(zeros)}" if zeros else "0"
+        lines = [f"right: {count_agreeing(counted_entries)};", f"spoiled: {spoiled_count};"]
         lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor};")
         words = f"{n} entries are right"
         if zeros:
@@ -395,8 +395,13 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         return f"qdot_count(makelist(qdot_near({value_text}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
-    room = f"room: [{', '.join(map(maxima_text, tolerances))}];"
-    lines = ["said: qdot_read(ans1);", room, f"right: {count_near('ta1')};", *_write_number_share_lines(part, zeros)]
+    room_line = f"room: [{', '.join(map(maxima_text, tolerances))}];"
+    lines = [
+        "said: qdot_read(ans1);",
+        room_line,
+        f"right: {count_near('ta1')};",
+        *_write_number_share_lines(part, zeros),
+    ]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
     variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
@@ -519,8 +524,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
-    turning = f"turning: [{', '.join(angle_joints)}];"
-    variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning)
+    turning_line = f"turning: [{', '.join(angle_joints)}];"
+    variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
     variables.append(f"ta1: {write_equations(answer.components)};")
     otherwise = (
         "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are not singular or not in the "
@@ -541,8 +546,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         wrong_claims = _list_joint_values(wrong.answer)
         false_joints = [joint for joint, _ in wrong_claims - reference_claims]
         false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_claims & reference_claims])
-        found = [(len(wrong_claims & expected), len(expected)) for expected in condition_claims]
-        share = float(share_of_set(found, false_count) * worth)
+        claim_counts = [(len(wrong_claims & expected), len(expected)) for expected in condition_claims]
+        share = float(share_of_set(claim_counts, false_count) * worth)
         stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     cases += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
@@ -582,10 +587,10 @@ def _iterate_joint_values(components: Iterable[Component]) -> Iterator[tuple[sp.
 
 def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, float]]:
     """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
-    turn, claims = 2 * float(sp.pi), set()
+    full_turn, claims = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
-        wrapped = float(value) % turn if _is_angle(joint) else float(value)
-        claims.add((joint.name, round(wrapped, 9) % round(turn, 9)))
+        wrapped = float(value) % full_turn if _is_angle(joint) else float(value)
+        claims.add((joint.name, round(wrapped, 9) % round(full_turn, 9)))
     return claims
 
 

@@ -110,8 +110,8 @@ class _KeyMaker(AnswerVisitor[Json]):
         if not answer.counts_up_to_a_factor:
             if factors := _linear_coefficients(self.problem, self.part, points):
                 key["linear"] = factors
-            if throughout := list(_mistakes_throughout(self.problem, self.part, points, key)):
-                key["throughout"] = throughout
+            if mistakes_throughout := list(_mistakes_throughout(self.problem, self.part, points, key)):
+                key["throughout"] = mistakes_throughout
         return key
 
     def direction(self, answer: Direction) -> Json:

@@ -88,9 +88,14 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
         texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
         texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _options(problem, part, language)})
-    said = [_translate_sentence(words, *row) for row in record["said"]]
+    translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
     html_statement = to_html(statement(problem, "", language=language))
-    return {"title": title[0].upper() + title[1:], "statement": html_statement, "parts": parts, "said": said}
+    return {
+        "title": title[0].upper() + title[1:],
+        "statement": html_statement,
+        "parts": parts,
+        "said": translated_sentences,
+    }
 
 
 def translated_solutions(problem: Problem, language: str) -> Json:

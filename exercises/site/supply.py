@@ -153,8 +153,8 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
     total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
-    dealt = range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
-    chosen = {names[index % len(names)] for index in dealt}
+    question_indices = range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
+    chosen = {names[index % len(names)] for index in question_indices}
     return tuple(name for name in names if name in chosen)
 
 

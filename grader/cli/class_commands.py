@@ -125,19 +125,19 @@ def verify(
     seeds, is_varied = range(first_seed, first_seed + count), bool(variation or convention or twist_order)
     tasks = _list_tasks(what, family, seeds, make_task, is_varied)
     started = time.monotonic()
-    failed, passed = Counter[FailureKind](), dict.fromkeys((task.identity.family for task in tasks), 0)
+    failed, passed_count_by_family = Counter[FailureKind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     printed: set[str] = set()
     with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as certified:
         for task, failures in certified:
             counter.step()
             failed.update(failure.kind for failure in failures[:1])
-            passed[task.identity.family] += not failures
+            passed_count_by_family[task.identity.family] += not failures
             for failure in failures:
                 if failure.message not in printed:  # a message that concerns all problems of a student is printed once
                     say(failure.message)
                 printed.add(failure.message)
     if family == "all":
-        for name, number in passed.items():
+        for name, number in passed_count_by_family.items():
             say(f"{name:<20} {number} passed")
     seconds = time.monotonic() - started
     kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failed.items()))

@@ -50,9 +50,9 @@ def _read_platform_runs() -> Iterator[dict[str, str]]:
     for path in PLATFORM_RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = run["counts"].values()
-        passed, total = (sum(count[key] for count in counts) for key in ("passed", "of"))
+        passed_count, total_count = (sum(count[key] for count in counts) for key in ("passed", "of"))
         exceptions = [f"{item}: {count['but']}" for item, count in run["counts"].items() if count["but"]]
-        yield {**run, "result": "; ".join([f"{passed} of {total}", *exceptions])}
+        yield {**run, "result": "; ".join([f"{passed_count} of {total_count}", *exceptions])}
 
 
 # --- compatibility ---
@@ -80,10 +80,17 @@ class LibraryName:
 
 def library_page() -> str:
     """Return the reference of the public names of `qdot`, made from their docstrings."""
-    homes = {name: home for home, names in qdot._HOMES.items() for name in names}
-    sorted_names = sorted(homes, key=str.casefold)
+    module_by_name = {name: home for home, names in qdot._HOMES.items() for name in names}
+    sorted_names = sorted(module_by_name, key=str.casefold)
     packages = [
-        (title, [_describe(name, homes[name]) for name in sorted_names if homes[name].startswith(package)])
+        (
+            title,
+            [
+                _describe(name, module_by_name[name])
+                for name in sorted_names
+                if module_by_name[name].startswith(package)
+            ],
+        )
         for title, package in (("The question", "exercises"), ("The answer", "grader"))
     ]
     return render("docs/library.md.j2", packages=packages)

@@ -193,11 +193,13 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     If a single mistake in the finished formulas is likelier, it is returned instead.
     """
     in_numbers, first = answer.numeric, max(predictions, key=variant_frequency)
-    alike_names = list(first.mistake.equivalent_mistakes)
+    equivalent_names = list(first.mistake.equivalent_mistakes)
     if in_numbers.is_direction and first.mistake.name == "row-sign":  # either one row or all the others
-        alike_names.append("row-sign")
+        equivalent_names.append("row-sign")
     alternatives = (
-        wrong for name in alike_names for wrong in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
+        wrong
+        for name in equivalent_names
+        for wrong in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
     )
     candidates = [
         first,

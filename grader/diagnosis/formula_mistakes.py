@@ -174,10 +174,14 @@ def _find_in_entries(
         if not mistakes_by_entry[i, j]:
             return None
     first_names = [name for name, _ in mistakes_by_entry[wrong_entries[0]]]
-    common = [name for name in first_names if all(name in dict(found) for found in mistakes_by_entry.values())]
+    common = [
+        name
+        for name in first_names
+        if all(name in dict(mistakes_of_entry) for mistakes_of_entry in mistakes_by_entry.values())
+    ]
     entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
-    for entry_index, found in mistakes_by_entry.items():
-        likeliest = next(each for each in found if each[0] in common[:1] or not common)
+    for entry_index, mistakes_of_entry in mistakes_by_entry.items():
+        likeliest = next(each for each in mistakes_of_entry if each[0] in common[:1] or not common)
         entries_by_mistake.setdefault(likeliest, []).append(entry_index)
     mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
@@ -274,11 +278,11 @@ class _WrongEntry:
         if count_nodes(self.reference) > MAX_ENTRY_NODES or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT:
             return
         without_trig = replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
-        turned_trig = replace_each_trig(self.reference, add_quarter_turn)[:MAX_TRIGS]
-        entry_values, *variants = _evaluate([self.reference, *without_trig, *turned_trig], self.values)
+        shifted_trig = replace_each_trig(self.reference, add_quarter_turn)[:MAX_TRIGS]
+        entry_values, *variants = _evaluate([self.reference, *without_trig, *shifted_trig], self.values)
         pairs = zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
-        for k, (constant_part, turned_values) in enumerate(pairs):
-            coefficients = np.stack([entry_values - constant_part, turned_values - constant_part], axis=1)
+        for k, (constant_part, shifted_values) in enumerate(pairs):
+            coefficients = np.stack([entry_values - constant_part, shifted_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
             (c, s), *_ = np.linalg.lstsq(coefficients.real, (self.answer.values[0, 0] - constant_part).real, rcond=None)

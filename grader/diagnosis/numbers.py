@@ -29,9 +29,9 @@ class NumericAnswer:
         """Return for each entry whether its values equal the expected ones, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                direction, wanted_direction = normalize(self.values), normalize(expected)
-                sign = np.where((direction * wanted_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
-                is_near = np.abs(direction - sign * wanted_direction) <= self.tolerances[0]
+                direction, expected_direction = normalize(self.values), normalize(expected)
+                sign = np.where((direction * expected_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
+                is_near = np.abs(direction - sign * expected_direction) <= self.tolerances[0]
             else:
                 large_size = LARGE_TERM_RATIO * np.maximum(np.abs(expected).max(), 1.0)
                 cap = np.where(self.term_size < large_size, np.inf, RELATIVE_TOLERANCE * large_size)

@@ -65,9 +65,11 @@ def explain_rounded_function(wrong_answer: WrongAnswer) -> Diagnosis | None:
 
 def _is_correct_to_few_digits(answer: NumericAnswer, correct_values: np.ndarray) -> bool:
     """Return whether all numbers are correct to one or two digits, and at least one of them to two."""
-    to_two, to_one = (_matches_to_digits(n, answer.values.real, correct_values.real) for n in (MIN_DIGITS, 1))
-    to_two = to_two | answer.match_entries(correct_values)
-    return bool((to_two | to_one).all() and to_two.any())
+    matches_two_digits, matches_one_digit = (
+        _matches_to_digits(n, answer.values.real, correct_values.real) for n in (MIN_DIGITS, 1)
+    )
+    matches_two_digits = matches_two_digits | answer.match_entries(correct_values)
+    return bool((matches_two_digits | matches_one_digit).all() and matches_two_digits.any())
 
 
 def _matches_to_digits(digits: int, values: np.ndarray, correct_values: np.ndarray) -> np.ndarray:

@@ -271,7 +271,10 @@ def _are_near(
     pieces: frozenset[frozenset[ConditionFingerprint]], other_pieces: frozenset[frozenset[ConditionFingerprint]]
 ) -> bool:
     """Return whether each piece equals one of the others except for rounded constants."""
-    return all(any(len(piece) == len(near) and _is_near(piece, near) for near in other_pieces) for piece in pieces)
+    return all(
+        any(len(piece) == len(other_piece) and _is_near(piece, other_piece) for other_piece in other_pieces)
+        for piece in pieces
+    )
 
 
 def _is_near(piece: frozenset[ConditionFingerprint], other: frozenset[ConditionFingerprint]) -> bool:

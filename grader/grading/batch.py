@@ -197,8 +197,8 @@ class _GradingWorker:
 
     def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:
         """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
-        if (stored := self.load_marks(student, attempt)) is not None:
-            return stored
+        if (stored_marks := self.load_marks(student, attempt)) is not None:
+            return stored_marks
         if self._cluster is None:
             marked = grade_safely(self._grader, student, attempt)
         else:
@@ -210,16 +210,16 @@ class _GradingWorker:
     def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
-            stored = from_json(_StoredMarks, self._path(student, attempt).read_bytes())
+            stored_marks = from_json(_StoredMarks, self._path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
-        return stored.marked if stored.key == self._key(student, attempt) else None
+        return stored_marks.marked if stored_marks.key == self._key(student, attempt) else None
 
     def store_marks(self, student: str, attempt: Submission | None, marked: NotebookMarks) -> None:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marked.is_graded:
-            stored = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
-            write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), durable=False)
+            stored_marks = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
+            write_atomically(self._path(student, attempt), json.dumps(as_json(stored_marks)), durable=False)
 
     def _path(self, student: str, attempt: Submission | None) -> Path:
         return marks_path(self._cache_path, student, None if attempt is None else attempt.file)

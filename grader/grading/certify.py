@@ -85,9 +85,9 @@ def certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the text of a student's certificate file."""
-    cells, edition = dict(certificates.cell_digests(notebook)), assignment.edition_of(student)
+    cells, notebook_version = dict(certificates.cell_digests(notebook)), assignment.edition_of(student)
     certificate = StudentCertificate(
-        assignment=assignment.key, student=student, edition=edition, notebook=cells, problems=dict(records)
+        assignment=assignment.key, student=student, edition=notebook_version, notebook=cells, problems=dict(records)
     )
     return certificate.text
 

@@ -48,7 +48,7 @@ class ClassAnswers:
         numbers = {name: float(info.value) for name, info in problem.symbols().items() if info.value is not None}
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
-        candidates = (self._shared_values(names, known) for known in (numbers, {}))
+        candidates = (self._shared_values(names, known_values) for known_values in (numbers, {}))
         results = (evaluate(program, values, SAMPLE_COUNT)[0].real for values in candidates)
         return any(_digest_values(values) in self._fingerprints[key] for values in results)
 
@@ -70,8 +70,11 @@ class ClassAnswers:
 
     def _shared_values(self, symbol_names: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values for symbols: the given ones, and otherwise random ones that the whole class shares."""
-        given = {name: np.full(SAMPLE_COUNT, value) for name, value in given_values.items()}
-        return {name: given[name] if name in given else self._shared_value(name) for name in symbol_names}
+        repeated_values = {name: np.full(SAMPLE_COUNT, value) for name, value in given_values.items()}
+        return {
+            name: repeated_values[name] if name in repeated_values else self._shared_value(name)
+            for name in symbol_names
+        }
 
     def _shared_value(self, name: str) -> np.ndarray:
         if name not in self._sampled_values:

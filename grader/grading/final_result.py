@@ -53,8 +53,8 @@ def final_result(
     The graded notebook with the most points counts; if several have the most, the first of them does. For this choice,
     a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide the failure.
     """
-    if_counting = partial(_result_if_counting, assignment, student, overrides)
-    results = {i: if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
+    result_if_counting = partial(_result_if_counting, assignment, student, overrides)
+    results = {i: result_if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
     chosen = max(results, key=lambda i: _max_possible_points(results[i]))
     result = results[chosen]
     if len(notebooks) == 1:
@@ -62,9 +62,9 @@ def final_result(
     other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen]
     reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        tied = sum(graded.received == notebooks[chosen].received for graded in notebooks)
-        many = f", of the last {tied}, received at the same time, the likeliest by name"
-        reason = ", the last" if tied == 1 else many
+        tied_count = sum(graded.received == notebooks[chosen].received for graded in notebooks)
+        tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
+        reason = ", the last" if tied_count == 1 else tie_reason
     listing = list_some(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen].file} counts{reason}, not {listing}"
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):

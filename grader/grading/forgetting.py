@@ -119,8 +119,8 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
-    certain, doubtful = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
-    removed = [*certain, *_find_files_named_after(folder, student.id)]
+    certain_paths, doubtful_paths = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
+    removed = [*certain_paths, *_find_files_named_after(folder, student.id)]
     shortened = dict(_shorten_tables(folder, student.id))
     if not removed and not shortened:
         return None
@@ -129,7 +129,7 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     inside = {path for top in removed if top.is_dir() for path in top.rglob("*")}
     handled_paths = {*removed, *inside, *shortened}
     advice = "it may belong to this student or to another one"
-    mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful]
+    mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful_paths]
     mentions += _find_mentions(folder, student, handled_paths)
     return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
 

@@ -52,10 +52,10 @@ def grade_for_otter(
 
 
 def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
-    claimed = read_submission(notebook, assignment.key).qdot_metadata.get("student")
-    if not isinstance(claimed, str):
+    claimed_student = read_submission(notebook, assignment.key).qdot_metadata.get("student")
+    if not isinstance(claimed_student, str):
         raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
-    return find_student(assignment, claimed)
+    return find_student(assignment, claimed_student)
 
 
 def list_marks(results: GradescopeResults) -> dict[str, Mark]:

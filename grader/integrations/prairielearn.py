@@ -45,9 +45,9 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.problem_of_seed(int(seed))
     figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
-    shown = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
+    shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
     text = to_html_for_mathjax(statement(problem, ""))
-    data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown)
+    data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
     options = {part.name: part.answer.accept(_OptionsVisitor(problem, part)) for part in choices}
     solutions = {part.name: _show_solution(problem, part) for part in problem.parts}

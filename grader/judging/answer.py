@@ -649,8 +649,8 @@ def _normalize_label(name: str) -> str:
     """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
     label = name.replace("_", "").lower()
     label = VOCABULARY["velocities"].get(label, label)
-    for spelled, letter in VOCABULARY["spelled"].items():
-        label = label.replace(spelled, letter)
+    for spelled_name, letter in VOCABULARY["spelled"].items():
+        label = label.replace(spelled_name, letter)
     entry = _POINT_OF_ENTRY.fullmatch(label)
     return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
 

@@ -130,13 +130,20 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
     """
     if parsed.refusal is not None:
         return parsed.refusal
-    hits, misses = len(set(parsed.chosen) & set(correct_indices)), len(set(parsed.chosen) - set(correct_indices))
-    if hits == len(correct_indices) and not misses:
+    hit_count, miss_count = (
+        len(set(parsed.chosen) & set(correct_indices)),
+        len(set(parsed.chosen) - set(correct_indices)),
+    )
+    if hit_count == len(correct_indices) and not miss_count:
         return correct_judgement(_CERTIFICATE)
-    share = Fraction(hits, len(correct_indices)) - Fraction(misses, max(option_count - len(correct_indices), 1))
-    verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
-    reason = f"{hits} of your letters {verbs[0]} right and {misses} {verbs[1]} wrong"
-    missed_words = f"; {len(correct_indices) - hits} more belong to the answer" if hits < len(correct_indices) else ""
+    share = Fraction(hit_count, len(correct_indices)) - Fraction(
+        miss_count, max(option_count - len(correct_indices), 1)
+    )
+    verbs = ["is" if count == 1 else "are" for count in (hit_count, miss_count)]
+    reason = f"{hit_count} of your letters {verbs[0]} right and {miss_count} {verbs[1]} wrong"
+    missed_words = (
+        f"; {len(correct_indices) - hit_count} more belong to the answer" if hit_count < len(correct_indices) else ""
+    )
     return partial_judgement(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
 
 

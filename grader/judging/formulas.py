@@ -235,19 +235,28 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     if parsed.symbols:
         return wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
-    given, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
-    if not np.all(np.isfinite(given)) or np.any(np.abs(given.imag) > IMAGINARY_TOLERANCE * np.abs(given)):
+    answer_vector, reference_vector = (
+        evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference)
+    )
+    if not np.all(np.isfinite(answer_vector)) or np.any(
+        np.abs(answer_vector.imag) > IMAGINARY_TOLERANCE * np.abs(answer_vector)
+    ):
         return wrong_judgement("an entry of the vector is not a finite real number")
-    norm = float(np.linalg.norm(given.real))
+    norm = float(np.linalg.norm(answer_vector.real))
     if norm == 0.0:
         return wrong_judgement(_ZERO_VECTOR_REASON)
-    unit_vector, target = given.real / norm, expected.real / np.linalg.norm(expected.real)
-    target = target * (1.0 if float(unit_vector @ target) >= 0 else -1.0)
-    distance = float(np.linalg.norm(unit_vector - target))
+    unit_vector, expected_unit_vector = (
+        answer_vector.real / norm,
+        reference_vector.real / np.linalg.norm(reference_vector.real),
+    )
+    expected_unit_vector = expected_unit_vector * (1.0 if float(unit_vector @ expected_unit_vector) >= 0 else -1.0)
+    distance = float(np.linalg.norm(unit_vector - expected_unit_vector))
     if distance <= tolerance:
         return correct_judgement(Certificate("numeric", 1, 0.0))
-    entry = int(np.abs(unit_vector - target).argmax())
-    example = EntryDifference(entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{target[entry]:.4g}"))
+    entry = int(np.abs(unit_vector - expected_unit_vector).argmax())
+    example = EntryDifference(
+        entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.4g}")
+    )
     reason = f"scaled to length 1, entry {entry + 1}{describe_number(example)}"
     return wrong_judgement(
         f"your vector does not have the right direction: {reason}", Certificate("numeric", 1, 0.0, example)
@@ -273,8 +282,8 @@ def judge_singular(
     reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
     space = ConfigurationSpace(joints, domain, rounding)
     try:
-        claimed = parse_claims(assign_values_to_joint(parsed.tree, joints), joints)
-        judgement = _judge_set(claimed, reference_pieces, space, seed)
+        claimed_pieces = parse_claims(assign_values_to_joint(parsed.tree, joints), joints)
+        judgement = _judge_set(claimed_pieces, reference_pieces, space, seed)
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "conditions"))
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
@@ -315,19 +324,19 @@ def _judge_set(
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
         tolerant_comparison = compare_sets(claimed, reference_pieces, tolerant_space, seed)
     # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, tolerant_comparison.is_sound, strict=True) if held]
-    matches = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).is_covered, conditions)
+    sound_pieces = [piece for piece, is_sound in zip(claimed, tolerant_comparison.is_sound, strict=True) if is_sound]
+    matches = _count_matched(compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered, conditions)
     claims = [
-        (_restricted_joints(piece, space), held)
-        for piece, held in zip(claimed, tolerant_comparison.is_sound, strict=True)
+        (_restricted_joints(piece, space), is_sound)
+        for piece, is_sound in zip(claimed, tolerant_comparison.is_sound, strict=True)
     ]
-    true_joints = {joints for joints, held in claims if held}
-    unsound = count_false_conditions([joints for joints, held in claims if held is False], true_joints)
+    true_joints = {joints for joints, is_sound in claims if is_sound}
+    unsound = count_false_conditions([joints for joints, is_sound in claims if is_sound is False], true_joints)
     share = share_of_set(matches, unsound, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
         soundness = zip(claimed, comparison.is_sound, strict=True)
-        rounded_pieces = [piece for piece, held in soundness if not held and piece in sound]
+        rounded_pieces = [piece for piece, is_sound in soundness if not is_sound and piece in sound_pieces]
         at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
         rounding = f"correct except for rounding{describe_configuration(at, space.joints)}"
         reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"

@@ -131,7 +131,7 @@ def _compare_values(
     if not all(is_correct):
         entry = is_correct.index(False)
         point = int(np.argmax(~is_within[entry] & defined[entry]))
-        both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
+        values_of_both = complex(answer_values[entry, point]), complex(expected_values[entry, point])
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(arguments.items())}
-        example = EntryDifference(entry, values, *show_difference(*both))
+        example = EntryDifference(entry, values, *show_difference(*values_of_both))
     return Comparison(tuple(is_correct), Certificate("numeric", SAMPLE_COUNT, chance_of_missing(SAMPLE_COUNT), example))

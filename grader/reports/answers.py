@@ -95,9 +95,9 @@ def _formula_html(problem: Problem, part: Part, node: Node) -> str:
     if count_nodes(node) > MAX_NODES:
         raise TooDeep("the answer is too long to be set")
     formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
-    fitted = fit_formula(formula, MAX_WIDTH)
-    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted), 1.0))))
-    return _shorten_mathml(mathml_text(fitted, True, size))
+    fitted_layout = fit_formula(formula, MAX_WIDTH)
+    size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted_layout), 1.0))))
+    return _shorten_mathml(mathml_text(fitted_layout, True, size))
 
 
 def _shorten_mathml(text: str) -> str:

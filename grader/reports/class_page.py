@@ -139,8 +139,8 @@ def _groups_with_answers(results: Sequence[Result], work: Mapping[str, Sequence[
     for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
         groups, typical_work = list(part_groups), {each.student: each for each in work[name]}
         works = [(group, typical_work.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
-        shown = [(group, each.shown_answer if each else ShownAnswer(FUNCTION_TEXT)) for group, each in works]
-        parts.append(GroupsOfPart(name, shown, groups[MAX_GROUPS:]))
+        shown_groups = [(group, each.shown_answer if each else ShownAnswer(FUNCTION_TEXT)) for group, each in works]
+        parts.append(GroupsOfPart(name, shown_groups, groups[MAX_GROUPS:]))
     return parts
 
 

@@ -151,13 +151,13 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
 
 def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     """Return the diagnosed mistakes, the most frequent first; two mistakes in one answer both count."""
-    made: dict[str, list[tuple[str, str]]] = {}
+    uses_by_mistake: dict[str, list[tuple[str, str]]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
             for mistake in _split_mistakes(part.mistake):
-                made.setdefault(mistake, []).append((result.student, name))
+                uses_by_mistake.setdefault(mistake, []).append((result.student, name))
     summaries = []
-    for mistake, pairs in made.items():
+    for mistake, pairs in uses_by_mistake.items():
         students, parts = (tuple(dict.fromkeys(names)) for names in zip(*pairs, strict=True))
         summaries.append(MistakeSummary(mistake, _mistake_title(mistake), students, parts))
     return sorted(summaries, key=lambda mistake: (-len(mistake.students), mistake.title))
@@ -237,9 +237,9 @@ def find_students_without_attempt(results: Sequence[Result]) -> dict[str, list[s
     """
     parts_of_students = {}
     for result in select_graded(results):
-        no_attempts = [name for name, part in result.parts.items() if part.attempt is False]
-        if len(no_attempts) >= MIN_PARTS_WITHOUT_ATTEMPT and not any(part.attempt for part in result.parts.values()):
-            parts_of_students[result.student] = no_attempts
+        non_attempts = [name for name, part in result.parts.items() if part.attempt is False]
+        if len(non_attempts) >= MIN_PARTS_WITHOUT_ATTEMPT and not any(part.attempt for part in result.parts.values()):
+            parts_of_students[result.student] = non_attempts
     return parts_of_students
 
 

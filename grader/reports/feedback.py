@@ -115,8 +115,10 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
     notes = [make_visible(note) for note in (*decisions, *result.notes)]
     unanswered = [part for part in parts if part.result.outcome is Outcome.MISSING]
-    own_errors = (part for part in parts if part.result.outcome in WRONG_OR_PARTIAL and not part.result.followed_from)
-    to_review = sorted((*own_errors, *unanswered), key=parts.index)
+    parts_with_own_error = (
+        part for part in parts if part.result.outcome in WRONG_OR_PARTIAL and not part.result.followed_from
+    )
+    to_review = sorted((*parts_with_own_error, *unanswered), key=parts.index)
     if parts and len(unanswered) == len(parts):
         notes, to_review = [ALL_UNANSWERED, *notes], []
     return render(
@@ -148,12 +150,12 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
     """Return every problem as the template shows it."""
-    stored, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
-    for number, (slot, problem) in enumerate(stored.problems, 1):
-        statement = _add_caption(stored.statement(slot, problem), problem)
+    stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
+    for number, (slot, problem) in enumerate(stored_problems.problems, 1):
+        statement = _add_caption(stored_problems.statement(slot, problem), problem)
         results = result.problems[number - 1].parts
-        parts = _show_parts(stored, number, slot, problem, results, assignment.feedback)
-        title, figure = f"Problem {number}: {problem.title}", stored.figure(slot, problem)
+        parts = _show_parts(stored_problems, number, slot, problem, results, assignment.feedback)
+        title, figure = f"Problem {number}: {problem.title}", stored_problems.figure(slot, problem)
         problems.append(ProblemOnPage(f"problem-{number}", title, figure, statement, parts))
     return problems
 

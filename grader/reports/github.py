@@ -102,12 +102,12 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
     """Return the commands of a kind, as many as GitHub shows; the last one, with `title`, counts the others."""
-    selected = [note for note in notes if note.kind == kind]
-    if len(selected) > MAX_ANNOTATIONS:
-        left_out = len(selected) - MAX_ANNOTATIONS + 1
+    selected_notes = [note for note in notes if note.kind == kind]
+    if len(selected_notes) > MAX_ANNOTATIONS:
+        left_out = len(selected_notes) - MAX_ANNOTATIONS + 1
         last = Annotation(kind, title, f"and {left_out} more; see the job summary")
-        selected = [*selected[: MAX_ANNOTATIONS - 1], last]
-    return "".join(note.command for note in selected)
+        selected_notes = [*selected_notes[: MAX_ANNOTATIONS - 1], last]
+    return "".join(note.command for note in selected_notes)
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:

@@ -155,8 +155,8 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     """Return the titles and cells of the columns that identify students; names for human readers come first."""
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
-        found = [find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
-        indices = [index for index in found if index is not None]
+        column_indices = [find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
+        indices = [index for index in column_indices if index is not None]
         rows = [book.rows_by_student[student.id] for student in roster]
         columns = [(book.header[index], [row[index] for row in rows]) for index in indices]
         names, keys = columns[:2], columns[2:]

@@ -436,8 +436,8 @@ def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[in
     The cause is a cell above that stopped: the first one that mentions the name, else the first one.
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
-    above = [index for index in sorted(stops) if index < stopped] if name_error else []
-    likely = [index for index in above if name_error and name_error[1] in notebook.sources[index]] or above
+    stops_above = [index for index in sorted(stops) if index < stopped] if name_error else []
+    likely = [index for index in stops_above if name_error and name_error[1] in notebook.sources[index]] or stops_above
     return stops[likely[0]] if likely else ""
 
 

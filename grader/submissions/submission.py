@@ -120,7 +120,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
     folder = SubmissionFolder({})
-    certain, doubtful = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
+    certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     root, find_owner = _find_root(assignment.roster, root)
     for submitted in find_submitted_paths(root):
         name = printable_name(submitted.path.name)
@@ -131,17 +131,17 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
             continue
         is_likely = submitted.platform or _rank_by_ending(submitted.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
-            certain[owner.students[0]].append(submitted)
+            certain_paths[owner.students[0]].append(submitted)
         elif is_likely or safe_check(submitted.path.is_dir):  # other files, such as a README, are ignored
             for student in owner.students:
-                doubtful[student].append(submitted.path)
+                doubtful_paths[student].append(submitted.path)
             if owner.students:
                 message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded"
                 folder.uncertain_owners.append(message)
             else:
                 folder.not_on_roster.append(name)
-    for student in dict.fromkeys((*certain, *doubtful)):
-        if files := _select_files(certain[student], assignment.key, doubtful[student]):
+    for student in dict.fromkeys((*certain_paths, *doubtful_paths)):
+        if files := _select_files(certain_paths[student], assignment.key, doubtful_paths[student]):
             folder.by_student[student] = files
     folder.by_student.update(_read_not_fetched(root / NOT_FETCHED_FILE))
     return folder
@@ -168,13 +168,13 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders of a student, and those that may or may not be the student's."""
     inner, find_owner = _find_root(students, root)
-    certain, doubtful = list[Path](), list[Path]()
+    certain_paths, doubtful_paths = list[Path](), list[Path]()
     for submitted in find_submitted_paths(inner):
         with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
             owner = find_owner(submitted)
             if student in owner.students:
-                (certain if owner.is_certain else doubtful).append(submitted.path)
-    return certain, doubtful
+                (certain_paths if owner.is_certain else doubtful_paths).append(submitted.path)
+    return certain_paths, doubtful_paths
 
 
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
@@ -493,16 +493,19 @@ Notes = list[tuple[str, str]]
 def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> Notes:
     """Return notes on peculiar metadata. They don't affect marks: the student's own problems are graded in any case."""
     claims, notes = submission.qdot_metadata, Notes()
-    claimed, digest = claims.get("student"), claims.get("digest")
-    if isinstance(claimed, str) and claimed != student:
+    claimed_student, digest = claims.get("student"), claims.get("digest")
+    if isinstance(claimed_student, str) and claimed_student != student:
         message = (
             "this notebook was released to another student. It was graded against your own problems, and no answer in "
             "it earns points for following from a wrong one"
         )
-        notes.append((f"the notebook was released to {claimed[:80]!r}", message))
+        notes.append((f"the notebook was released to {claimed_student[:80]!r}", message))
     if claims.get("kind") == "solution":
         notes.append(("this is the staff's notebook with the solutions", ""))
-    if isinstance(digest, str) and digest not in (assignment.digest_of(student), assignment.digest_of(str(claimed))):
+    if isinstance(digest, str) and digest not in (
+        assignment.digest_of(student),
+        assignment.digest_of(str(claimed_student)),
+    ):
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
         notes.append((OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}

@@ -107,8 +107,8 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            known = ", ".join(calls["symbols"])
-            raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {known}")
+            known_names = ", ".join(calls["symbols"])
+            raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {known_names}")
 
     def evaluate(target: str | list[str]) -> Any:
         return value_of_symbol(target) if isinstance(target, str) else numpy.array([*map(value_of_symbol, target)])

@@ -60,8 +60,8 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
 
     Once added, a hook can't be removed.
     """
-    own_folders = (os.path.realpath(folder),)
-    readable = (*own_folders, *RESOLVED_READABLE_PATHS)
+    notebook_folders = (os.path.realpath(folder),)
+    readable = (*notebook_folders, *RESOLVED_READABLE_PATHS)
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
     inner_folders = ("", "/exercises", "/grader")  # these are links in a checkout
     names = [f"{name}{inner}" for name in HIDDEN_PACKAGES for inner in inner_folders]
@@ -74,7 +74,7 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
         if event == "open":
             path, _, flags = args
             changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
-            is_allowed = is_inside(path, own_folders if changes else readable)
+            is_allowed = is_inside(path, notebook_folders if changes else readable)
             if not is_allowed or (not isinstance(path, int) and is_inside(path, packages)):
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN_PACKAGES:
@@ -85,7 +85,7 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
         elif event.startswith(CHANGING_EVENTS):
             by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # maybe a library
             paths = [arg for arg in args[:2] if isinstance(arg, (str, bytes))]
-            if by_descriptor or not all(is_inside(path, own_folders) for path in paths):
+            if by_descriptor or not all(is_inside(path, notebook_folders) for path in paths):
                 refuse(f"change {str(args[0])[:200]!r}")
         elif event.startswith(REFUSED_EVENTS):
             refuse(f"use {event}")

@@ -68,7 +68,7 @@ def _format_sympy(value: Any, depth: int) -> str:
     if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
         raise TypeError("a MatrixSymbol has no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*REFUSED_CLASSES):
-        raise TypeError(next(instead for kind, instead in REFUSED_CLASSES.items() if value.has(kind)))
+        raise TypeError(next(advice for kind, advice in REFUSED_CLASSES.items() if value.has(kind)))
     units = sys.modules.get("sympy.physics.units")  # it is loaded only if the notebook uses it
     if units is not None and value.has(units.Quantity):
         raise TypeError("qdot doesn't accept units of sympy.physics; write only the number, in m, rad, m/s or rad/s")
