@@ -1,8 +1,12 @@
 """Read one entry of a DH table: a number, or a formula in quotes, as an exact SymPy expression.
 
-Formulas follow the grammar of answers, with stricter rules: a unit is not a symbol, a product is written with `*` (only
-a number may precede a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or beta (an
-angle), with an optional number: a1, h, alpha2. Other names are errors, whose messages say what to write.
+Formulas follow the grammar of answers, with three stricter rules:
+
+* A unit is not a symbol.
+* A product is written with `*`. Only a number may precede a factor without it, as in 2a1 and 2pi/3.
+* A symbol is one letter for a length, or alpha or beta for an angle, with an optional number, as in a1, h and alpha2.
+
+Other names are errors, and the error messages say what to write.
 """
 
 import itertools
@@ -40,12 +44,12 @@ _UNITS = {
     | dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
     False: {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)},
 }
-"""The units of angles (True) and of lengths (False), with their values in radians or metres.
+"""The units of angles (key True) and of lengths (key False), with their values in radians or metres.
 
 Units are recognised only to be refused, because entries are in radians and metres.
 """
 _UNIT_HINT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
-"""Hints for angles (True) and for lengths (False), which end error messages."""
+"""Hints that are appended to error messages about angles (key True) and about lengths (key False)."""
 
 
 def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
@@ -64,9 +68,10 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     else:
         fraction = Fraction(raw)
         value = sp.Rational(fraction.numerator, fraction.denominator)
-    constant = _constant_part(value)
+    constant = _sum_constant_terms(value)
     if constant.is_Rational and constant != 0 and not _MIN_MAGNITUDE <= abs(constant) <= _MAX_MAGNITUDE:
-        raise QdotError(f"it is out of range; {_UNIT_HINT[is_angle]}")
+        limits = "its absolute value must be from 1e-9 to 1e6"
+        raise QdotError(f"it is out of range: {limits}; {_UNIT_HINT[is_angle]}")
     if is_angle:
         _check_angle(value)
     return value
@@ -78,9 +83,9 @@ def _parse_degrees(raw: object) -> sp.Expr:
         value = parse_entry(raw, False)
     except QdotError:
         raise QdotError('expected a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
-    constant = _constant_part(value)
+    constant = _sum_constant_terms(value)
     if constant.has(sp.pi):
-        raise QdotError("the angles of this file are in degrees, because of its key `angles`")
+        raise QdotError('pi is not allowed, because this file has angles = "degrees"; write, for example, 90 for pi/2')
     return value - constant + constant * _DEGREE
 
 
@@ -129,7 +134,7 @@ def _check_units(text: str, is_angle: bool) -> None:
 
 def _check_angle(value: sp.Expr) -> None:
     """Raise QdotError if an angle is a rounded multiple of pi/12 or seems to be in degrees."""
-    constant = _constant_part(value)
+    constant = _sum_constant_terms(value)
     if not constant.is_Rational or constant == 0:
         return
     twelfths = float(constant) / (float(sp.pi) / 12)
@@ -141,24 +146,26 @@ def _check_angle(value: sp.Expr) -> None:
         raise QdotError(f'{in_radians}; if all angles are in degrees, add angles = "degrees"')
 
 
-def _constant_part(value: sp.Expr) -> sp.Expr:
+def _sum_constant_terms(value: sp.Expr) -> sp.Expr:
     """Return the sum of the numeric terms of an expression."""
     return sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
 
 
-def unit_warning(value: sp.Expr) -> str | None:
+def find_unit_warning(value: sp.Expr) -> str | None:
     """Return a warning if a length is so large that it is probably in millimetres, else None."""
-    constant = _constant_part(value)
+    constant = _sum_constant_terms(value)
     if not constant.is_Rational or abs(constant) <= SUSPICIOUS_LENGTH:
         return None
     length = float(constant)
     return f"lengths are in metres; is this in millimetres? {length:g} mm would be {length / 1000:g}"
 
 
-def check_role(value: sp.Expr, is_angle: bool) -> None:
-    """Refuse a length where an angle is expected, and the reverse; for example, two columns may have been swapped."""
-    outside_functions = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
-    for symbol in sorted(outside_functions.free_symbols, key=str):
+def check_quantity(value: sp.Expr, is_angle: bool) -> None:
+    """Refuse a length if an angle is expected, and the reverse. This catches swapped columns."""
+    value_without_functions = value.xreplace(
+        dict.fromkeys(value.atoms(sp.Function), sp.S.One)
+    )  # atan2(a1, d1) is an angle
+    for symbol in sorted(value_without_functions.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
         if letters == "theta":
             hint = "call a constant angle alpha or beta, as in beta1"
@@ -167,7 +174,7 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
             raise QdotError(f"{symbol} is a name for a length; call an angle alpha or beta, as in alpha1")
         if not is_angle and letters in _ANGLE_NAMES:
             raise QdotError(f"{symbol} is a name for an angle; call a length a1, d1 or h, for example")
-    if not is_angle and outside_functions.has(sp.pi):
+    if not is_angle and value_without_functions.has(sp.pi):
         raise QdotError("pi is allowed in angles only; lengths are in metres")
 
 
@@ -178,13 +185,13 @@ def _check_products(text: str) -> None:
     """Refuse a product without `*`, such as "a1 b2", which is ambiguous; a number may precede a symbol or bracket."""
     corrected_text = text
     for first, second in reversed([*itertools.pairwise(_TOKEN.finditer(text))]):
-        if _is_product(first, second):
+        if _lacks_product_sign(first, second):
             corrected_text = f"{corrected_text[: first.end()]}*{corrected_text[second.start() :]}"
     if corrected_text != text:
         raise QdotError(f'a product needs *; did you mean "{corrected_text}"?')
 
 
-def _is_product(first: re.Match[str], second: re.Match[str]) -> bool:
+def _lacks_product_sign(first: re.Match[str], second: re.Match[str]) -> bool:
     """Return whether two successive tokens are factors of an ambiguous product."""
     if first.lastgroup == "number":
         return second.lastgroup == "number"
@@ -198,23 +205,23 @@ def to_sympy(node: Node) -> sp.Expr:
     if node.kind in ("number", "decimal"):
         return sp.Rational(node.value.numerator, node.value.denominator)
     if node.kind == "name":
-        return _symbol(str(node.value))
+        return _make_symbol(str(node.value))
     if node.kind == "call" and node.value in _FUNCTIONS:
         return _require_finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
     if node.kind == "neg":
         return -to_sympy(node.args[0])
     if node.kind == "^":
-        return _checked_power(*(to_sympy(arg) for arg in node.args))
+        return _compute_power(*(to_sympy(arg) for arg in node.args))
     if node.kind in ("+", "-", "*", "/"):
         first_operand, second_operand = (to_sympy(arg) for arg in node.args)
         if node.kind == "/" and second_operand == 0:
-            raise ParseError("a division by zero")
+            raise ParseError("the formula divides by zero")
         return _OPERATIONS[node.kind](first_operand, second_operand)
     subject = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
     raise ParseError(f"{subject} is not allowed in a DH table")
 
 
-def _symbol(name: str) -> sp.Expr:
+def _make_symbol(name: str) -> sp.Expr:
     if name == "pi":
         return sp.pi
     if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
@@ -228,17 +235,17 @@ def _symbol(name: str) -> sp.Expr:
     return sp.Symbol(name)
 
 
-def _checked_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+def _compute_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Return a power. Raises ParseError if its exponent or its numeric base is too large."""
     if not exponent.is_Rational or abs(exponent) > _MAX_EXPONENT:
         raise ParseError(f"an exponent must be a number of at most {_MAX_EXPONENT}")
     if base.is_number and abs(base) > _MAX_BASE:
-        raise ParseError("a power is too large for a length or an angle")
+        raise ParseError(f"the base of a power is too large; it must be at most {_MAX_BASE}")
     return _require_finite(base**exponent, "a power")
 
 
 def _require_finite(value: sp.Expr, subject: str) -> sp.Expr:
     """Return a value unchanged. Raises ParseError if it is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
-        raise ParseError(f"{subject} that is not a real number")
+        raise ParseError(f"{subject} is not a real number")
     return value

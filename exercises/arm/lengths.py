@@ -34,11 +34,11 @@ def with_symbolic_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]
 
     Angles keep the arm's values.
     """
-    general = structure(chain)
-    values = {symbol: value for symbol, value in general.values if symbol not in chain.q}
+    symbolic_arm = structure(chain)
+    values = {symbol: value for symbol, value in symbolic_arm.values if symbol not in chain.q}
     lengths = {symbol: value for symbol, value in values.items() if _LENGTH.fullmatch(symbol.name)}
     angles = {symbol: value for symbol, value in values.items() if symbol not in lengths}
-    return substitute_arm_lengths(general.chain, angles), lengths
+    return substitute_arm_lengths(symbolic_arm.chain, angles), lengths
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:

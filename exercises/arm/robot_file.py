@@ -47,7 +47,7 @@ from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.entry import check_role, parse_entry, unit_warning
+from qdot.exercises.arm.entry import check_quantity, find_unit_warning, parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import (
     WrittenRow,
@@ -399,7 +399,7 @@ class _Reader:
     def _check_entry(self, value: sp.Expr, is_angle: bool) -> sp.Expr:
         """Return an entry unchanged. Raises QdotError if it has joint variables or mixes lengths and angles."""
         _check_symbols(value, self.variables)
-        check_role(value, is_angle)
+        check_quantity(value, is_angle)
         return value
 
     def limits(self) -> tuple[Limits | None, ...]:
@@ -521,7 +521,7 @@ def _length_warnings(file: TomlFile, chain: Chain, length_ranges: LengthRanges) 
     entries = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in length_ranges]
-    doubts = [(path, reason) for path, value in entries if (reason := unit_warning(value)) is not None]
+    doubts = [(path, reason) for path, value in entries if (reason := find_unit_warning(value)) is not None]
     if not doubts:
         return ()
     (path, reason), other_count = doubts[0], len(doubts) - 1

@@ -48,7 +48,7 @@ ASSIGNMENT_FILE = "assignment.toml"
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
-MISSING_ROSTER_HINT = "give the file with your class, as saved by Canvas, Moodle or a spreadsheet"
+MISSING_ROSTER_HINT = "give your class list, as saved by Canvas, Moodle or a spreadsheet"
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -64,13 +64,13 @@ class ProblemEntry(pydantic.BaseModel):
     points: list[float] | None = None
     """The points of each question. By default, those listed by `qdot questions`."""
     difficulty: int | list[int] | None = None
-    """How hard the arms are; families differ in the range that they have."""
+    """How hard the arms are; each family has its own range of difficulty."""
     variation: str | list[str] | None = None
-    """As `variation` of the assignment, for this problem."""
+    """Overrides the assignment's `variation` for this problem."""
     convention: str | None = None
-    """As `convention` of the assignment, for this problem. The file of your own arm sets its own."""
+    """Overrides the assignment's `convention` for this problem. Without either, the file of your own arm sets it."""
     twist_order: str | None = None
-    """As `twist_order` of the assignment, for this problem."""
+    """Overrides the assignment's `twist_order` for this problem."""
     decimals: int | str | dict[str, int | str] | None = None
     """Accept rounded decimals. By default, answers in formulas must be exact."""
     credit: str | float | dict[str, str | float] | None = None
@@ -88,9 +88,9 @@ class AssignmentFile(pydantic.BaseModel):
     title: str = pydantic.Field(pattern=r"\S")
     """The title that students see."""
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
-    """The file name of the notebooks, without .ipynb. If you change it, released notebooks no longer fit."""
+    """The file name of the notebooks, without .ipynb. If you change it, released notebooks can't be graded."""
     due: datetime.datetime | None = None
-    """The due date. A column `due` of roster.csv gives a student another one."""
+    """The due date. A column `due` of roster.csv sets a different due date for a student."""
     late: dict[str, Any] | None = None
     """Deductions for late work. Without it, late work is marked as late and loses nothing."""
     attempts: str | dict[str, Any] = "last"
@@ -137,9 +137,9 @@ class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
     `band` is the minimum and maximum difficulty. `robot_digest` is a digest of the file of an instructor's own robot,
-    "" for a family. `variation` is how much arms differ from the chapter's. `convention` describes the arms, and
-    `twist_order` is the order of their twists. `decimals` are the questions that accept rounded decimals, with their
-    tolerances. `credit` are the assignment's own rules for partial credit, by question.
+    "" for a family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the
+    arms, and `twist_order` is the order of their twists. `decimals` are the questions that accept rounded decimals,
+    with their tolerances. `credit` are the assignment's own rules for partial credit, by question.
     """
 
     name: str
@@ -160,11 +160,11 @@ class Slot:
         return self.points or tuple(ASKED[name].points for name in self.questions)
 
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
-        """Return the identity of a student's problem in this slot; each draw has a seed of its own."""
+        """Return the identity of a student's problem in this slot; each regenerated problem has a different seed."""
         seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
-        return generation.student_problem_id(secret, student, seed_name, self.identity_of_seed(0))
+        return generation.student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
 
-    def identity_of_seed(self, seed: int) -> ProblemId:
+    def make_id_from_seed(self, seed: int) -> ProblemId:
         """Return the identity of the problem of this slot with a given seed."""
         return ProblemId(
             self.family.name, seed, self.questions, band=self.band, variation=self.variation,
@@ -177,7 +177,7 @@ class Slot:
 
     def problem_of_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        problem = generation.generate(self.identity_of_seed(seed), points=self.points, family=self.family)
+        problem = generation.generate(self.make_id_from_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
         parts = (replace(p, rounding=roundings.get(p.name), credit=credit.get(p.name)) for p in problem.parts)
         return replace(problem, parts=tuple(parts))
@@ -236,53 +236,53 @@ class Assignment:
         return slot.identity(self.secret, student, self.draw_of(slot, student))
 
     def draw_of(self, slot: Slot, student: str) -> int:
-        """Return the number of the draw that a student has in a slot, according to redrawn.csv."""
+        """Return how often the student's problem in a slot was generated, according to redrawn.csv; at least 1."""
         redraw = self.redraws.get((student, slot.name))
         return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
 
     @property
     def marking_digest(self) -> str:
         """A short text that changes whenever the rules for points change, except the penalty for late work."""
-        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
+        return _compute_short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
     def digest(self) -> str:
         """A short text that changes whenever the problems change, for example the secret, the families or questions."""
         slots = [
-            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *axes)
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *settings)
             for slot in self.slots
-            for axes in [filter(None, (slot.convention, slot.twist_order))]
+            for settings in [filter(None, (slot.convention, slot.twist_order))]
         ]
-        return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
+        return _compute_short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
     def edition(self) -> str:
         """A short text that changes whenever the notebooks change: the problems, the title, the points or the hints."""
-        hints_marker = ("hints",) if self.hints else ()  # otherwise nothing, as in older versions of qdot
+        hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
         slots = [(slot.points, slot.decimals) for slot in self.slots]
-        return _short_hash(repr((self.digest, self.title, slots, *hints_marker)))
+        return _compute_short_hash(repr((self.digest, self.title, slots, *hints_marker)))
 
     @property
     def secret_digest(self) -> str:
         """A short text that identifies the secret of a notebook without revealing it."""
-        return _short_hash(repr((self.secret, "mark", self.key)))
+        return _compute_short_hash(repr((self.secret, "mark", self.key)))
 
     def digest_of(self, student: str) -> str:
         """Return the digest for a student's notebook; it differs from `digest` if a problem was generated again."""
-        return self._add_redraws(self.digest, student)
+        return self._add_regenerated(self.digest, student)
 
     def edition_of(self, student: str) -> str:
         """Return the edition for a student's notebook; it differs from `edition` if a problem was generated again."""
-        return self._add_redraws(self.edition, student)
+        return self._add_regenerated(self.edition, student)
 
-    def _add_redraws(self, digest: str, student: str) -> str:
+    def _add_regenerated(self, digest: str, student: str) -> str:
         regenerated_slots = [
             (slot.name, draw_number) for slot in self.slots if (draw_number := self.draw_of(slot, student)) != 1
         ]
-        return _short_hash(repr((digest, regenerated_slots))) if regenerated_slots else digest
+        return _compute_short_hash(repr((digest, regenerated_slots))) if regenerated_slots else digest
 
 
-def _short_hash(content: str) -> str:
+def _compute_short_hash(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
@@ -308,8 +308,8 @@ def load_assignment(folder: Path) -> Assignment:
     notes: list[str] = []
     slots = tuple(_read_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
     with file.locate_errors("twist_order"):
-        is_ordered = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
-        if content.twist_order is not None and not is_ordered:
+        uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
+        if content.twist_order is not None and not uses_twist_order:
             raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
@@ -322,7 +322,7 @@ def load_assignment(folder: Path) -> Assignment:
 
 
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
-    """Return what `parse` makes of the values of a key. Its QdotErrors get the file, the line and the key."""
+    """Call `parse` with the values of a key; add the file, the line and the key to its QdotErrors."""
     with file.locate_errors(*key_path):
         return parse(*values)
 
@@ -385,7 +385,7 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     convention = entry.convention or content.convention or ""
     if convention:
         canonical_convention = parse("convention", find_convention, convention)
-        if not robot_digest:  # a robot's file may have another default
+        if not robot_digest:  # for a robot, "" would mean the convention of its file
             convention = canonical_convention
     twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
     band = parse("difficulty", _read_band, entry.difficulty)
@@ -398,10 +398,10 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     parse("points", _check_points, points, len(questions))
     decimals = parse("decimals", read_decimals, entry.decimals, questions)
     credit = parse("credit", read_credit, entry.credit, questions)
-    name, marking_settings = f"p{index + 1}", (decimals, credit)
     return Slot(
-        name, family, questions, points, band, robot_digest, variation, convention, twist_order, *marking_settings
-    )
+        f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
+        decimals=decimals, credit=credit,
+    )  # fmt: skip
 
 
 def _read_variation(setting: str | list[str]) -> str:
@@ -416,7 +416,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
     chosen = setting or default or ""
     canonical_order = find_twist_order(chosen) if chosen else ""
     if _has_twist_order(convention, family):
-        return chosen if family.robot_argument else canonical_order  # its file may have another order than the default
+        return chosen if family.robot_argument else canonical_order  # for a robot, "" means the order of its file
     if setting is not None:
         raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""
@@ -465,7 +465,7 @@ def _read_own_robot(name: str, folder: Path, notes: list[str]) -> tuple[Family, 
     path = robot_path(name, folder)
     robot = read_robot_file(path)
     notes += robot.notes
-    return read_robot_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+    return read_robot_family(path, robot), _compute_short_hash(path.read_text(encoding="utf-8", errors="replace"))
 
 
 def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
@@ -528,7 +528,7 @@ def _check_identifier(where: str, identifier: str) -> None:
     is_unusable = forbidden or identifier.startswith((".", "-")) or len(identifier) > 100
     if is_unusable or is_changed_by_windows(identifier):
         rule = IDENTIFIER_RULE if is_unusable else WINDOWS_NAME_RULE
-        raise QdotError(f"{where}: {identifier!r} can't be a student's identifier; it names folders; {rule}")
+        raise QdotError(f"{where}: {identifier!r} can't be an identifier, because qdot names folders after it; {rule}")
 
 
 def read_secret(folder: Path) -> str:

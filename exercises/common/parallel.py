@@ -53,7 +53,7 @@ def ordered_map(
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
     Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
-    Close the generator (`contextlib.closing`) so that a stop ends the processes.
+    Close the generator (`contextlib.closing`) so that the processes end after Ctrl-C or an exception.
 
     If a process dies, QdotError is raised after the finished results. With `result_if_lost`, the items that may have
     been in progress are repeated instead, each in a separate process. If an item kills two processes, its result is
@@ -90,7 +90,7 @@ def ordered_map(
 
 
 def keep_state(state: State) -> State:
-    """Return a state unchanged: the `setup` for a state that is simply passed to each process."""
+    """Return the state unchanged. Use it as `setup` if each process gets the same state."""
     return state
 
 
@@ -114,18 +114,20 @@ def _run_pool(
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
-    is_served = HAS_FORK_SERVER and not is_forked
-    context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver" if is_served else "spawn")
-    if is_served:
+    uses_fork_server = HAS_FORK_SERVER and not is_forked
+    context: BaseContext = multiprocessing.get_context(
+        "fork" if is_forked else "forkserver" if uses_fork_server else "spawn"
+    )
+    if uses_fork_server:
         context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _start_worker, (setup, arguments)) as pool:
         try:
-            if is_served:
+            if uses_fork_server:
                 resource_tracker.ensure_running()  # if started later, it would unblock the signals
             with _defer_stop():  # processes started here ignore Ctrl-C and start completely
                 if is_forked:
                     gc.freeze()  # garbage collection then doesn't copy shared memory pages
-                elif is_served:
+                elif uses_fork_server:
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
@@ -141,12 +143,12 @@ def _run_pool(
 
 @contextmanager
 def _defer_stop() -> Iterator[None]:
-    """Delay signals to stop until the block ends; processes started in it have the terminal's signals blocked."""
+    """Hold back termination signals until the block ends. Processes started in it block the terminal's signals."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     received: list[signal.Signals] = []
-    previous = {  # another thread may receive the signal
+    previous = {  # blocking is not enough: another thread may receive the signal
         signal_number: signal.signal(signal_number, lambda number, _: received.append(signal.Signals(number)))
         for signal_number in (*GROUP_SIGNALS, signal.SIGTERM)
     }
@@ -158,7 +160,7 @@ def _defer_stop() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for signal_number, handler in previous.items():
             signal.signal(signal_number, handler)
-        for signal_number in received:  # takes precedence over an error in the block, which the stop has caused
+        for signal_number in received:  # replaces an error in the block, because the signal caused that error
             signal.raise_signal(signal_number)
 
 

@@ -12,7 +12,7 @@ from qdot.exercises.formula.layout import Layout
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula
-from qdot.exercises.writing.markup import SCREEN_WIDTH, to_html, to_html_for_mathjax
+from qdot.exercises.writing.markup import HTML_WIDTH, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 
 DIGITS = 10
@@ -57,7 +57,7 @@ def write_html(text: str, print_formula: FormulaPrinter | None = None) -> str:
         return to_html_for_mathjax(text).strip()
 
     def formula(latex: str, block: bool) -> str:
-        return print_formula(fit_formula(parse_latex(latex), SCREEN_WIDTH) if block else parse_latex(latex), block)
+        return print_formula(fit_formula(parse_latex(latex), HTML_WIDTH) if block else parse_latex(latex), block)
 
     return to_html(text, formula).strip()
 

@@ -14,7 +14,7 @@ from qdot.exercises.figure.lettering import (
     sign_and_lettering,
     upright_lettering,
 )
-from qdot.exercises.figure.places import LabelRequest, anchors_around
+from qdot.exercises.figure.places import LabelRequest, make_anchors
 from qdot.exercises.figure.shapes import Circle, Polyline, Shape, Vector2D
 from qdot.exercises.figure.view import Drawing, View, draw_arrow
 
@@ -64,7 +64,7 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_planar])
             continue
-        anchors = anchors_around(view.to_pixels(position), (0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7))
+        anchors = make_anchors(view.to_pixels(position), (0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7))
         drawing += Drawing((), (LabelRequest(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
     return drawing
 
@@ -75,7 +75,7 @@ def _draw_axis(
     """Return an axis as an arrow of `length` pixels with a label."""
     end = origin + axis * length / view.scale
     reach = view.path_in_pixels([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
-    anchors = anchors_around(view.to_pixels(end), view.drawn_direction(axis))
+    anchors = make_anchors(view.to_pixels(end), view.drawn_direction(axis))
     request = LabelRequest(pieces, anchors, name, gap=3.0, rank=2, kind="axis", further_points=reach)
     return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
 
@@ -121,7 +121,7 @@ def draw_origins(scene: Scene) -> Drawing:
             labelled_points.append((position, pieces))
     requests = []
     for number, (position, pieces) in enumerate(labelled_points):
-        anchors = anchors_around(view.to_pixels(position), (0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7))
+        anchors = make_anchors(view.to_pixels(position), (0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7))
         requests.append(LabelRequest(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     return Drawing((Circle(view.to_pixels(point), 4.6, "point"),), tuple(requests))
 
@@ -171,7 +171,7 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
     for i in range(first, first + n) if min(map(abs, signs)) > 0.9 else range(first, n + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
-            anchors = anchors_around(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
+            anchors = make_anchors(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
             labels.append(LabelRequest(indexed_lettering("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
@@ -200,7 +200,7 @@ def draw_world(scene: Scene) -> Drawing:
             drawing += _draw_leg(scene, corner, end, length)
         corner = end
     if is_apart:
-        anchors = anchors_around(view.to_pixels(origin), (-0.7, 0.7), (0.7, 0.7))
+        anchors = make_anchors(view.to_pixels(origin), (-0.7, 0.7), (0.7, 0.7))
         drawing += Drawing((), (LabelRequest(indexed_lettering("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
     return drawing + _draw_base_yaw(scene, is_apart) if convention.frame_numbers else drawing
 

@@ -1,8 +1,8 @@
-"""Draw one model for many arms of a class, because their figures differ only in the labels.
+"""Replace each arm by a model, so that arms whose figures differ only in their labels share one figure.
 
-A figure is not to scale: numeric lengths are rounded to a few steps that keep their order, and equal lengths stay
-equal. Joint offsets appear only in labels. A figure is drawn once for all arms with the same model, with space for the
-widest of their labels. Then each arm's labels are filled in.
+A figure is not to scale: each numeric length is replaced by one of eight standard lengths, in the same order, and equal
+lengths stay equal. Joint offsets appear only in labels. A figure is drawn once for all arms with the same model, with
+space for the widest of their labels. Then each arm's labels are filled in.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,10 +28,10 @@ from qdot.exercises.figure.shapes import Figure
 _LENGTH_STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
 """The possible lengths of models in centimetres; the longest length of an arm becomes the last one."""
 _MODEL_ANGLE_OFFSET, _MODEL_LENGTH_OFFSET = sp.pi / 6, sp.Rational(35, 100)
-"""The joint offsets of models (rad, m); their labels are at least as wide as most."""
+"""The joint offsets of models (rad, m); their labels are at least as wide as those of most arms."""
 
 LetteringMap = dict[Lettering, Lettering]
-"""The model's lettering with the arm's."""
+"""Maps each label of the model to the arm's label."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Model:
     def model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
         """Return the joint values of the model (rad, m) for those of the arm. Raises QdotError if one is missing."""
         entries = scale_prismatic_entries(self.arm, compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
-        zeros = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
-        values = [round(float(entry - zero), 9) for entry, zero in zip(entries, zeros, strict=True)]
+        home_entries = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
+        values = [round(float(entry - home_entry), 9) for entry, home_entry in zip(entries, home_entries, strict=True)]
         return tuple(zip([q.name for q in self.arm.q], values, strict=True))
 
     def arm_entries(self, model_entries: Sequence[float] | np.ndarray) -> tuple[float, ...]:
@@ -70,23 +70,27 @@ def make_model(chain: Chain) -> Model:
     if convention_of(chain).is_drawn_at_home:
         return Model(chain, chain, {}, 1.0)
     lettering: LetteringMap = {}
-    length, size_ratio = _model_lengths(chain, lettering)
+    map_length, size_ratio = _map_lengths(chain, lettering)
     offsets = dict(zip(chain.q, chain.offsets, strict=True))
     variables = {q.name: q for q in chain.q}
 
     def replace_entry(name: str, entry: sp.Expr) -> sp.Expr:
         if name in variables:
             q = variables[name]
-            return q + _model_offset(q, offsets[q], name.startswith("theta"), lettering)
-        return entry if name.startswith((*ANGLE_PREFIXES, "base")) else length(entry)
+            return q + _map_offset(q, offsets[q], name.startswith("theta"), lettering)
+        return entry if name.startswith((*ANGLE_PREFIXES, "base")) else map_length(entry)
 
-    model = chain.map_entries(replace_entry)
-    model_chain = Chain("model", model.joints, chain.task, chain.base, model.point, convention=chain.convention)
-    font_runs = {make_font_runs(letters): make_font_runs(arm_letters) for letters, arm_letters in lettering.items()}
+    mapped_chain = chain.map_entries(replace_entry)
+    model_chain = Chain(
+        "model", mapped_chain.joints, chain.task, chain.base, mapped_chain.point, convention=chain.convention
+    )
+    font_runs = {
+        make_font_runs(model_letters): make_font_runs(arm_letters) for model_letters, arm_letters in lettering.items()
+    }
     return Model(chain, model_chain, font_runs, size_ratio)
 
 
-def _model_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
+def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
     """Return a function from the arm's lengths to the model's, and the arm's size relative to the model.
 
     The arm's lengths are unchanged if its base position has numbers, because both must stay in proportion. They are
@@ -97,34 +101,40 @@ def _model_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.
     sizes = sorted({abs(value) for value in values if value.is_number and value != 0}, reverse=True)
     if not sizes or any(value.is_number and value != 0 for value in chain.base.position):
         return unchanged
-    steps: dict[sp.Expr, sp.Rational] = {}
+    model_lengths: dict[sp.Expr, sp.Rational] = {}
     step = len(_LENGTH_STEPS)
     for size in sizes:
         step = min(step, max(1, round(len(_LENGTH_STEPS) * float(size / sizes[0]))))
         if step < 1:
             return unchanged
-        steps[size] = sp.Rational(_LENGTH_STEPS[step - 1], 100)
+        model_lengths[size] = sp.Rational(_LENGTH_STEPS[step - 1], 100)
         step -= 1
-    names = {length_lettering(model): length_lettering(size) for size, model in steps.items()}
-    if any(lettering_size(arm_letters)[0] > lettering_size(model)[0] for model, arm_letters in names.items()):
+    label_map = {length_lettering(length): length_lettering(size) for size, length in model_lengths.items()}
+    if any(
+        lettering_size(arm_letters)[0] > lettering_size(model_letters)[0]
+        for model_letters, arm_letters in label_map.items()
+    ):
         return unchanged
-    lettering.update(names)
+    lettering.update(label_map)
 
-    def length(value: sp.Expr) -> sp.Expr:
+    def map_length(value: sp.Expr) -> sp.Expr:
         if not value.is_number or value == 0:
             return value
-        return steps[abs(value)] * (1 if value > 0 else -1)
+        return model_lengths[abs(value)] * (1 if value > 0 else -1)
 
-    return length, float(sizes[0]) * 100 / _LENGTH_STEPS[-1]
+    return map_length, float(sizes[0]) * 100 / _LENGTH_STEPS[-1]
 
 
-def _model_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: LetteringMap) -> sp.Expr:
-    """Return the model's offset of a joint, and store the lettering; unchanged if symbolic or if its label is wider."""
+def _map_offset(q: sp.Symbol, offset: sp.Expr, is_revolute: bool, lettering: LetteringMap) -> sp.Expr:
+    """Return the model's offset of a joint, and add its label to `lettering`.
+
+    An offset that is zero or symbolic, or whose label is wider than the model's, is returned unchanged.
+    """
     model_offset = _MODEL_ANGLE_OFFSET if is_revolute else _MODEL_LENGTH_OFFSET
     if offset == 0 or not offset.is_number:
         return offset
-    model, arm_letters = joint_lettering(q, model_offset, is_revolute), joint_lettering(q, offset, is_revolute)
-    if lettering_size(arm_letters)[0] > lettering_size(model)[0]:
+    model_letters, arm_letters = joint_lettering(q, model_offset, is_revolute), joint_lettering(q, offset, is_revolute)
+    if lettering_size(arm_letters)[0] > lettering_size(model_letters)[0]:
         return offset
-    lettering[model] = arm_letters
+    lettering[model_letters] = arm_letters
     return model_offset

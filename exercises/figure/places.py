@@ -18,24 +18,31 @@ PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
 EXTRA_DISTANCES = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
 """Possible places of a label: angles from the preferred direction (degrees), and extra distances (pixels)."""
 OVERLAP_COST, OUTSIDE_COST = 400_00, 400_00
-LEADER_COST, AMBIGUOUS_COST, CROSSED_COST = 14_00, 70_00, 120_00
-INK_COST, COSTLY_POINT_COUNT, MORE_INK_COST = 14_00, 10, 1_00
-"""Costs in hundredths, line by line:
+"""Cost of each overlapped label, and cost of a place outside the figure.
 
-* for each overlapped label, and for a place outside the figure;
-* for a leader, extra if it is needed because another thing of the kind is nearer, and extra if it crosses a label or
-  leader (or a label covers a leader);
-* for each of the first 10 covered points of lines, their number, and for each covered point in addition."""
-MIN_DISTANCE_LEAD = 2.0
-"""A label should be nearer to its own thing than to others of the kind by this many pixels."""
+Costs are integers, in hundredths: an extra distance of one pixel costs 1.2, or 120 hundredths.
+"""
+LEADER_COST, AMBIGUOUS_COST, CROSSED_COST = 14_00, 70_00, 120_00
+"""Cost of a leader, and two additional costs.
+
+`AMBIGUOUS_COST` is added if the leader is needed because another object of the same kind is nearer. `CROSSED_COST` is
+added if the leader crosses a label or another leader, or if the label covers another leader.
+"""
+INK_COST, COSTLY_POINT_COUNT, FURTHER_POINT_COST = 14_00, 10, 1_00
+"""Costs of the points of lines that a label covers.
+
+Each point costs `FURTHER_POINT_COST`; each of the first `COSTLY_POINT_COUNT` points also costs `INK_COST`.
+"""
+MIN_DISTANCE_MARGIN = 2.0
+"""By this many pixels, a label should be nearer to the object that it names than to others of the same kind."""
 EDGE_MARGIN = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
-CROSSING_SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
-"""Where a leader is tested for crossing other labels, as shares of its length."""
+CROSSING_FRACTIONS = (0.1, 0.3, 0.5, 0.7, 0.9)
+"""Where a leader is tested for crossing other labels, as fractions of its length."""
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
 """Half the width in pixels of lines of some styles."""
 THIN_HALF_WIDTH, CIRCLE_MARGIN = 2.0, 1.5
-"""Half the width of other lines, with some air, and the air around a circle."""
+"""Half the width of other lines, margin included, and the margin around a circle."""
 
 _CosSin = tuple[float, float]
 """Cosine and sine."""
@@ -51,8 +58,8 @@ LEADER_DISTANCE = 15.0
 class LabelRequest:
     """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
 
-    `kind` is the kind of thing that the label names. `further_points` has more points of that thing; no other label of
-    the kind should be near them. Labels of a lower `rank` are placed earlier.
+    `kind` is the kind of object that the label names. `further_points` are other points of the same object; no other
+    label of the same kind should be near them. Labels of a lower `rank` are placed earlier.
     """
 
     pieces: Lettering
@@ -65,13 +72,13 @@ class LabelRequest:
 
     @property
     def named_points(self) -> tuple[Vector2D, ...]:
-        """The points that the label may name; the label is placed near one of them."""
-        return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
+        """The points of the anchors; the label is placed near one of them."""
+        return tuple(dict.fromkeys(point for point, _ in self.anchors))
 
     def shift(self, vector: Vector2D) -> "LabelRequest":
         """Return the label shifted by a vector."""
-        spots = shift_points(tuple([spot for spot, _ in self.anchors]), vector)
-        anchors = tuple([(spot, direction) for spot, (_, direction) in zip(spots, self.anchors, strict=True)])
+        points = shift_points(tuple([point for point, _ in self.anchors]), vector)
+        anchors = tuple([(point, direction) for point, (_, direction) in zip(points, self.anchors, strict=True)])
         return replace(self, anchors=anchors, further_points=shift_points(self.further_points, vector))
 
     @property
@@ -80,7 +87,7 @@ class LabelRequest:
         return max(LEADER_DISTANCE, self.gap + LEADER_DISTANCE - 3.0)
 
 
-def anchors_around(point: Vector2D, *directions: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
+def make_anchors(point: Vector2D, *directions: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
     """Return anchors at one point with several preferred directions."""
     return tuple((point, direction) for direction in directions)
 
@@ -112,10 +119,10 @@ def sample_points(shapes: Iterable[Shape]) -> np.ndarray:
             points = (*outline.points, outline.points[0]) if outline.closed else outline.points
             pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
     circle_points = np.array(circles, dtype=float).reshape(-1, 3)
-    return np.concatenate([circle_points, _points_along(np.array(pieces).reshape(-1, 5))])
+    return np.concatenate([circle_points, _sample_pieces(np.array(pieces).reshape(-1, 5))])
 
 
-def _points_along(pieces: np.ndarray) -> np.ndarray:
+def _sample_pieces(pieces: np.ndarray) -> np.ndarray:
     """Return points on straight pieces given as x, y, x, y, half width (k x 5), ends included."""
     start, direction, half_width = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
     counts = np.maximum(1, np.ceil(np.hypot(*direction.T) / 4 - 1e-6)).astype(int)
@@ -126,7 +133,7 @@ def _points_along(pieces: np.ndarray) -> np.ndarray:
 
 
 class LeaderLine(InkPoints):
-    """A label's leader among other labels: a straight line with points on it."""
+    """The straight leader line of a label, with points on it, as an obstacle for other labels."""
 
     def __init__(self, shape: Polyline) -> None:
         super().__init__((shape,))
@@ -149,17 +156,17 @@ class LeaderLine(InkPoints):
 
     def crosses(self, start: Vector2D, end: Vector2D) -> bool:
         """Return whether the line crosses another one."""
-        is_separated = _lie_on_both_sides(start, end, self.start, self.end)
-        return is_separated and _lie_on_both_sides(self.start, self.end, start, end)
+        has_ends_on_both_sides = _lie_on_both_sides(start, end, self.start, self.end)
+        return has_ends_on_both_sides and _lie_on_both_sides(self.start, self.end, start, end)
 
 
 def _lie_on_both_sides(start: Vector2D, end: Vector2D, first: Vector2D, second: Vector2D) -> bool:
     """Return whether two points lie clearly on different sides of a line."""
-    first_side, second_side = _side(start, end, first), _side(start, end, second)
+    first_side, second_side = _compute_side(start, end, first), _compute_side(start, end, second)
     return (first_side < 0 < second_side) or (second_side < 0 < first_side)
 
 
-def _side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
+def _compute_side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
     """Return the side of a line on which a point lies, as a sign. Rounded, so that it is the same on every machine."""
     (x0, y0), (x1, y1), (x, y) = start, end, point
     return round(((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) * 1000)
@@ -170,18 +177,19 @@ def _list_places(anchor_count: int) -> tuple[_PlaceEntry, ...]:
     """Return the places around the given number of anchors, the cheapest first."""
     entries: list[_PlaceEntry] = []
     for anchor in range(anchor_count):
-        for further in EXTRA_DISTANCES:
+        for extra_distance in EXTRA_DISTANCES:
             for angle in map(math.radians, PLACE_ANGLES):
-                cost = round(100 * (1.2 * further + 9.0 * abs(angle) + 1.5 * anchor))
-                entries.append((cost, len(entries), anchor, further, (math.cos(angle), math.sin(angle))))
+                cost = round(100 * (1.2 * extra_distance + 9.0 * abs(angle) + 1.5 * anchor))
+                entries.append((cost, len(entries), anchor, extra_distance, (math.cos(angle), math.sin(angle))))
     return tuple(sorted(entries))
 
 
 class _Place:
     """A place for a label, with costs that don't depend on other labels, computed on demand.
 
-    `base_cost` is the cost of the place itself, `cost_with_lines` includes covered lines, `lower_bound` is the known
-    lower bound. `covered_count` (covered points) and `leader_cost` (its cost) are -1 until they are computed.
+    `base_cost` is the cost of the place itself, `cost_with_lines` includes covered lines, `lower_bound` is the
+    lowest total cost that is still possible. `covered_count` (the number of covered points) and `leader_cost` are -1
+    until they are computed.
     """
 
     __slots__ = ("base_cost", "box", "cost_with_lines", "covered_count", "leader_cost", "leader_end", "lower_bound")
@@ -193,39 +201,39 @@ class _Place:
 
 
 class LabelPlaces:
-    """The places of one label; `rivals` are points of other things of the kind."""
+    """The places of one label; `rivals` are points of other objects of the same kind."""
 
     def __init__(self, request: LabelRequest, rivals: Sequence[Vector2D], ink: InkPoints, size: Vector2D) -> None:
         self._gap, self._leader_distance, self._rivals, self._ink = request.gap, request.leader_distance, rivals, ink
         w, h = lettering_size(request.pieces)
         self._half = (w / 2, h / 2)
         self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN
-        self._anchors = [(*point, *_unit_vector(direction)) for point, direction in request.anchors]
+        self._anchors = [(*point, *_normalize(direction)) for point, direction in request.anchors]
         self._named_points = request.named_points
         self._evaluated_places: dict[int, _Place] = {}
         x, y = zip(*self._named_points, strict=True)
-        far = self._gap + EXTRA_DISTANCES[-1] + 2 * w
-        self._bounds_of_places: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
+        max_reach = self._gap + EXTRA_DISTANCES[-1] + 2 * w
+        self._outer_bounds: Box = (min(x) - max_reach, min(y) - max_reach, max(x) + max_reach, max(y) + max_reach)
 
     def find_best(
         self, label_boxes: Sequence[Box], leaders: Sequence[LeaderLine], max_cost: float
     ) -> tuple[Box, float] | None:
-        """Return the cheapest box and its cost among other labels' boxes (`label_boxes`) and leaders (`leaders`).
+        """Return the box and the cost of the cheapest place, given other labels' boxes (`label_boxes`) and `leaders`.
 
         Places are tried by their base cost until no further place can be cheaper. Costs are whole hundredths, and a
         tie goes to the place with the smallest number, on every machine. Returns None if all cost more than `max_cost`.
         """
-        x0, y0, x1, y1 = self._bounds_of_places
+        x0, y0, x1, y1 = self._outer_bounds
         label_boxes = [box for box in label_boxes if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
         padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in label_boxes]
         known_places = self._evaluated_places
         best, least_cost = -1, math.ceil(100 * min(max_cost, 1e9)) + 1
-        for base_cost, number, anchor, further, turn in _list_places(len(self._anchors)):
+        for base_cost, number, anchor, extra_distance, direction in _list_places(len(self._anchors)):
             if base_cost > least_cost or (base_cost == least_cost and number > best):
                 break
             place = known_places.get(number)
             if place is None:
-                place = known_places[number] = self._make_place(base_cost, anchor, further, turn)
+                place = known_places[number] = self._make_place(base_cost, anchor, extra_distance, direction)
             if place.lower_bound > least_cost:
                 continue
             left, top, right, bottom = place.box
@@ -235,42 +243,47 @@ class LabelPlaces:
                     overlap_cost += OVERLAP_COST
             if overlap_cost + place.lower_bound > least_cost:
                 continue
-            cost = overlap_cost + self._cost_with_lines(place, leaders)
+            cost = overlap_cost + self._compute_cost_with_lines(place, leaders)
             if cost <= least_cost:
                 if place.leader_cost < 0:
                     self._evaluate_leader(place)
                 cost += place.leader_cost
-                has_cheap_leader = place.leader_cost and cost <= least_cost
-                if has_cheap_leader and _is_crossed(place.box, place.leader_end, label_boxes, leaders):
+                may_be_best = place.leader_cost and cost <= least_cost
+                if may_be_best and _is_crossed(place.box, place.leader_end, label_boxes, leaders):
                     cost += CROSSED_COST
                 if cost < least_cost or (cost == least_cost and number < best):
                     best, least_cost = number, cost
         return (known_places[best].box, least_cost / 100) if best >= 0 else None
 
     def _make_place(self, base_cost: int, anchor: int, extra_distance: float, direction: _CosSin) -> _Place:
-        """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
-        (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], direction
-        c, s = u * cos - v * sin, v * cos + u * sin
-        horizontal, vertical = abs(c), abs(s)
-        reach = self._gap + extra_distance + (w / horizontal if w * vertical < h * horizontal else h / vertical)
-        x, y = x + c * reach, y + s * reach
-        box = left, top, right, bottom = x - w, y - h, x + w, y + h
+        """Return the place whose box touches a circle around the anchor from outside: its radius is gap + extra_distance."""
+        (half_width, half_height), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], direction
+        dx, dy = u * cos - v * sin, v * cos + u * sin
+        horizontal, vertical = abs(dx), abs(dy)
+        box_reach = (
+            half_width / horizontal if half_width * vertical < half_height * horizontal else half_height / vertical
+        )
+        reach = self._gap + extra_distance + box_reach
+        x, y = x + dx * reach, y + dy * reach
+        box = left, top, right, bottom = x - half_width, y - half_height, x + half_width, y + half_height
         is_inside = left >= EDGE_MARGIN and top >= EDGE_MARGIN and right <= self._right and bottom <= self._bottom
         return _Place(box, base_cost if is_inside else base_cost + OUTSIDE_COST)
 
-    def _cost_with_lines(self, place: _Place, leaders: Sequence[LeaderLine]) -> int:
+    def _compute_cost_with_lines(self, place: _Place, leaders: Sequence[LeaderLine]) -> int:
         """Return the cost of a place with the lines that it covers, including other labels' leaders."""
         if place.covered_count < 0:
             place.covered_count = self._ink.count_covered(place.box)
-            place.lower_bound = place.cost_with_lines = place.base_cost + _ink_cost(place.covered_count)
+            place.lower_bound = place.cost_with_lines = place.base_cost + _compute_ink_cost(place.covered_count)
         near = [line for line in leaders if line.is_near(place.box)] if leaders else leaders
         if not near:
             return place.cost_with_lines
-        cost = place.base_cost + _ink_cost(place.covered_count + sum(line.count_covered(place.box) for line in near))
+        cost = place.base_cost + _compute_ink_cost(
+            place.covered_count + sum(line.count_covered(place.box) for line in near)
+        )
         return cost + CROSSED_COST * any(line.is_covered_by(place.box) for line in near)
 
     def _evaluate_leader(self, place: _Place) -> None:
-        """Determine whether a place needs a leader, its end, and its cost apart from other labels."""
+        """Find out whether a place needs a leader; store the leader's end and its cost, not counting crossings."""
         distance, place.leader_end = self.find_nearest_point(place.box)
         if self._is_ambiguous(place.box, distance):
             place.leader_cost = LEADER_COST + AMBIGUOUS_COST
@@ -279,24 +292,24 @@ class LabelPlaces:
         place.lower_bound += place.leader_cost
 
     def find_nearest_point(self, box: Box) -> tuple[float, Vector2D]:
-        """Return the distance of a box from the thing that the label names, and the nearest point of that thing."""
-        gaps = [_distance_to_box(box, spot) for spot in self._named_points]
+        """Return the distance of a box from the object that the label names, and the nearest point of that object."""
+        gaps = [_compute_distance(box, point) for point in self._named_points]
         distance = min(gaps)
         return distance, self._named_points[gaps.index(distance)]
 
     def _is_ambiguous(self, box: Box, distance: float) -> bool:
-        """Return whether another thing of the kind is not clearly further away than the label's own thing."""
-        for rival in _points_near(box, self._rivals, distance + MIN_DISTANCE_LEAD):
-            gap = _distance_to_box(box, rival)
-            if distance > gap - MIN_DISTANCE_LEAD and (gap < self._leader_distance or self._is_near_any_place(rival)):
+        """Return whether another object of the same kind is nearly as close as the object that the label names."""
+        for rival in _select_near_points(box, self._rivals, distance + MIN_DISTANCE_MARGIN):
+            gap = _compute_distance(box, rival)
+            if distance > gap - MIN_DISTANCE_MARGIN and (gap < self._leader_distance or self._is_near_any_place(rival)):
                 return True
         return False
 
     def _is_near_any_place(self, rival: Vector2D) -> bool:
         """Return whether a point is near any possible place; a point far from all of them causes no confusion."""
-        (x, y), far = rival, self._leader_distance
+        (x, y), max_distance = rival, self._leader_distance
         left, top, right, bottom = self._bounding_box
-        return left - far < x < right + far and top - far < y < bottom + far
+        return left - max_distance < x < right + max_distance and top - max_distance < y < bottom + max_distance
 
     @cached_property
     def _bounding_box(self) -> Box:
@@ -306,24 +319,26 @@ class LabelPlaces:
         return min(left), min(top), max(right), max(bottom)
 
     def needs_leader(self, box: Box) -> bool:
-        """Return whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
+        """Return whether a label in a box is far from its object, or nearer to another object of the same kind."""
         distance, _ = self.find_nearest_point(box)
-        near_rivals = _points_near(box, self._rivals, distance)
-        return distance > self._leader_distance or any(_distance_to_box(box, rival) < distance for rival in near_rivals)
+        near_rivals = _select_near_points(box, self._rivals, distance)
+        return distance > self._leader_distance or any(
+            _compute_distance(box, rival) < distance for rival in near_rivals
+        )
 
 
-def _unit_vector(direction: Vector2D) -> Vector2D:
+def _normalize(direction: Vector2D) -> Vector2D:
     """Return the unit vector along a direction; (1, 0) for the zero vector of a link that is seen end-on."""
     angle = math.atan2(direction[1], direction[0])
     return math.cos(angle), math.sin(angle)
 
 
-def _ink_cost(covered_count: int) -> int:
+def _compute_ink_cost(covered_count: int) -> int:
     """Return the cost of covering a number of points of lines."""
-    return INK_COST * min(covered_count, COSTLY_POINT_COUNT) + MORE_INK_COST * covered_count
+    return INK_COST * min(covered_count, COSTLY_POINT_COUNT) + FURTHER_POINT_COST * covered_count
 
 
-def _distance_to_box(box: Box, point: Vector2D) -> float:
+def _compute_distance(box: Box, point: Vector2D) -> float:
     """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
     left, top, right, bottom = box
     x, y = point
@@ -332,7 +347,7 @@ def _distance_to_box(box: Box, point: Vector2D) -> float:
     return round((math.hypot(horizontal, vertical) if horizontal and vertical else horizontal + vertical) * 1000) / 1000
 
 
-def _points_near(box: Box, points: Sequence[Vector2D], max_distance: float) -> list[Vector2D]:
+def _select_near_points(box: Box, points: Sequence[Vector2D], max_distance: float) -> list[Vector2D]:
     """Return the points that may be less than `max_distance` away from a box."""
     reach = max_distance + 0.01
     left, top, right, bottom = box[0] - reach, box[1] - reach, box[2] + reach, box[3] + reach
@@ -346,7 +361,7 @@ def _is_crossed(box: Box, point: Vector2D, label_boxes: Sequence[Box], leaders: 
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
     for left, top, right, bottom in label_boxes:
         if left < x1 and right > x0 and top < y1 and bottom > y0:
-            for share in CROSSING_SHARES:
+            for share in CROSSING_FRACTIONS:
                 if left < x + share * (u - x) < right and top < y + share * (v - y) < bottom:
                     return True
     return any(line.crosses((x, y), point) for line in leaders)

@@ -8,7 +8,7 @@ from qdot.exercises.formula.algebra import ZERO
 from qdot.exercises.formula.trees import Node, fold
 
 MAX_NOISE = 1e-12
-"""A term with a smaller coefficient is a rounding error, regardless of its number of digits and of other terms."""
+"""A term with a smaller coefficient is a rounding error, even if it has many digits or other terms are small."""
 
 BOUNDED_FUNCTIONS = ("sin", "cos")
 """Functions whose values are of the order of 1 for every argument."""
@@ -41,26 +41,26 @@ def remove_noise(tree: Node) -> Node:
 
 
 def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
-    """Return a node, as a term, from the terms of its arguments without noise."""
+    """Return the term of a node, given the terms of its arguments; remove noise from them unless they are factors."""
     if node.kind in ("number", "decimal"):
-        value = _number_or_nan(lambda: float(node.value))
+        value = _compute_or_nan(lambda: float(node.value))
         return _Term(node, abs(value), value)
-    is_product = node.kind in ("neg", "*", "/", "^")
-    tree = node.with_args([arg.tree if is_product else arg.without_noise for arg in args])
+    is_multiplicative = node.kind in ("neg", "*", "/", "^")
+    tree = node.with_args([arg.tree if is_multiplicative else arg.without_noise for arg in args])
     values = [arg.value for arg in args if arg.value is not None]
     if len(values) == len(args) and node.kind in _OPERATIONS:
-        value = _number_or_nan(lambda: _OPERATIONS[node.kind](values))
+        value = _compute_or_nan(lambda: _OPERATIONS[node.kind](values))
         return _Term(tree, abs(value), value)
-    return _Term(tree, _coefficient_size(node, args) if args else 1.0)
+    return _Term(tree, _estimate_coefficient(node, args) if args else 1.0)
 
 
-def _coefficient_size(node: Node, args: Sequence[_Term]) -> float:
+def _estimate_coefficient(node: Node, args: Sequence[_Term]) -> float:
     """Return the size of the coefficient of a tree that contains names."""
     sizes = [arg.coefficient_size for arg in args]
     if node.kind in ("*", "/"):
-        return _number_or_nan(lambda: _OPERATIONS[node.kind](sizes))
+        return _compute_or_nan(lambda: _OPERATIONS[node.kind](sizes))
     if node.kind == "^" and (exponent := args[1].value) is not None:
-        return _number_or_nan(lambda: float(sizes[0] ** exponent))
+        return _compute_or_nan(lambda: float(sizes[0] ** exponent))
     if node.kind in ("+", "-", "neg"):
         return nan if any(map(isnan, sizes)) else max(sizes)
     return 1.0 if node.kind == "call" and node.value in BOUNDED_FUNCTIONS else nan
@@ -72,7 +72,7 @@ _OPERATIONS: dict[str, Callable[[list[float]], float]] = {
 }  # fmt: skip
 
 
-def _number_or_nan(compute: Callable[[], float]) -> float:
+def _compute_or_nan(compute: Callable[[], float]) -> float:
     """Return the result of a computation, or nan if it is undefined or too large."""
     try:
         return compute()

@@ -1,10 +1,10 @@
 """Questions on arms described by their axes: screws, pose by exponentials, Jacobians and twists in {s} and {b}.
 
-The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order of the arm. The
-home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The space
-frame {s} is the world frame. The body frame {b} moves with the last link, has its origin in P, and is parallel to {s}
-at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian describes the same
-motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
+The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order that the arm sets.
+The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The
+space frame {s} is the world frame. The body frame {b} moves with the last link, has its origin at the task point P, and
+is parallel to {s} at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian
+describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -132,22 +132,22 @@ def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
-def _derive_moved_screws(generic: Chain) -> tuple[Screw, ...]:
+def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of a structure's joints, moved by the joints before them."""
-    frames, columns = frames_and_point(generic)[0], []
-    for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
+    frames, moved_screws = frames_and_point(symbolic_chain)[0], []
+    for number, (joint, frame) in enumerate(zip(symbolic_chain.joints, frames, strict=False), 1):
         z, origin = textbook_matrix(frame.rotation[:, 2]), textbook_matrix(frame.origin)
         column = z.col_join(textbook_matrix(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
-        columns.append(Screw(number, joint.kind, z, origin, column))
-    return tuple(columns)
+        moved_screws.append(Screw(number, joint.kind, z, origin, column))
+    return tuple(moved_screws)
 
 
 def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
-    fill, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
+    substitute, home = derive(chain).substitute_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     moved_screws = []
     for joint, axis in zip(_derive_moved_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
-        direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
+        direction, point, screw = map(substitute, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # shift the points along their axes to the given points
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + distance * direction).applyfunc(remove_brackets)
@@ -160,47 +160,47 @@ def derive_space_jacobian(chain: Chain) -> sp.Matrix:
 
     v is the velocity of the point of the last link (extended) that is at the origin of {s}.
     """
-    fill = derive(chain).substitute_matrix
-    return sp.Matrix.hstack(*(fill(screw.screw) for screw in _derive_moved_screws(structure(chain).chain)))
+    substitute = derive(chain).substitute_matrix
+    return sp.Matrix.hstack(*(substitute(screw.screw) for screw in _derive_moved_screws(structure(chain).chain)))
 
 
 # --- the body frame ---
 
 
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
-    """Return the structure's joint values at home, which are the joint offsets.
+    """Return the values of the structure's joint variables when the arm is at home: the arm's joint offsets.
 
     An angle that is not a multiple of pi/2 becomes a symbol.
     """
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
-        is_exact = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
-        home[q] = offset if is_exact else sp.Symbol(f"home_{q.name}")
+        stays_numeric = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
+        home[q] = offset if stays_numeric else sp.Symbol(f"home_{q.name}")
     return home
 
 
 @lru_cache(maxsize=1024)
-def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
-    """Return R_sb, the body Jacobian and [P] R_sb of a structure with the joint values `home` at home."""
-    frames, point = frames_and_point(generic)
+def _derive_body_matrices(symbolic_chain: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
+    """Return R_sb, the body Jacobian and [P] R_sb of a structure; `home` has the joint values at home."""
+    frames, point = frames_and_point(symbolic_chain)
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = textbook_matrix(last_rotation * home_rotation.T)
     columns = []
-    for joint, frame in zip(generic.joints, frames, strict=False):
+    for joint, frame in zip(symbolic_chain.joints, frames, strict=False):
         # Simplify in the coordinates of the last frame, then change to those of {b}.
         z = home_rotation * textbook_matrix(last_rotation.T * frame.rotation[:, 2])
-        arm = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
-        linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
+        lever = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
+        linear, angular = (z.cross(lever), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
-    point_times_rotation = textbook_matrix(make_cross_product_matrix(point) * rotation)
-    return rotation, textbook_matrix(sp.Matrix.hstack(*columns)), point_times_rotation
+    position_cross_rotation = textbook_matrix(make_cross_product_matrix(point) * rotation)
+    return rotation, textbook_matrix(sp.Matrix.hstack(*columns)), position_cross_rotation
 
 
 def _has_oblique_angles(chain: Chain) -> bool:
     """Return whether the arm has oblique angles.
 
-    These are link twists that are symbols in its structure, and joint offsets that are not rational multiples of pi. If
-    they were symbols, short numeric results would become thousands of terms.
+    These are link twists that are symbols in its structure, and joint offsets that are not rational multiples of pi.
+    With a symbol for each such angle, short numeric results would become thousands of terms.
     """
     has_oblique_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
     revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
@@ -221,10 +221,10 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     joint occur at most once in each product.
     """
     axes, home_point = axes_of(chain)
-    own_axis = axes[index]
-    omega, v = own_axis.direction, own_axis.direction.cross(home_point - own_axis.point)
-    if own_axis.kind == "P":
-        omega, v = sp.zeros(3, 1), own_axis.direction
+    joint_axis = axes[index]
+    omega, v = joint_axis.direction, joint_axis.direction.cross(home_point - joint_axis.point)
+    if joint_axis.kind == "P":
+        omega, v = sp.zeros(3, 1), joint_axis.direction
     for axis, q in zip(axes[index + 1 :], chain.q[index + 1 :], strict=True):
         if axis.kind == "P":
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
@@ -244,35 +244,37 @@ def _derive_body_by_exponentials(chain: Chain) -> tuple[sp.Matrix, ...]:
         inverse_rotation = rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, number) for number in range(chain.n)))
     rotation = inverse_rotation.T.applyfunc(remove_brackets)
-    point_times_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
-    return rotation, jacobian.applyfunc(remove_brackets), point_times_rotation
+    position_cross_rotation = (make_cross_product_matrix(derive(chain).position) * rotation).applyfunc(sp.expand)
+    return rotation, jacobian.applyfunc(remove_brackets), position_cross_rotation
 
 
-def _derive_body(chain: Chain) -> tuple[sp.Matrix, ...]:
+def _derive_body_kinematics(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return R_sb (3 x 3), the body Jacobian (6 x n) and [P] R_sb (3 x 3)."""
     return _derive_body_by_exponentials(chain) if _has_oblique_angles(chain) else _derive_body_from_structure(chain)
 
 
 def _derive_body_from_structure(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
-    generic, home = structure(chain).chain, _find_home_offsets(chain)
+    symbolic_chain, home = structure(chain).chain, _find_home_offsets(chain)
     home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
-    fill = derive(chain).substitute_values
+    substitute = derive(chain).substitute_values
 
-    def fill_entry(entry: sp.Expr) -> sp.Expr:
-        return remove_brackets(fill(entry).xreplace(home_values))
+    def substitute_entry(entry: sp.Expr) -> sp.Expr:
+        return remove_brackets(substitute(entry).xreplace(home_values))
 
-    return tuple(matrix.applyfunc(fill_entry) for matrix in _derive_body_matrices(generic, tuple(home.items())))
+    return tuple(
+        matrix.applyfunc(substitute_entry) for matrix in _derive_body_matrices(symbolic_chain, tuple(home.items()))
+    )
 
 
 def derive_body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
-    return _derive_body(chain)[0]
+    return _derive_body_kinematics(chain)[0]
 
 
 def derive_body_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_b, 6 x n, for the twist (omega, v) of the last link in {b}: v is the velocity of P."""
-    return _derive_body(chain)[1]
+    return _derive_body_kinematics(chain)[1]
 
 
 def derive_body_pose(chain: Chain) -> sp.Matrix:
@@ -283,27 +285,27 @@ def derive_body_pose(chain: Chain) -> sp.Matrix:
 
 def derive_body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6, which maps a twist (omega, v) in {b} to the same twist in {s}."""
-    rotation, _, point_times_rotation = _derive_body(chain)
-    return rotation.row_join(sp.zeros(3)).col_join(point_times_rotation.row_join(rotation))
+    rotation, _, position_cross_rotation = _derive_body_kinematics(chain)
+    return rotation.row_join(sp.zeros(3)).col_join(position_cross_rotation.row_join(rotation))
 
 
 # --- questions ---
 
 
-def _describe_body(chain: Chain, rng: Stream) -> BodyFrameDetails:
+def _make_body_details(chain: Chain, rng: Stream) -> BodyFrameDetails:
     return BodyFrameDetails(rotation=derive_body_rotation(chain), place=derive(chain).position)
 
 
-def _describe_body_and_space(chain: Chain, rng: Stream) -> BodyFrameDetails:
-    return replace(_describe_body(chain, rng), space=derive_space_jacobian(chain))
+def _make_body_and_space_details(chain: Chain, rng: Stream) -> BodyFrameDetails:
+    return replace(_make_body_details(chain, rng), space=derive_space_jacobian(chain))
 
 
-def _describe_space(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
+def _make_space_details(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
     return SpaceJacobianDetails(carried=list_moved_screws(chain))
 
 
-def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Sample a configuration and joint rates for which the twist in {b} is not zero."""
+def _sample_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Return a twist in {s}, and details with the same twist in {b}, which is not zero; None if no sample has one."""
     for _ in range(MAX_SAMPLES):
         configuration = Configuration(inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
@@ -313,31 +315,31 @@ def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             adjoint = derive_body_adjoint(chain).xreplace(configuration.values)
             space_twist = convention_of(chain).reorder_twists(adjoint * twist)
             numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
-            floor = 0.001 * max(abs(float(value)) for value in numbers)
-            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_rows(chain))
+            absolute_tolerance = 0.001 * max(abs(float(value)) for value in numbers)
+            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_row_names(chain))
             details = NumericTwistDetails(place=configuration, rates=rates, twist=twist)
-            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, floor), details
+            return Number(sp.Matrix(numbers), units, THREE_DIGIT_TOLERANCE, absolute_tolerance), details
     return None
 
 
 def _derive_changed_twist(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, NumericTwistDetails)
     twist = np.stack([w.arithmetic.constant(value) for value in details.twist])
-    return np.asarray(apply_matrix(w["body adjoint"], twist)[_order_twist(w.chain)])
+    return np.asarray(apply_matrix(w["body adjoint"], twist)[_get_twist_row_order(w.chain)])
 
 
-def _order_twist(chain: Chain) -> Sequence[int]:
+def _get_twist_row_order(chain: Chain) -> Sequence[int]:
     return convention_of(chain).twist_row_order
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
     """Return an adjoint, (6, 6, …), reordered from (omega, v) to the arm's order of twists, or back."""
-    return np.asarray(adjoint[_order_twist(chain)][:, _order_twist(chain)])
+    return np.asarray(adjoint[_get_twist_row_order(chain)][:, _get_twist_row_order(chain)])
 
 
-def _object_to_body(chain: Chain) -> str | None:
+def _find_body_objection(chain: Chain) -> str | None:
     moves_with_last_link = chain.point.frame == chain.n
-    return None if moves_with_last_link else "its point P does not move with the last link, as the body frame does"
+    return None if moves_with_last_link else "its point P is not fixed to the last link, unlike the body frame"
 
 
 @lru_cache(maxsize=4096)
@@ -351,19 +353,19 @@ def _make_size_objection(
     return base.make_size_objection(description, MAX_JOINTS, lambda chain: _count_terms(chain, derive_result))
 
 
-_OBJECT_TO_POSE = _make_size_objection("the product of the exponentials of {n} joints", derive_body_pose)
-_OBJECT_TO_BODY_JACOBIAN = _make_size_objection("the body Jacobian of {n} joints", derive_body_jacobian)
+_find_pose_size_objection = _make_size_objection("the product of the exponentials of {n} joints", derive_body_pose)
+_find_body_jacobian_size_objection = _make_size_objection("the body Jacobian of {n} joints", derive_body_jacobian)
 
 
-def _object_to_space(chain: Chain) -> str | None:
+def _find_space_size_objection(chain: Chain) -> str | None:
     return base.object_to_term_count(_count_terms(chain, derive_space_jacobian))
 
 
 def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
-    return base.name_velocity_components(_list_rows(chain))
+    return base.name_velocity_components(_list_row_names(chain))
 
 
-def _list_rows(chain: Chain) -> Sequence[str]:
+def _list_row_names(chain: Chain) -> Sequence[str]:
     return convention_of(chain).velocity_names
 
 
@@ -376,50 +378,53 @@ _SCREW_STAGES: TextbookStages = {
 }
 
 _make_screw_question = partial(Question, source=SCREWS_SOURCE, required_feature=SCREWS, textbook_stages=_SCREW_STAGES)
-_make_body_question = partial(_make_screw_question, objection=_object_to_body)
+_make_body_question = partial(_make_screw_question, objection=_find_body_objection)
 
 QUESTIONS = (
     _make_screw_question(
-        "home-screws", "Screw axes at home", stage="home screws", row_order=_order_twist,
+        "home-screws", "Screw axes at home", stage="home screws", row_order=_get_twist_row_order,
         make_details=lambda chain, _: HomeScrewDetails(screws=list_home_screws(chain)),
-        row_and_column_labels=lambda chain: (_list_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
+        row_and_column_labels=lambda chain: (_list_row_names(chain), [f"S_{{{i}}}" for i in range(1, chain.n + 1)]),
     ),
     _make_body_question(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
         formula=lambda w, _: assemble_transform(w["body rotation"], w["point"]),
         substitution=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
-        make_details=_describe_body, too_long=_OBJECT_TO_POSE, constant_last_row=("0", "0", "0", "1"),
+        make_details=_make_body_details, too_long=_find_pose_size_objection, constant_last_row=("0", "0", "0", "1"),
     ),
     _make_body_question(
         "body-adjoint", "Adjoint of the body frame", points=2.0, needs=("body-pose",),
         formula=lambda w, _: _order_adjoint(w.chain, w["body adjoint"]),
         substitution=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
-        make_details=_describe_body, row_and_column_labels=lambda chain: (_list_rows(chain), _list_rows(chain)),
+        make_details=_make_body_details,
+        row_and_column_labels=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
         too_long=_make_size_objection("the adjoint of the pose of {n} joints", derive_body_adjoint),
     ),
     _make_body_question(
         "changed-twist", "Body twist in space-frame coordinates", needs=("body-adjoint",),
-        sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist, too_long=_OBJECT_TO_POSE,
+        sample=_sample_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist,
+        too_long=_find_pose_size_objection,
         source_questions=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
-        "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_order_twist,
-        make_details=_describe_space, too_long=_object_to_space,
-        row_and_column_labels=base.make_jacobian_labels(_list_rows),
+        "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_get_twist_row_order,
+        make_details=_make_space_details, too_long=_find_space_size_objection,
+        row_and_column_labels=base.make_jacobian_labels(_list_row_names),
     ),
     _make_body_question(
         "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
-        stage="body jacobian", row_order=_order_twist, make_details=_describe_body_and_space,
-        row_and_column_labels=base.make_jacobian_labels(_list_rows), too_long=_OBJECT_TO_BODY_JACOBIAN,
+        stage="body jacobian", row_order=_get_twist_row_order, make_details=_make_body_and_space_details,
+        row_and_column_labels=base.make_jacobian_labels(_list_row_names), too_long=_find_body_jacobian_size_objection,
     ),
     _make_screw_question(
         "space-twist", "Twist in the space frame", needs=("space-jacobian",),
-        formula=base.make_rate_product_formula("space jacobian", _order_twist), make_details=_describe_space,
-        entry_names=_name_twist, too_long=_object_to_space,
+        formula=base.make_rate_product_formula("space jacobian", _get_twist_row_order),
+        make_details=_make_space_details, entry_names=_name_twist, too_long=_find_space_size_objection,
     ),
     _make_body_question(
         "body-twist", "Twist in the body frame", needs=("body-jacobian",),
-        formula=base.make_rate_product_formula("body jacobian", _order_twist), make_details=_describe_body_and_space,
-        entry_names=_name_twist, too_long=_OBJECT_TO_BODY_JACOBIAN,
+        formula=base.make_rate_product_formula("body jacobian", _get_twist_row_order),
+        make_details=_make_body_and_space_details, entry_names=_name_twist,
+        too_long=_find_body_jacobian_size_objection,
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The definition of a short question, which applies to an arm if sampling finds something to ask that makes sense."""
+"""The definition of a short question. It applies to an arm if a sensible question about the arm can be sampled."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,7 +18,7 @@ class ShortQuestion(Question):
     It applies to an arm only if that question does.
 
     `objection_if_nothing_found` is the objection if sampling finds nothing to ask. This is determined once for all arms
-    of a structure. If an arm's own numbers leave nothing to ask, `generate` samples another arm.
+    of a structure. If nothing can be asked about an arm's own numbers, `generate` samples another arm.
     """
 
     base_question: str = ""
@@ -30,21 +30,25 @@ class ShortQuestion(Question):
         try:
             return super().ask(chain, rng)
         except RuntimeError:
-            answer_and_details = _find(self, chain)
+            answer_and_details = _sample_from_fixed_stream(self, chain)
             if answer_and_details is None:
                 raise
             return answer_and_details
 
     def find_arm_objection(self, chain: Chain) -> str | None:
-        """Return why the question makes no sense for an arm or finds nothing to ask, or None."""
+        """Return why the question can't be asked about an arm; None if it can."""
         if objection := QUESTIONS[self.base_question].find_objection(chain) or self.objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
         arms = (chain, structure(chain).chain) if self.required_feature == SCREWS else (structure(chain).chain,)
-        return self.objection_if_nothing_found if any(_find(self, arm) is None for arm in arms) else None
+        return (
+            self.objection_if_nothing_found
+            if any(_sample_from_fixed_stream(self, arm) is None for arm in arms)
+            else None
+        )
 
 
 @lru_cache(maxsize=20_000)
-def _find(question: ShortQuestion, chain: Chain) -> AnswerAndDetails | None:
+def _sample_from_fixed_stream(question: ShortQuestion, chain: Chain) -> AnswerAndDetails | None:
     assert question.sample is not None, question.name
     return question.sample(chain, Stream(f"quiz/{question.name}"))

@@ -125,7 +125,7 @@ def solutions_record(problem: Problem) -> Json:
 
 def html_with_latex(text: str) -> str:
     """Return Markdown as HTML, with formulas left as LaTeX."""
-    return to_html(text, _latex_element, keep_punctuation=True)
+    return to_html(text, _latex_element, join_punctuation=True)
 
 
 def _latex_element(latex: str, block: bool) -> str:

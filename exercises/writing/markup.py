@@ -16,25 +16,25 @@ from typing import TYPE_CHECKING
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.formula.printers.latex import latex_text as latex_of
+from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import terminal_width, unicode_math
 from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
 
-if TYPE_CHECKING:  # imported only when a text is parsed: grading a class uses cached HTML
+if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
     from markdown_it.tree import SyntaxTreeNode
 
 TERMINAL_WIDTH = 100
-SCREEN_WIDTH, PAPER_WIDTH = 44.0, 38.0
+HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `fit`): in HTML (for a page of 900 pixels and for A4 print), and in LaTeX."""
 _FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
 """Matches a formula, or code, in which a dollar sign has no special meaning."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
-"""The fixed markup of tokens in LaTeX and in Typst, and LaTeX's special characters."""
+"""For LaTeX and for Typst: the markup of the token types that need no function. Also LaTeX's special characters."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
-"""Matches the placeholder of a formula, which has the formula's number, while the text around it is parsed."""
+"""Matches a placeholder: it contains a formula's number and replaces the formula while Markdown is parsed."""
 _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
 """Matches a formula with adjacent punctuation, which must stay on its line: browsers would break between them."""
 
@@ -44,18 +44,18 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
     formulas: list[tuple[str, bool]] = []
 
     def insert_placeholder(match: re.Match[str]) -> str:
-        block = match.group(1) is not None
+        is_displayed = match.group(1) is not None
         latex = match.group(1) or match.group(2)
         if latex is None:
             return match[0]
-        formulas.append((" ".join(latex.split()), block))
+        formulas.append((" ".join(latex.split()), is_displayed))
         return f"\ue000{len(formulas) - 1}\ue001"
 
-    return _parser().parse(_FORMULA_OR_CODE.sub(insert_placeholder, text)), formulas
+    return _get_parser().parse(_FORMULA_OR_CODE.sub(insert_placeholder, text)), formulas
 
 
 @cache
-def _parser() -> "MarkdownIt":
+def _get_parser() -> "MarkdownIt":
     """Return the parser, created only once: creating it takes longer than parsing a text."""
     from markdown_it import MarkdownIt
 
@@ -67,41 +67,45 @@ ConvertFormula = Callable[[str, bool], str]
 
 
 def to_html(
-    text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, keep_punctuation: bool = False
+    text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, join_punctuation: bool = False
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
     `width_share` is the fraction of a page's width that the text may take. `convert_formula` converts formulas to
     something other than MathML. Inline MathML is put in a span of class "whole" with the adjacent punctuation; pages do
-    not break it. If `keep_punctuation`, so are other inline formulas.
+    not break it. If `join_punctuation` is true, other inline formulas are put in such a span, too.
     """
     tokens, formulas = parse_markdown(text)
-    parser = _parser()
+    parser = _get_parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
-    convert = convert_formula or partial(_mathml, max_width=width_share * SCREEN_WIDTH)
-    may_be_whole = convert_formula is None or keep_punctuation
+    convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
+    may_be_unbreakable = convert_formula is None or join_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
-        latex, block = formulas[int(number)]
-        html = f"{prefix}{convert(latex, block)}{suffix}"
-        is_whole = may_be_whole and (prefix or suffix) and not block and len(_split_equations(latex)) == 1
-        return f'<span class="whole">{html}</span>' if is_whole else html
+        latex, is_displayed = formulas[int(number)]
+        html = f"{prefix}{convert(latex, is_displayed)}{suffix}"
+        is_unbreakable = (
+            may_be_unbreakable and (prefix or suffix) and not is_displayed and len(_split_equations(latex)) == 1
+        )
+        return f'<span class="whole">{html}</span>' if is_unbreakable else html
 
     return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
 
 
 @lru_cache(maxsize=512)
-def _mathml(latex: str, is_displayed: bool, max_width: float) -> str:
+def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
-        return "".join(mathml_text(parse_latex(equation)) + sign for equation, sign in _split_equations(latex))
-    fitted = fit_formula(parse_latex(latex), max_width)
-    return mathml_text(fitted, True, min(100, int(100 * max_width / formula_width(fitted))))
+        return "".join(
+            mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
+        )
+    fitted_layout = fit_formula(parse_latex(latex), max_width)
+    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / formula_width(fitted_layout))))
 
 
 MIN_SPLIT_EQUATIONS = 3
-"""Minimum number of equations in an inline list that becomes separate formulas, so that browsers can break lines."""
+"""An inline list of at least this many equations is split, so that browsers can break lines between its formulas."""
 
 
 def _split_equations(latex: str) -> list[tuple[str, str]]:
@@ -123,22 +127,22 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
 
 def fit_latex(latex: str, max_width: float) -> str:
     """Return a displayed formula, broken into lines only if it is wider than `max_width` (em)."""
-    laid_out = parse_latex(latex)
-    fitted = fit_formula(laid_out, max_width)
-    return latex if fitted is laid_out else latex_of(fitted)
+    layout = parse_latex(latex)
+    fitted_layout = fit_formula(layout, max_width)
+    return latex if fitted_layout is layout else latex_text(fitted_layout)
 
 
 def to_html_for_mathjax(text: str) -> str:
     r"""Return HTML for platforms that typeset formulas themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
 
     Tables have the classes that make the themes of Moodle and PrairieLearn show lines and padding. In a window
-    narrower than a table, only the table scrolls sideways, with all elements placed in it.
+    narrower than a table, only the table scrolls sideways; absolutely positioned elements in it scroll with it.
     """
 
     def convert_formula(latex: str, is_displayed: bool) -> str:
         if is_displayed:
-            return rf"\[{escape(fit_latex(latex, SCREEN_WIDTH), quote=False)}\]"
-        return "".join(rf"\({escape(part, quote=False)}\)" + sign for part, sign in _split_equations(latex))
+            return rf"\[{escape(fit_latex(latex, HTML_WIDTH), quote=False)}\]"
+        return "".join(rf"\({escape(part, quote=False)}\)" + separator for part, separator in _split_equations(latex))
 
     page = to_html(text, convert_formula).replace("</table>", "</table></div>")
     table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
@@ -170,11 +174,11 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
     `width_share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
-    room = width_share * PAPER_WIDTH
+    room = width_share * LATEX_WIDTH
 
     def convert_formula(match: re.Match[str]) -> str:
-        latex, block = formulas[int(match.group(1))]
-        if block:
+        latex, is_displayed = formulas[int(match.group(1))]
+        if is_displayed:
             return _write_display(latex, room) + match.group(2)
         if is_too_wide_inline(parse_latex(latex), room):
             return _write_display(latex, room, match.group(2))
@@ -202,11 +206,11 @@ def has_tall_formula(text: str, formulas: Sequence[tuple[str, bool]]) -> bool:
 def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     """Return a displayed formula that fits into `max_width` (em), followed by `punctuation`."""
     fitted = fit_latex(latex, max_width)
-    laid_out = parse_latex(fitted)
-    if _has_many_lines(laid_out):
+    layout = parse_latex(fitted)
+    if _has_many_lines(layout):
         rows = fitted.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
-    if formula_width(laid_out) <= max_width:
+    if formula_width(layout) <= max_width:
         return f"\\[\n{fitted}{punctuation}\n\\]"
     return f"\\[\n{_SHRINK_TO_LINE}\n$\\displaystyle {fitted}{punctuation}$}}\n\\]"  # widths are only estimated
 
@@ -267,9 +271,9 @@ def to_text(text: str) -> str:
     tokens, formulas = parse_markdown(text)
 
     def convert_formula(match: re.Match[str]) -> str:
-        latex, block = formulas[int(match.group(1))]
+        latex, is_displayed = formulas[int(match.group(1))]
         formula_text = unicode_math(parse_latex(latex))
-        return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if block else formula_text.strip()
+        return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if is_displayed else formula_text.strip()
 
     def convert_inline(inline: "SyntaxTreeNode") -> str:
         breaks = {"softbreak": " ", "hardbreak": "\n"}
@@ -277,11 +281,13 @@ def to_text(text: str) -> str:
         markdown = "".join(breaks.get(child.type, child.content) for child in children or [])
         return PLACEHOLDER_PATTERN.sub(convert_formula, markdown)
 
-    blocks = _text_blocks(SyntaxTreeNode(tokens), convert_inline, TERMINAL_WIDTH)
+    blocks = _write_text_blocks(SyntaxTreeNode(tokens), convert_inline, TERMINAL_WIDTH)
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"
 
 
-def _text_blocks(node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNode], str]", width: int) -> list[str]:
+def _write_text_blocks(
+    node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNode], str]", width: int
+) -> list[str]:
     """Return the headings, paragraphs, tables and lists inside a node as text."""
     blocks: list[str] = []
     for child in node.children:
@@ -298,7 +304,7 @@ def _text_blocks(node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNo
             items = []
             for item in child.children:
                 marker = f"  {item.info}. " if item.info else "  • "
-                content = separator.join(_text_blocks(item, convert_inline, width - len(marker)))
+                content = separator.join(_write_text_blocks(item, convert_inline, width - len(marker)))
                 content = textwrap.indent(content, " " * len(marker))
                 items.append(marker + content[len(marker) :])
             blocks.append(separator.join(items))

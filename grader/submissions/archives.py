@@ -1,7 +1,7 @@
-"""List and read the files in untrusted zip and tar archives, and unpack a class's download, all within limits.
+"""List, read and unpack the files in untrusted zip and tar archives, within limits.
 
-No file is written to the path that its name in an archive states, except by `unpack_temporarily`, which writes it
-below a temporary folder. Archives inside archives are not opened.
+No file is written to the path given in an archive, except by `unpack_temporarily`, which writes it below a temporary
+folder. Archives inside archives are not opened.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverL
 MAX_FILES = 10_000
 """Maximum number of files in an archive that a student submits."""
 
-MAX_CLASS_BYTES, MAX_CLASS_FILES = 20_000_000_000, 200_000
+MAX_DOWNLOAD_BYTES, MAX_DOWNLOAD_FILES = 20_000_000_000, 200_000
 """Maximum number of bytes, and of files, in a platform's download."""
 
 ARCHIVE_ERRORS = (
@@ -61,7 +61,7 @@ def list_members(path: Path) -> list[ArchiveMember]:
         raise Unreadable(f"qdot can't open the archive {label}, because it is damaged; {NOTEBOOK_ADVICE}") from None
     names = {member.name for member in members}
     if "[Content_Types].xml" in names or "mimetype" in names:
-        raise Unreadable(f"{label} is a document of an office program, not a notebook; {NOTEBOOK_ADVICE}")
+        raise Unreadable(f"{label} is an office document, not a notebook; {NOTEBOOK_ADVICE}")
     return members
 
 
@@ -98,16 +98,19 @@ def _list_zip(path: Path) -> list[ArchiveMember]:
 
 
 def _check_zip_directory(path: Path) -> None:
-    """Raise OverLimit if a zip's list of files would take too long to read; the last bytes of a zip have its length."""
+    """Raise OverLimit if a zip's list of files would take too long to read.
+
+    The last bytes of the zip contain the length of that list.
+    """
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         last_bytes = file.read()
     position = last_bytes.rfind(b"PK\x05\x06")
     if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MAX_FILES:
-        raise _too_many_files(path)
+        raise _make_file_count_error(path)
 
 
-def _too_many_files(path: Path) -> OverLimit:
+def _make_file_count_error(path: Path) -> OverLimit:
     return OverLimit(f"{printable_name(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
@@ -127,7 +130,7 @@ def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.Tar
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, member in enumerate(tar):
             if number >= MAX_FILES:
-                raise _too_many_files(path)
+                raise _make_file_count_error(path)
             yield member, tar
 
 
@@ -143,16 +146,16 @@ def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
     with make_temporary_folder("qdot-submissions-") as folder:
         try:
             with zipfile.ZipFile(path) as archive:
-                left_out = _unpack(archive, folder)
+                skipped_files = _unpack(archive, folder)
         except ARCHIVE_ERRORS as error:
             raise Unreadable(f"{path} can't be unpacked: {error}") from None
-        yield folder, left_out
+        yield folder, skipped_files
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
-    left_out, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
-    if len(files) > MAX_CLASS_FILES:
-        raise Unreadable(f"{archive.filename} contains more than {MAX_CLASS_FILES} files")
+    skipped_files, total, files = [], 0, [info for info in archive.infolist() if not info.is_dir()]
+    if len(files) > MAX_DOWNLOAD_FILES:
+        raise Unreadable(f"{archive.filename} contains more than {MAX_DOWNLOAD_FILES} files")
     for info in files:
         path, reason = _find_safe_path(info.filename), ""
         if path is None:
@@ -167,10 +170,10 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             except ARCHIVE_ERRORS:
                 reason = "it is damaged"
         if reason:
-            left_out.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
-        if total > MAX_CLASS_BYTES:
-            raise Unreadable(f"{archive.filename} unpacks to more than {MAX_CLASS_BYTES // 1_000_000_000} GB")
-    return left_out
+            skipped_files.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
+        if total > MAX_DOWNLOAD_BYTES:
+            raise Unreadable(f"{archive.filename} unpacks to more than {MAX_DOWNLOAD_BYTES // 1_000_000_000} GB")
+    return skipped_files
 
 
 def _find_safe_path(name: str) -> PurePosixPath | None:
@@ -183,9 +186,9 @@ def _find_safe_path(name: str) -> PurePosixPath | None:
 
 
 def _write_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
-    """Write a file with its time in the archive, and return the number of bytes written.
+    """Write a file with the modification time stored in the archive, and return the number of bytes written.
 
-    If the file is too large, only its beginning is written, which is still over the limit.
+    If the file is too large, only one byte more than the limit is written; the caller sees that it is too large.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     remaining = MAX_FILE_BYTES + 1

@@ -9,7 +9,7 @@ import pytest
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import fit
-from qdot.exercises.writing.markup import PAPER_WIDTH, SCREEN_WIDTH, fit_latex, to_html, to_latex
+from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, fit_latex, to_html, to_latex
 from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from qdot.exercises.writing.typst import to_typst
 from tests.support.problems import drawn, parts_in_turn
@@ -40,7 +40,7 @@ def symbols(latex: str) -> Counter[str]:
     return Counter(re.findall(r"[A-Za-z\\]+(?:'|\{\w\})*_\{?\w+\}?", latex))
 
 
-@pytest.mark.parametrize("room", [SCREEN_WIDTH, PAPER_WIDTH])
+@pytest.mark.parametrize("room", [HTML_WIDTH, LATEX_WIDTH])
 def test_every_formula_fits(problem: Problem, room: float) -> None:
     for latex in formulas(problem.id):
         shown = fit_latex(latex, room)
@@ -114,9 +114,9 @@ def test_rows_of_a_table_with_fractions_have_room() -> None:
 
 def test_long_entries_of_a_matrix_have_names_and_lines_of_their_own() -> None:
     matrix = rf"J = \begin{{bmatrix}} {_entry(1)} & a_{{1}}{SEPARATOR}{_entry(2)} & {_entry(1)} \end{{bmatrix}}"
-    shown = fit_latex(matrix, PAPER_WIDTH)
+    shown = fit_latex(matrix, LATEX_WIDTH)
     assert r"\begin{bmatrix} m_{1} & a_{1} \\ m_{2} & m_{1} \end{bmatrix}" in shown
-    assert width(shown) <= PAPER_WIDTH / SMALLEST
+    assert width(shown) <= LATEX_WIDTH / SMALLEST
     assert [shown.count(f"m_{{{k}}} =") for k in (1, 2, 3)] == [1, 1, 0]
     told = symbols(shown) - Counter({"m_{1}": 3, "m_{2}": 2})
     assert told == symbols(_entry(1)) + symbols(_entry(2)) + symbols("a_{1}")

@@ -513,7 +513,7 @@ def test_the_largest_of_what_is_bounded(tmp_path: Path) -> None:
 def test_a_class_may_have_as_many_files_as_are_allowed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
-    monkeypatch.setattr(archives, "MAX_CLASS_FILES", 3)
+    monkeypatch.setattr(archives, "MAX_DOWNLOAD_FILES", 3)
     (tmp_path / "class.zip").write_bytes(of_members(*((f"s{k}/{HW}", "{}") for k in range(count))))
     if count > 3:
         with pytest.raises(Unreadable, match="more than 3 files"), archives.unpack_temporarily(tmp_path / "class.zip"):
