@@ -256,7 +256,7 @@ class LabelPlaces:
         return (known_places[best].box, least_cost / 100) if best >= 0 else None
 
     def _make_place(self, base_cost: int, anchor: int, extra_distance: float, direction: _CosSin) -> _Place:
-        """Return the place whose box touches a circle around the anchor from outside: its radius is gap + extra_distance."""
+        """Return the place at which the box touches a circle of radius gap + extra_distance around the anchor."""
         (half_width, half_height), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], direction
         dx, dy = u * cos - v * sin, v * cos + u * sin
         horizontal, vertical = abs(dx), abs(dy)
