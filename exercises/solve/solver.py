@@ -119,7 +119,7 @@ def solve(chain: Chain) -> Solution:
     """Return the chapter's results for an arm, in the base frame, in metres and radians.
 
     The position is 3 x 1, the Jacobian of the point 3 x n, the geometric Jacobian 6 x n (linear rows first, (6.6)).
-    Results that would be too long are omitted; in that case, `note` lists them.
+    Results that would be too long are omitted; in that case, `note` explains why.
 
     >>> from qdot import Chain, Joint
     >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
