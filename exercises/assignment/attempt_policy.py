@@ -35,7 +35,9 @@ class AttemptPolicy:
         return f"if several come within {describe_duration(self.min_interval)}, only the last counts; {limit}"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
-        """Return the indices of the notebooks that count, from their times of receipt; if times are equal, the first.
+        """Return the indices of the notebooks that count, given the times at which the notebooks were received.
+
+        Of several notebooks received at the same time, the first one counts.
 
         >>> at = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
         >>> AttemptPolicy(best_of=2).select_counting(at), AttemptPolicy(best_of=None).select_counting(at)

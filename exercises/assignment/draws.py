@@ -1,6 +1,6 @@
 """Generate a problem again until it passes its certificate.
 
-Each attempt is called a draw and has a seed of its own. The order of a student's draws depends only on the assignment
+Each attempt is called a draw and has a different seed. The order of a student's draws depends only on the assignment
 and redrawn.csv. So no student's problem delays or changes another student's.
 """
 

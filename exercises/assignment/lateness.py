@@ -47,7 +47,7 @@ class LateRule:
 
 
 def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time with a time zone: its own if it has one, else `zone` if given, else the machine's."""
+    """Return a time with a time zone: if it has none, add `zone`, or the machine's time zone if `zone` is None."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()

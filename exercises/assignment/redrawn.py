@@ -1,8 +1,8 @@
 """Read and write redrawn.csv, which lists the problems that were generated again because a draw failed its certificate.
 
-A draw is an attempt to generate a student's problem, with a seed of its own. The columns are student, problem (p1, p2,
-…), family, draw and why. All problems that are not listed are first draws. `qdot generate` and `qdot export` write the
-file before any notebook, and every command that regenerates a class reads it.
+A draw is an attempt to generate a student's problem; each draw has a different seed. The columns are student, problem
+(p1, p2, …), family, draw and why. All problems that are not listed are first draws. `qdot generate` and `qdot export`
+write the file before any notebook, and every command that regenerates a class reads it.
 """
 
 from collections.abc import Mapping

@@ -29,17 +29,17 @@ class ProblemSet:
 
     @cached_property
     def text(self) -> str:
-        """Its [[problem]] tables for assignment.toml."""
+        """The set's [[problem]] tables for assignment.toml."""
         return (template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
 
     @property
     def problems(self) -> int:
-        """The number of its problems."""
+        """The number of problems in the set."""
         return len(tomllib.loads(self.text)["problem"])
 
     @property
     def points(self) -> float:
-        """The total points of its parts."""
+        """The total points of all parts in the set."""
         return sum(
             sum(entry.get("points") or (ASKED[name].points for name in entry["questions"]))
             for entry in tomllib.loads(self.text)["problem"]

@@ -39,7 +39,7 @@ class StoredProblems:
     """The problems of a student with their slots, and the figures (SVG) and texts (HTML) that are stored.
 
     The keys of figures and texts are the slot ("p1") for the problem, and slot and part ("p1-jacobian") for a part.
-    Those that are not stored are made again.
+    Figures and texts that are not stored are made again.
     """
 
     problems: list[tuple[str, Problem]]

@@ -59,7 +59,7 @@ def shorten(text: str, max_length: int) -> str:
 
 
 def most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:
-    """Return the known name that is most similar to an unknown one; "" if none is similar.
+    """Return the known name that is most similar to an unknown name; "" if no known name is similar.
 
     >>> most_similar("scra", ["planar-2r", "scara"]), most_similar("x", ["planar-2r", "scara"])
     ('scara', '')

@@ -36,7 +36,7 @@ def install_command(extra: str = "") -> str:
 
 
 def explain_missing(extra: str, feature: str, module: str = "") -> str:
-    """Return the message that a feature needs an extra, or one module of it; "" if that is installed."""
+    """Return the message that a feature needs an extra or one of its modules; "" if nothing is missing."""
     missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing:
         return ""
@@ -46,6 +46,6 @@ def explain_missing(extra: str, feature: str, module: str = "") -> str:
 
 
 def require_extra(extra: str, feature: str, module: str = "") -> None:
-    """Raise QdotError if an extra, or one `module` of it, is not installed."""
+    """Raise QdotError if an extra, or the given `module` of the extra, is not installed."""
     if message := explain_missing(extra, feature, module):
         raise QdotError(message)

@@ -124,7 +124,7 @@ def _open_temporary(path: Path) -> tuple[int, str]:
     """Return the handle and name of a new file beside `path`, locked as long as this process has it open."""
     while True:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
-        with contextlib.suppress(OSError):  # a file system without locks; no other process can lock it, either
+        with contextlib.suppress(OSError):  # the file system has no locks, so nobody can lock the file
             lock(handle)
         if os.fstat(handle).st_nlink:
             return handle, name
@@ -138,8 +138,8 @@ def _prefix(path: Path) -> str:
 def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
     """Lock an open file until it is closed or the process ends. Raises OSError.
 
-    Without `wait`, it raises BlockingIOError if another process holds the lock. Several processes may hold a `shared`
-    lock, except on Windows.
+    If `wait` is False and another process holds the lock, the function raises BlockingIOError. Several processes may
+    hold a `shared` lock, except on Windows.
     """
     if IS_POSIX:
         fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
@@ -148,7 +148,8 @@ def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
 
 
 LOCKED_BYTE = 1 << 30
-"""The byte of a file that is locked on Windows; it is beyond the content, because other processes can't read it."""
+"""The byte of a file that is locked on Windows; this byte is beyond the content, because other processes can't read a
+locked byte."""
 
 
 def _lock_on_windows(handle: int, wait: bool) -> None:

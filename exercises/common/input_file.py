@@ -291,7 +291,7 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _separator(header: str) -> str:
-    """Return the separator that splits a line into most cells; if several do, the first."""
+    """Return the separator that splits a line into the most cells, or the first of several such separators."""
 
     def cells(separator: str) -> int:
         try:

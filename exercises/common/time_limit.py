@@ -22,7 +22,7 @@ RESEND_INTERVAL = 0.2
 
 
 class OutOfTime(BaseException):
-    """Raised if the time is over; not an `Exception`, so that code that catches every `Exception` lets it pass."""
+    """Raised if the time is over. OutOfTime is no `Exception`, so code that catches every `Exception` lets it pass."""
 
 
 def parse_seconds(text: str) -> float:
@@ -40,7 +40,7 @@ def parse_seconds(text: str) -> float:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise OutOfTime inside the block as soon as it has used `seconds` of processor time.
+    """Raise OutOfTime inside the block as soon as the block has used `seconds` of processor time.
 
     Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared, because SymPy
     stores assumptions in the expressions themselves.

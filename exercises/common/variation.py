@@ -27,7 +27,8 @@ DEFAULT_VARIATION = "zeros"
 def variation_axes(variation: str) -> tuple[str, ...]:
     """Return the axes of variation of a step, or of a text such as "lengths+base". Raises QdotError for unknown names.
 
-    If a step and an axis have the same name, the name alone means the step, and with a + before it the axis.
+    If a step and an axis have the same name, the name alone means the step, and the name with a + before it means the
+    axis.
 
     >>> variation_axes("zeros"), variation_axes("+zeros"), variation_axes("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))

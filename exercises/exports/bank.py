@@ -28,7 +28,7 @@ Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
 
 
 def iterate_bank(order: ExportRequest) -> Generator[Variant, None, None]:
-    """Yield the variants of every slot in turn. A bank of 50 begins with the bank of 20.
+    """Yield the variants of every slot in turn. A bank of 50 variants begins with the variants of a bank of 20.
 
     They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
     problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
@@ -75,7 +75,7 @@ def _iterate_distinct_problems(
 ) -> Generator[tuple[Problem, WorkResult], None, None]:
     """Yield distinct problems that pass their certificate.
 
-    For each problem that fails it, append a message to `failure_messages`.
+    For each problem that fails its certificate, append a message to `failure_messages`.
     """
     seen_fingerprints: set[str] = set()
     tried_count = 0

@@ -40,8 +40,8 @@ class AnswerBox:
     """A box for an answer: `working_space` mm of space, then rows of cells, or one cell per letter if `holds_letters`.
 
     If pages are filled up, the space is `min_working_space` mm plus a share of the rest of the page, in proportion to
-    `working_space`. `row_height` is the height of a row in mm. `typed_names` (LaTeX) are before numbers or above
-    letters, `units` after numbers.
+    `working_space`. `row_height` is the height of a row in mm. `typed_names` (LaTeX) are printed before numbers or
+    above letters, and `units` are printed after numbers.
     """
 
     working_space: int
@@ -65,7 +65,7 @@ class AnswerBox:
 
     @property
     def is_narrow(self) -> bool:
-        """Whether it fits beside a figure."""
+        """Whether the box fits beside a figure."""
         return self.holds_letters or (self.holds_numbers and self.rows == 1)
 
     @property
@@ -140,7 +140,10 @@ def compute_share_that_fits(boxes: Sequence[AnswerBox], fixed_height: int, page_
 
 
 def scale_working_space(box: AnswerBox, share: float) -> AnswerBox:
-    """Return a box with a share of its working space. With share 1, it keeps all of it even if pages are filled up."""
+    """Return a box with a share of its working space.
+
+    With share 1, the box keeps all its space even if pages are filled up.
+    """
     packed_space = box.working_space if share == 1 else round(PACKED_SHARE * box.working_space)
     return replace(box, working_space=round(share * box.working_space), min_working_space=packed_space)
 

@@ -15,7 +15,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEET_KINDS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers (both for staff)."""
+"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers. The last two are for
+staff."""
 PAPER_SIZES = ("a4", "letter")
 """Sizes of paper."""
 
@@ -63,7 +64,7 @@ class ExportRequest:
 
     @property
     def without_callbacks(self) -> "ExportRequest":
-        """The same order without its callbacks: other processes could not call them."""
+        """The same request without its callbacks, because other processes could not call them."""
         return replace(self, on_step=_ignore, report=_ignore, on_left_out=_refuse)
 
 
@@ -116,8 +117,8 @@ class ExportFormat:
     them in our tests. `progress_unit` says how often the work is done: for every "variant", for every "student", or
     "once". `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
 
-    Before anything is written, `check` raises QdotError if the order can't be carried out on any machine.
-    `explain_missing` returns what this machine lacks and how to install it, or "".
+    Before anything is written, `check` raises QdotError if no machine can carry out the request. `explain_missing`
+    returns what this machine lacks and how to install it, or "".
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
 
 Texts are Markdown with LaTeX, with figures between them. Platforms can't compare formulas, so items ask for their
-values at a configuration (`exports.numbers`). `order.note` reports questions that can't be asked at all.
+values at a configuration (`exports.numbers`). `order.report` reports questions that can't be asked at all.
 """
 
 import re
@@ -30,7 +30,7 @@ from qdot.exercises.writing.problem_texts import hints, option_text, prompt, sta
 from qdot.exercises.writing.render import render
 
 MAX_WRONG_VALUES = 6
-"""Maximum number of wrong values to recognise for one number. With more, some would match by chance."""
+"""Maximum number of wrong values to recognise for one number. With more wrong values, some would match by chance."""
 SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
 """Short questions that replace the question for the set of singular configurations: the first that applies is asked."""
 

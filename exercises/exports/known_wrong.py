@@ -42,7 +42,7 @@ SAMPLE_COUNT = 5
 MAX_CHARACTERS = 1500
 """Maximum length of a wrong answer in characters, all entries together; longer ones are left out."""
 MAX_UNSIMPLIFIED_CHARACTERS = 20_000
-"""Maximum length before simplification, which would take too long for longer ones."""
+"""Maximum length in characters of a wrong answer that is simplified; simplifying a longer one would take too long."""
 ZERO_TOLERANCE = 1e-9
 """Answers smaller than this are zero, and zero identifies no mistake."""
 MISTAKES_PER_ANSWER = 3
@@ -66,7 +66,7 @@ class KnownWrongAnswer:
 
     @property
     def matrix(self) -> sp.Matrix:
-        """The answer, which is not a set."""
+        """The answer as a matrix; call this only if the answer is not a set."""
         assert isinstance(self.answer, sp.MatrixBase)
         return self.answer
 

@@ -19,7 +19,7 @@ DIGITS = 10
 """Significant digits of correct values in exports."""
 
 FormulaPrinter = Callable[[Layout, bool], str]
-"""A function that prints a formula for a platform; the flag says whether it is a block.
+"""A function that prints a formula for a platform; the flag says whether the formula is displayed as a block.
 
 If there is no such function, MathJax typesets the LaTeX.
 """

@@ -40,7 +40,7 @@ EMPTY_QUIZ_FILES = {
     "completion": "completions", "competencies": "course_module_competencies", "xapistate": "states",
     "grade_history": "grade_history",
 }  # fmt: skip
-"""Files that a backup and its quiz must have; for empty ones, with the name of their root element."""
+"""Files that a backup and its quiz must have but that are empty, each with the name of its root element."""
 
 Json = dict[str, Any]
 

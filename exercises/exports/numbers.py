@@ -39,7 +39,7 @@ ABSOLUTE_TOLERANCE = 0.001
 MIN_DIFFERENCE = 0.03
 """A mistake is distinguishable if it changes an entry by more than this fraction of the largest one."""
 MAX_JOINTS_FOR_ALL_MISTAKES = 4
-"""Maximum number of joints for which all mistakes in results derived from J are computed: more take many seconds."""
+"""Maximum number of joints for which all mistakes in results derived from J are computed; more joints take too long."""
 MAX_DISAGREEMENT = 1e-8
 """Maximum difference of the two computations, as a fraction of the largest entry."""
 

@@ -16,7 +16,8 @@ from qdot.exercises.writing.typst import escape_typst, to_typst
 STAFF_SHEETS = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version: one for each student. A student's own sheet has one."""
+"""Number of columns to tick on the marking sheet of a version: one for each student. A student's own sheet has one
+column."""
 FORMULA_WIDTH_SHARE = 0.8
 """The share of a page's width that a formula may take beside a name."""
 END_WEIGHT = 60
@@ -50,7 +51,7 @@ def export_pdf(order: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 
 def check_sheet(order: ExportRequest) -> None:
-    """Raise QdotError if the order is impossible for this kind of sheet."""
+    """Raise QdotError if the request is impossible for this kind of sheet."""
     if order.sheet == "marking" and order.earned_share is None:
         raise QdotError("marking sheets are written by the command line: qdot export DIR --sheet marking")
     if order.sheet in STAFF_SHEETS and order.has_solutions:

@@ -149,7 +149,7 @@ def _make_assessment(assignment: Assignment, kind: str, questions: Sequence[Mapp
 def find_assignment_number(assignment: Assignment) -> str:
     """Return the number of the homework or exam from its title or key: `6` of "Homework 6", else `1`.
 
-    PrairieLearn writes it right after the abbreviation of a set, as in HW6.
+    PrairieLearn writes this number right after the abbreviation of a set, as in HW6.
     """
     number = re.search(r"(?<![\w.,-])\d+(?!\w)", assignment.title) or re.search(r"\d+$", assignment.key)
     return number[0] if number else "1"

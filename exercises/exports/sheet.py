@@ -132,7 +132,7 @@ _SheetResult = tuple[Sheet | None, Mapping[str, Redraw], tuple[FailedSlot, ...]]
 
 
 def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
-    """Yield a sheet for each student on the roster, or for each of `order.versions`, made in parallel."""
+    """Yield a sheet for each student on the roster, or `order.version_count` versions; make the sheets in parallel."""
     if order.version_count:
         requests = _request_versions(order)
     else:

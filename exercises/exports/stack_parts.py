@@ -109,7 +109,7 @@ class StackPart:
     def add_mistake(
         self, index: int, wrong: known_wrong.KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
     ) -> None:
-        """Add a known mistake: an answer is explained by it if `likeness`, in terms of wrongN, equals `expected`."""
+        """Add a known mistake, which explains an answer if `likeness`, in terms of wrongN, equals `expected`."""
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         self.variables.append(f"{name}: {answer};")
         self.marking_lines.append(f"like{index}: {likeness};")

@@ -86,7 +86,7 @@ def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlo
         "variation": problem.id.variation, **({"flat": True} if is_drawn_flat(problem.chain) else {}),
     }  # fmt: skip
     if bank_problem.problem is not None:
-        record["id"] = bank_problem.key  # its own id would reveal the seed
+        record["id"] = bank_problem.key  # the problem's own id would reveal the seed
     if solved:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:

@@ -90,7 +90,7 @@ def weight(index: int) -> float:
 
 
 def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
-    """Return the key of a part; finding the known mistakes takes most of the time, and is done if `with_mistakes`."""
+    """Return the key of a part; if `with_mistakes`, also find the known mistakes, which takes most of the time."""
     return part.answer.accept(_KeyMaker(problem, part, with_mistakes))
 
 

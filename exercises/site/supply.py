@@ -34,7 +34,7 @@ MAX_SEEDS_PER_ARM = 4
 
 
 FrameConvention = tuple[str, str]
-"""A convention and an order of twists; "" means the family's own."""
+"""A convention and an order of twists; "" means the default of the family."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class BankProblem:
     `questions` are its questions: none means all questions of the chapter that apply, QUIZ a short one of each form.
     `variation` is how much its arm differs from the chapter's. `question_share` is for an arm that is in the bank
     already: its index among such arms, and their number. These arms share the questions with random numbers.
-    `frame_convention` describes the arm. `problem` is given if the problem exists already.
+    `frame_convention` describes the arm. `problem` is set if the problem exists already.
     """
 
     family: str
