@@ -1,4 +1,4 @@
-"""The commands for a class beside `qdot grade`: generate, verify, compare, doctor, demo."""
+"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor, demo."""
 
 import io
 import json

@@ -110,7 +110,7 @@ EDITS: Sequence[tuple[str, Edit]] = (
 )  # fmt: skip
 
 OTHER_SUBMISSION_KINDS = ("blank", "cut off", "another assignment", "never submitted")
-"""The other kinds of submission in the class: no answer in them is edited."""
+"""The kinds of submission in which no answer is edited."""
 
 EXTRA_CORRECT_STUDENTS = 15
 """Number of additional students whose answers are all correct, in one of two forms."""

@@ -207,7 +207,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 
 def _check_graded(results: list[Result]) -> None:
-    """Print a note on the students who have no mark because of a limit. Raises QdotError if qdot failed on any."""
+    """Print a note on the students who exceeded a limit. Raises QdotError if qdot failed to grade any student."""
     over_limit = [result.student for result in results if work_status(result) == "over limit"]
     if over_limit:
         advice = "the feedback says which limit, and you can set points in overrides.csv"

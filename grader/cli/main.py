@@ -221,14 +221,14 @@ COMPLETION_OPTIONS = ("--install-completion", "--show-completion")
 
 def main() -> None:
     """Run the command line. Exit codes: 0 for success, 1 if a check failed, 2 for bad input or a failure of qdot."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored if qdot was started in the background
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # Ctrl-C is ignored in the background
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has to be cleaned up yet
     for number in ENDING_SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # it is ignored under nohup
+        if signal.getsignal(number) is not signal.SIG_IGN:  # SIGHUP is ignored under nohup
             signal.signal(number, _stop_at_once)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; threads prevent forking
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # Pydantic would search all installed packages
-    gc.disable()  # until everything is loaded, because nothing loaded becomes garbage
+    gc.disable()  # disabled until everything is loaded, because nothing loaded becomes garbage
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding=_choose_encoding(stream), errors="replace")  # a terminal without "θ" shows "?"

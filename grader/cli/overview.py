@@ -71,7 +71,7 @@ def describe_robots() -> str:
 def describe_family(family: Family, convention: str = "") -> str:
     """Return a text about a family or robot: what it is, which questions apply to its arms, and why the rest don't.
 
-    The arms are described in the named convention, else in that of the family or the robot's file.
+    The arms are described in the named convention or, without one, in the convention of the family or the robot's file.
     """
     listing = find_listing(family, convention)
     joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"

@@ -114,7 +114,7 @@ def families(
 
 
 def _find_family(name: str) -> Family:
-    """Return the family with this name, or that of a robot file or of a robot in the library. Raises QdotError."""
+    """Return the family with this name, or of a robot file, or of a robot in the library. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
@@ -127,7 +127,7 @@ def _find_family(name: str) -> Family:
 def _derive_questions(family: Family, convention: str) -> None:
     """Find out which questions apply to an arm, with a progress bar, because this takes a minute for long arms.
 
-    The results are cached. For registered families in their own convention, they are listed already.
+    The results are cached. The questions for registered families in their default convention are listed already.
     """
     if family.has_varied_structure or not (family.robot_argument or convention):
         return

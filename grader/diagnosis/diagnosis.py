@@ -36,7 +36,7 @@ from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 UNLIKELY_FREQUENCY = 0.2
 """If a mistake has a lower frequency, a single mistake in the finished formulas is likelier."""
 LIKELY_FREQUENCY = 2.0
-"""From this frequency, a mistake made throughout an answer is likelier than the wrong sign of a single entry."""
+"""A mistake of at least this frequency, made throughout an answer, is likelier than a wrong sign of a single entry."""
 MAX_ENTRIES_OF_ONE_MISTAKE = 2
 """Maximum number of wrong entries that a single mistake in the finished formulas may cause."""
 SURPLUS_MISTAKES = set(SURPLUS_BY_MISSING.values())
@@ -101,8 +101,9 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Return whether a single known mistake explains all wrong entries of an answer in formulas or several numbers.
 
-    Entries that the mistake would also change may be correct. Then no cause is named, but a better answer must not earn
-    less. Only mistakes that are found quickly count, so that no mark depends on how long the search takes.
+    The answer may be correct in entries that the mistake would also change. No cause is named for such an answer, but
+    the function returns True, because a better answer must not earn less. Only mistakes that are found quickly count,
+    so that no mark depends on how long the search takes.
     """
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
@@ -139,8 +140,9 @@ def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None
 def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
     """Return the mistake that gives the values of an answer, or None.
 
-    If several mistakes do, one that was found in an earlier part is named as the cause, otherwise the likeliest. If
-    none does, the errors are described entry by entry, provided that each wrong entry has a single mistake.
+    If several mistakes give the values, the cause is a mistake that was found in an earlier part, or otherwise the
+    likeliest mistake. If no mistake gives the values, the errors are described entry by entry, provided that each wrong
+    entry has a single mistake.
     """
     in_numbers = answer.numeric
     if in_numbers.is_direction and _arm_can_move(answer.correct_values, in_numbers.values):
@@ -167,7 +169,7 @@ def _is_predicted(predicted: PredictedAnswer, numeric_answer: NumericAnswer) -> 
 
 
 def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
-    """Return whether the arm can move in a direction, because this has no component along the lost direction."""
+    """Return whether the arm can move in a direction, because it has no component along the lost direction."""
     if lost_direction.shape != direction.shape or lost_direction.shape[1] != 1:
         return False
     with np.errstate(all="ignore"):

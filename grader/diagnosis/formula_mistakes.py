@@ -45,7 +45,7 @@ MAX_TRIGS = 24
 MIN_SAMPLES_FOR_CONSTANT = 4
 
 MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
-"""How many ways of replacing an answer's lengths by those of the arm are tried, and at how many configurations."""
+"""Maximum number of ways to replace an answer's lengths by the arm's, and number of configurations to compare."""
 
 OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}

@@ -49,7 +49,7 @@ def find_group(
 ) -> str | None:
     """Return the letters of the group that a wrong answer belongs to, or None if the group is not known.
 
-    `diagnosis` is that of this answer alone, regardless of mistakes found in earlier parts. Python functions without a
+    `diagnosis` concerns this answer alone, regardless of mistakes found in earlier parts. Python functions without a
     diagnosed mistake have no group, because each is called at different configurations.
     """
     identity = _identify(problem, part, parsed_answer, diagnosis, secret)
@@ -93,7 +93,7 @@ def _identify(
 
 
 def _option_texts(part: Part, option_indices: Sequence[int]) -> tuple[object, ...]:
-    """Return the texts of the chosen options, and the item that each is matched to.
+    """Return the texts of the chosen options, and the item to which each option is matched.
 
     The letters of the options differ between students.
     """
@@ -154,8 +154,8 @@ class _GeneralForm:
     def _generalize_product(self, tree: Node) -> Node:
         """Return a product with its numeric factors replaced by the names of lengths.
 
-        If their product is a known length (7*cos(theta2)/20 = 0.35*cos(theta2)), they are multiplied together.
-        Otherwise each is replaced separately.
+        If their product is a known length (7*cos(theta2)/20 = 0.35*cos(theta2)), the factors are multiplied together.
+        Otherwise each factor is replaced separately.
         """
         factors, number = list(_split_product(tree)), Fraction(1)
         others = [factor for factor in factors if not _is_number(factor[0])]
@@ -240,7 +240,7 @@ NumbersAndNodes = Iterator[tuple[Fraction, Node]]
 def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
     """Return a mapping from the absolute value of each length to its name.
 
-    Lengths of equal value share one name made of all theirs.
+    Lengths of equal value share one name, which is composed of all their names.
     """
     names_by_value: dict[Fraction, list[tuple[str, int]]] = {}
     for name, value in lengths:

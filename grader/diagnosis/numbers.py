@@ -10,7 +10,7 @@ PRECISE_TOLERANCE = 1e-4
 LARGE_TERM_RATIO = 1e6
 """If the terms are larger than the values by this ratio, the size of the terms gives no useful tolerance."""
 RELATIVE_TOLERANCE = 1e-9
-"""Fraction of the size of its terms by which a value may differ from an equal one."""
+"""Two values count as equal if they differ by at most this fraction of the size of their terms."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ FUNCTION_ADVICE = (
     "Your function is correct except for rounding. Do not round its constants or the values that it returns."
 )
 MIN_DIGITS = 2
-"""Minimum number of digits that identify a number; if there are several numbers, at least one needs as many."""
+"""Minimum number of digits that identify a number; if there are several numbers, at least one needs this many digits."""
 
 
 def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diagnosis | None:
@@ -75,7 +75,7 @@ def _is_correct_to_few_digits(answer: NumericAnswer, correct_values: np.ndarray)
 def _matches_to_digits(digits: int, values: np.ndarray, correct_values: np.ndarray) -> np.ndarray:
     """Return for each number whether it is the correct one rounded to `digits` digits, (rows, columns).
 
-    It may also be truncated to two digits.
+    A number that is truncated to two digits is accepted, too.
     """
     with np.errstate(all="ignore"):
         step = 10.0 ** (np.floor(np.log10(np.abs(correct_values))) + 1 - digits)

@@ -218,12 +218,12 @@ class _Fingerprinter:
         return all(count > 1 if joint is None else count == 0 for joint, count in joint_counts)
 
     def fingerprint_pieces(self, pieces: Sequence[Piece]) -> SetFingerprint:
-        """Return the marks of the pieces of a typed set."""
+        """Return the fingerprints of the pieces of a typed set."""
         programs = ([(atom.joint, compile_program([atom.expression])) for atom in piece] for piece in pieces)
         return self._collect(frozenset(starmap(self._fingerprint, piece)) for piece in programs)
 
     def fingerprint_answer(self, answer: Answer) -> SetFingerprint:
-        """Return the marks of a reference, or of a mistaken answer."""
+        """Return the fingerprints of the pieces of a reference, or of a mistaken answer."""
         assert isinstance(answer, ConditionSet)
         return self._collect(chain.from_iterable(map(self._fingerprint_component, answer.components)))
 

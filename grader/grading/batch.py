@@ -57,7 +57,7 @@ def grade_class(
     assignment: Assignment, submissions: Mapping[str, StudentFiles], jobs: int, limits: Limits,
     on_result: Callable[[Result], None] = lambda _: None, students: Sequence[Student] | None = None, executor: str = "",
 ) -> list[Result]:  # fmt: skip
-    """Grade the roster, or only these `students` of it, and return the results in that order.
+    """Grade all students on the roster, or only these `students`, and return the results in the order of the students.
 
     `on_result` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills
     it ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next
@@ -134,7 +134,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     with file:
         _locked_files.add(file.fileno())
         try:
-            with contextlib.suppress(OSError):  # a disk without locks: files are still written atomically
+            with contextlib.suppress(OSError):  # the disk has no locks; files are still written atomically
                 try:
                     lock(file.fileno(), wait=False)
                 except BlockingIOError:
@@ -225,7 +225,7 @@ class _GradingWorker:
         return marks_path(self._cache_path, student, None if attempt is None else attempt.file)
 
     def _key(self, student: str, attempt: Submission | None) -> str:
-        """Return a digest that changes whenever the notebook's points may change, or the limits do."""
+        """Return a digest that changes whenever the notebook's points may change or its limits change."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
         content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()

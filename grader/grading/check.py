@@ -85,7 +85,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
 
 
 def _claim_for_slot(claims: Mapping[str, object], claim_name: str, slot: str) -> object:
-    """Return a value that a notebook's metadata claim for a slot, which is untrusted because students can edit it."""
+    """Return a value that a notebook's metadata claim for a slot; students may have edited it, so it is untrusted."""
     claim = claims.get(claim_name)
     return claim.get(slot) if isinstance(claim, dict) else None
 
@@ -103,9 +103,9 @@ MAX_SYMBOLS = 100
 
 
 def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
-    """Return the form of the expected answer according to the notebook's metadata; None if these don't say it.
+    """Return the form of the expected answer according to the notebook's metadata; None if they contain no form.
 
-    Older notebooks don't, and no notebook gives the options of a choice question.
+    Older notebooks have no form in their metadata, and no notebook lists the options of a choice question.
     """
     forms, symbols, joints = (_claim_for_slot(claims, key, slot) for key in ("answers", "symbols", "joints"))
     form = forms.get(part) if isinstance(forms, dict) else None
@@ -124,7 +124,7 @@ SIZE_BOUND = 100
 
 
 def _example_answer(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an example answer of the form that a notebook claims; None if it is not valid, or for options."""
+    """Return an example answer of the form that a notebook claims; None if it is invalid or consists of options."""
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:

@@ -81,7 +81,7 @@ def _claims_by_student(sample: Mapping[str, Submission], claim_name: str) -> dic
 
 
 def check_secret(assignment: Assignment, submissions: Sequence[Submission], path: Path, remedy: str = "") -> None:
-    """Raise QdotError if most notebooks were generated with another secret, so that their problems are others.
+    """Raise QdotError if most notebooks were generated with another secret, so that their problems differ.
 
     The message ends with `remedy`, an additional suggestion.
     """

@@ -49,7 +49,7 @@ SAME_VERSIONS_HINT = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 @dataclass(frozen=True)
 class WorkerBrief:
-    """The data that a worker needs to grade an assignment, without folder and students' names.
+    """The data that a worker needs to grade an assignment; neither the folder nor students' names are part of it.
 
     `content_digest` is a digest of the content, and `compute_code_digest` is a digest of qdot's code.
     """

@@ -25,7 +25,7 @@ ROUNDING_FACTOR = 1e6
 class ClassAnswers:
     """The correct answers to the problems of a whole class, as digests of their values at a few configurations.
 
-    Those for a part are computed when they are first needed, in a few milliseconds per student.
+    The digests for a part are computed when they are first needed, in a few milliseconds per student.
     """
 
     def __init__(self, assignment: Assignment) -> None:

@@ -51,8 +51,8 @@ SAMPLE_COUNT = 6
 class FollowThrough:
     """The judgement on an answer against the result that follows from a wrong answer to the part `earlier_part`.
 
-    If it follows from an answer that is no attempt at this arm, `non_attempt` is that part, and the answer earns
-    nothing.
+    If the answer follows from an answer that is no attempt at this arm, `non_attempt` is the part of that earlier
+    answer, and the later answer earns nothing.
     """
 
     judgement: Judgement
@@ -132,8 +132,8 @@ class _Context:
     def find_rows(self, name: str) -> tuple[Rows, list[str]] | None:
         """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
 
-        If the student's answer is wrong, they are its rows. If there is no answer, they follow from earlier answers.
-        Otherwise they are the rows of the reference.
+        If the student's answer is wrong, the rows of that answer are returned. If there is no answer, the rows are
+        derived from earlier answers. Otherwise the rows of the reference are returned.
         """
         part, parsed_answer = self.find_part(name), self.answers.get(name)
         reference = None if part is None else self.reference_rows(part)

@@ -42,7 +42,7 @@ class Override:
     def applied_to(self, points: float | None) -> AppliedOverride:
         """Return the override in the form stored in results.
 
-        `points` are the grader's; None if qdot failed to grade.
+        `points` are the points that the grader gave; None if qdot failed to grade the part.
         """
         return AppliedOverride(self.points, self.comment, points, self.group)
 
@@ -63,7 +63,7 @@ NO_OVERRIDES = Overrides()
 
 
 def read_overrides(assignment: Assignment) -> Overrides:
-    """Return the overrides of an assignment from its overrides.csv; none if the file is missing. Raises QdotError.
+    """Return the overrides of an assignment from its overrides.csv; empty if the file is missing. Raises QdotError.
 
     Every line is checked against the roster and the assignment, so that no line is silently ignored. A group's members
     are known only after the whole class is graded; `describe_unused_groups` reports groups without members.

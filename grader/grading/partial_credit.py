@@ -193,7 +193,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
 def _find_factor_of_values(
     table: FunctionValues, entry_indices: Sequence[int], expected: Sequence[Node], problem: Problem
 ) -> ConstantFactor | None:
-    """Return the factor by which a function's values differ from the reference, apart from signs; None without one.
+    """Return the factor between a function's values and the reference, apart from signs; None if there is none.
 
     The factor is a number, which may be multiplied or divided by lengths.
     """
