@@ -29,7 +29,7 @@ test("a wrong answer is judged wrong, and a right one right, whose solution is s
     await page.getByRole("button", { name: "Check", exact: true }).click();
   };
   await answer(`-(${right})`);
-  await page.locator(".verdict:not(.correct)", { hasText: "What went wrong" }).waitFor();
+  await page.locator(".verdict:not(.correct)", { hasText: "What seems to be wrong" }).waitFor();
   await answer(right);
   await page.locator(".verdict.correct").waitFor();
   await page.getByRole("button", { name: "Show the solution" }).click();
