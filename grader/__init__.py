@@ -1,15 +1,15 @@
-"""Grade submissions: read, run, compare, mark and report them; the command line on top.
+"""Grade submissions: read, run, compare, mark and report them; provide the command line.
 
-The map, from the bottom up: nothing here imports what stands below it (pyproject.toml, `tool.importlinter`). Each
-folder says in its `__init__` what is in it.
+No package imports one that is listed after it (pyproject.toml, `tool.importlinter`). The `__init__` of each package
+describes its modules.
 
-    sandbox/                    where students' code runs, and what this machine keeps it from
-    judging/                    one answer against its reference: read, compared, judged
-    submissions/                submissions: found, unpacked, read as cells; whose they are
-    diagnosis/                  the mistake behind a wrong answer
-    grading/                    from submissions to results: marked (with follow-through), stored, overridden
-    statistics/                 what the class's page is worked out from
-    reports/                    results for people and for other programs
+    sandbox/                    run students' code, isolated from the machine and from the answers
+    judging/                    parse one answer, compare it with its reference, and judge it
+    submissions/                find, unpack and read submissions; find their owners and the answers in them
+    diagnosis/                  find the mistake behind a wrong answer
+    grading/                    mark submissions (with follow-through), store the results, apply overrides
+    statistics/                 compute the statistics for the page about the class
+    reports/                    write results for people and for other programs
     cli/                        the program `qdot`
     integrations/               nbgrader, Otter, PrairieLearn, Gradescope, pytest, repositories on GitHub and GitLab
 """

@@ -22,7 +22,7 @@ FUNCTION_ADVICE = (
     "Your function is correct except for rounding. Do not round its constants or the values that it returns."
 )
 MIN_DIGITS = 2
-"""Minimum number of digits that identify a number; if there are several numbers, at least one needs this many digits."""
+"""Minimum number of digits that identify a number; of several numbers, at least one needs this many digits."""
 
 
 def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diagnosis | None:

@@ -75,9 +75,9 @@ class CollectedRepository:
 def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime | None:
     """Return the time after which a student's pushes no longer count; None if they always count.
 
-    It is the deadline unless the assignment has a table `late`, which deducts points for late work; then it is the
-    `until` of that table, shifted by the student's extension. Without that table, lateness costs nothing, and a student
-    who pushed nothing in time is graded by the last push.
+    This time is the deadline if the assignment has no table `late`. Otherwise, it is the `until` of that table, shifted
+    by the student's extension; the table deducts points for late work. Without the table, late work loses no points,
+    and a student who pushed nothing in time is graded by the last push.
     """
     deadline = assignment.due_date_of(student)
     if deadline is None or assignment.late is None:
@@ -96,7 +96,7 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     Raises QdotError if no repository could be fetched; previously fetched files then remain.
     """
     repositories = [(find_student(assignment, name), url) for name, url in _read_repositories(assignment, host)]
-    for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # from a run that was killed
+    for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # a killed run may have left folders
         shutil.rmtree(leftover, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work:
         fetched = Path(work, "submitted")
@@ -160,7 +160,7 @@ def _collect_one(
 def _find_counting_push(
     host: Host, repository: str, branch: str, until: datetime.datetime | None, accepts_late: bool
 ) -> Push:
-    """Return the last push to a branch that came in time; if there is none and `accepts_late`, the last push of all."""
+    """Return the last push to a branch in time. If there is none and `accepts_late`, return the last push of all."""
     try:
         pushes = iter(host.list_pushes(host, repository, branch))
         last_push = next(pushes, None)

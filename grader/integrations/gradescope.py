@@ -67,7 +67,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
 def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
     """Return the student who submitted, found by identifiers and names. Raises QdotError.
 
-    If a group submitted, it is the member whose notebook it is.
+    If a group submitted, the submitter is the member to whom the notebook belongs.
     """
     roster = Roster(assignment.roster)
     owners = set[str]()
@@ -110,7 +110,7 @@ def apply_attempt_policy(
     graded = [other for other in others if isinstance(other.get("score"), (int, float, str))]
     earlier = [other for other in graded if not other.get("autograder_error")]
     now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
-    # A submission without a time gets one of its own, before all real times.
+    # Each submission without a time gets a different time, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     times = [parse_time(other.get("submission_time")) or epoch + i * ONE_DAY for i, other in enumerate(earlier)]
     counting_indices = policy.select_counting([*times, now])

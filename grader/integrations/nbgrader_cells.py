@@ -18,7 +18,7 @@ from qdot.grader.reports.rows import PartRow
 
 
 def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
-    """Return a student's cells with a cell for each part's marks after its answer; `points` are by part.
+    """Return a student's cells with a cell for each part's marks after its answer; `points` maps parts to their points.
 
     nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
     If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as an ordinary

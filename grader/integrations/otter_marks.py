@@ -37,7 +37,7 @@ def grade_for_otter(
 ) -> GradescopeResults:
     """Return a submission's results in Gradescope's format. Raises QdotError if it can't be marked.
 
-    `metadata` are Gradescope's. If they have no users, the student is the one named in the notebook.
+    `metadata` is Gradescope's description of the submission. If it lists no users, the notebook names the student.
     """
     assignment = load_assignment(folder)
     if metadata.get("users"):

@@ -2,8 +2,8 @@
 
 `data` is PrairieLearn's dictionary, whose values are all JSON. Solutions and the correct options are only in
 `correct_answers`, which only the answer panel shows. PrairieLearn's elements have stored the chosen or typed answers
-before this module is called. It converts them to the text that a student would type in a notebook, and parses and marks
-this text as usual. The grammar of formulas parses the answers as text; they are never executed.
+before this module is called. This module converts these answers to the text that a student would type in a notebook,
+and parses and marks this text as usual. The grammar of formulas parses the answers as text; they are never executed.
 """
 
 import json

@@ -102,7 +102,7 @@ def refuse(text: str, reason: str) -> ParsedAnswer:
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse a single formula, in which 0,5 is a half. If there is one label, it may precede the formula: vx = …."""
+    """Parse a single formula, in which 0,5 is a half. A single label may precede the formula, as in vx = …."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed

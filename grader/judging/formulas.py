@@ -178,7 +178,8 @@ def judge_direction(
     """Judge a vector, which is correct if it is the reference times any nonzero factor.
 
     Without `tolerance`, both vectors are formulas, which must be equal up to the factor at every configuration. With
-    it, both are numeric, and `tolerance` is the largest allowed norm of the difference of the unit vectors.
+    `tolerance`, both vectors are numeric, and `tolerance` is the largest allowed norm of the difference of the unit
+    vectors.
     """
     if parsed.refusal is not None:
         return parsed.refusal

@@ -59,7 +59,7 @@ class StudentWork:
         return replace(show_answer(self.problem, self.part, self.answer), text=_shorten(self.answer))
 
     def parse(self, text: str) -> CanonicalForm | None:
-        """Return a text, parsed as an answer to this part, in the form used to compare answers; None if it has none."""
+        """Parse a text as an answer to this part; return the form used to compare answers, None if there is no such form."""
         return similar.canonical_form(read_answer(self.problem, self.part, text))
 
 

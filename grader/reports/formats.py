@@ -22,7 +22,7 @@ from qdot.grader.reports.tables import grades_csv
 
 @dataclass(frozen=True)
 class ReportFormat:
-    """A report format: `read_by` names the programs that read it, `tested_with` what reads it in qdot's tests.
+    """A report format: `read_by` names the programs that read it, `tested_with` names what reads it in qdot's tests.
 
     - `make`: returns the content of the file, from the assignment and the results in the roster's order
     - `is_for_one_student`: whether the report has the result of only one student

@@ -16,7 +16,7 @@ from qdot.grader.reports.rows import PartRow, list_notes, make_rows, only_result
 from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
-"""When students see a test, in Gradescope's words."""
+"""Gradescope's words for when students see a test."""
 
 
 @dataclass(frozen=True)

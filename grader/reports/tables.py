@@ -69,7 +69,7 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     """Return whether a student has a mark for a gradebook, from qdot or from a person.
 
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
-    has.
+    has a mark.
     """
     state, counts_anyway = work_status(result), count_zero or count_overridden(result) > 0
     return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)

@@ -43,7 +43,7 @@ def make_temporary_folder(prefix: str) -> TemporaryFolder:
 
     Folders that can't be removed are left.
     """
-    if not IS_POSIX:  # folders can't be locked there
+    if not IS_POSIX:  # Windows can't lock folders
         return TemporaryFolder(tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX), -1)
     for path in Path(tempfile.gettempdir()).glob(f"{prefix}*{SUFFIX}"):
         with contextlib.suppress(Exception):

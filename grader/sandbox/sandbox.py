@@ -218,7 +218,7 @@ class Sandbox:
         self._unread_messages = b""
         self._close_last_report()
         if self._control is not None:
-            self._control.close()  # the forking process then ends what is running, and itself
+            self._control.close()  # the forking process then ends everything that is running, and itself
             self._control = None
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -237,8 +237,8 @@ class Sandbox:
         """Run qdot's own `setup`, then the cells that are not None in order; return the values of `names` as text.
 
         Cells may import `modules`: Python files, by name, that are put into the notebook's folder. A value that is a
-        function is called with symbols or at points; `calls` has these by prefix of the variable's name (see
-        `callables`). Raises QdotError if the notebook can't be isolated as it should be.
+        function is called with symbols or at points; `calls` maps a prefix of the variable's name to these symbols and
+        points (see `callables`). Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,

@@ -136,7 +136,7 @@ class _Notebook:
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
     def locate(self, part: str) -> None:
-        """If no cell sets the variable of a part, find the answer elsewhere and have the run source assign it."""
+        """If no cell sets the variable of a part, find the answer elsewhere, and assign it in the source to run."""
         name, setters = self.names[part], self.find_setters(self.names[part])
         marked_cells = [index for index in self.find_marked_cells(part) if index in self.sources]
         assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
@@ -194,7 +194,7 @@ class _Notebook:
         return max(statements.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
     def _use_as_answer(self, index: int, part: str, reason: str) -> bool:
-        """Use the value of an answer cell as the answer to its part; return False if it has no value to use."""
+        """Use the value of an answer cell as the answer to its part; return False if the cell has no value to use."""
         name, statement = self.names[part], self._answer_statement(index)
         if statement is None:
             return False
@@ -219,7 +219,7 @@ class _Notebook:
         self.sources[index] = "\n".join(lines)
 
     def _use_text_cell(self, index: int, part: str) -> bool:
-        """Use the Python code in a text cell, which then is run; return False if there is no answer in it."""
+        """Use and run the Python code in a text cell; return False if the code contains no answer."""
         name = self.names[part]
         code = self._find_code(self.cells[index].source, name)
         if code is None:
@@ -393,7 +393,7 @@ def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
-    """Return the note on the first cell that stopped above all answers, as they may depend on it; empty if none did."""
+    """Return the note on the first cell that stopped above all answers, because they may depend on it; else ""."""
     first_answer = min((index for index, names in notebook.names_set.items() if names), default=len(notebook.cells))
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 

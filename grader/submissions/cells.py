@@ -45,7 +45,7 @@ class Unreadable(Exception):
 
 
 class OverLimit(Unreadable):
-    """Raised if a submission exceeds a limit: it gets no mark, but that is no failure of qdot."""
+    """Raised if a submission exceeds a limit: the submission gets no mark, but qdot has not failed."""
 
 
 @dataclass(frozen=True)

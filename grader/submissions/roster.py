@@ -22,7 +22,7 @@ _IDENTIFIER_COLUMNS = re.compile(
 
 @dataclass(frozen=True)
 class PossibleOwners:
-    """The students who may have made a submission: one if that is certain, else all who fit, and why."""
+    """The students who may have made a submission: one if that is certain, otherwise all who fit and the reason."""
 
     students: tuple[str, ...]
     reason: str = ""
@@ -54,7 +54,7 @@ class Roster:
         return None if student_id is None else PossibleOwners((student_id,))
 
     def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
-        """Return the owner of a submission: by its identifiers unless the name contradicts them, else by the name."""
+        """Find the owner of a submission by its identifiers or, if these are unknown, its name; return all who fit."""
         texts = list(map(_fold_case, submitted.ids))
         by_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
         ids = by_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}

@@ -58,7 +58,7 @@ def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], No
 
 def _alter_library(_: dict[str, Any]) -> None:
     library = os.open(os.__file__, os.O_RDONLY)
-    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # the same rights as before: does no harm if it succeeds
+    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # keeps the same rights, so success does no harm
 
 
 def _connect_abstract(targets: dict[str, Any]) -> None:

@@ -28,7 +28,7 @@ _ALLOWED_IOCTL_REQUESTS = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0
 """The requests of ioctl that are allowed: whether a file is a terminal (TCGETS, TCGETS2), its width, how much can be
 read, whether reading waits, and whether started programs inherit the file."""
 _OWNER_COMMANDS, _LEASE_COMMAND = (8, 10, 15), 1024
-"""F_SETOWN, F_SETSIG, F_SETOWN_EX; and F_SETLEASE, which makes others wait for a file."""
+"""Refused commands of fcntl: F_SETOWN, F_SETSIG, F_SETOWN_EX; and F_SETLEASE, which makes others wait for a file."""
 _FIRST_UNKNOWN_CALL = 463
 """The first call of Linux 6.13: some calls since then change file attributes, and nothing needs them."""
 _TMPFILE_FLAG = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
@@ -45,7 +45,8 @@ _FIRST_ARGUMENT_OFFSET, _SECOND_ARGUMENT_OFFSET, _THIRD_ARGUMENT_OFFSET = 16, 24
 def _instruction(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
     """Return an instruction of a BPF program, as bytes.
 
-    After a comparison, the program skips `jump_if_true` instructions if it holds, and else `jump_if_false`.
+    After a comparison, the program skips `jump_if_true` instructions if the comparison holds, otherwise `jump_if_false`
+    instructions.
     """
     return struct.pack("HBBI", code, jump_if_true, jump_if_false, operand)
 

@@ -271,7 +271,7 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
 
     apply_one("limits", lambda: _limit_resources(measures))
     apply_one("user", lambda: change_user(measures.user))
-    die_with_parent(parent)  # only now, because a change of user would cancel it
+    die_with_parent(parent)  # called after the change of user, which would cancel it
     apply_one("privileges", lambda: _give_up_privileges(measures))
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))

@@ -13,7 +13,7 @@ NON_PYTHON_MAGICS = (
     "writefile", "file", "bash", "sh", "script", "system", "sx", "cmd", "html", "HTML", "svg", "SVG", "latex",
     "markdown", "javascript", "js", "perl", "ruby", "python2", "pypy", "cython", "R", "sql", "!",
 )  # fmt: skip
-"""The magics whose cells are not Python; the cells of all others are, such as those of `%%time` and `%%capture`."""
+"""The magics whose cells are not Python. The cells of all other magics, such as `%%time`, are Python."""
 
 MAX_HELP_LENGTH = 500
 """Maximum length in characters of a line that may ask for help, as `sin?` does."""
@@ -115,7 +115,7 @@ def _write_line_magic(name: str, argument: str) -> str:
 
 
 def _find_statement_end(lines: Sequence[str], begin: int) -> int:
-    """Return the index after the last line of the statement that begins in line `begin`; all lines if it has no end."""
+    """Return the index after the statement that begins in line `begin`; `len(lines)` if the statement has no end."""
     read = begin
 
     def next_line() -> str:
@@ -128,5 +128,5 @@ def _find_statement_end(lines: Sequence[str], begin: int) -> int:
             if token.type == tokenize.NEWLINE:
                 return begin + token.start[0]
     except (tokenize.TokenError, SyntaxError):
-        pass  # it is not Python; the error is reported when the cell is run
+        pass  # the cell is not Python; the error is reported when the cell is run
     return len(lines)

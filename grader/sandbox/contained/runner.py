@@ -72,7 +72,7 @@ class Alarm:
                 signal.setitimer(signal.ITIMER_PROF, 0)
                 signal.setitimer(signal.ITIMER_REAL, 0)
                 return
-            except Overtime:  # it rang while it was being switched off
+            except Overtime:  # the alarm rang while it was being switched off
                 continue
 
     def _raise_overtime(self, _signal: int, _frame: Any) -> None:

@@ -69,7 +69,7 @@ def _format_sympy(value: Any, depth: int) -> str:
         raise TypeError("a MatrixSymbol has no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*REFUSED_CLASSES):
         raise TypeError(next(advice for kind, advice in REFUSED_CLASSES.items() if value.has(kind)))
-    units = sys.modules.get("sympy.physics.units")  # it is loaded only if the notebook uses it
+    units = sys.modules.get("sympy.physics.units")  # SymPy's units are loaded only if the notebook uses them
     if units is not None and value.has(units.Quantity):
         raise TypeError("qdot doesn't accept units of sympy.physics; write only the number, in m, rad, m/s or rad/s")
     evaluated = _evaluate(value)

@@ -1,4 +1,4 @@
-"""The forking process: it isolates itself, loads the libraries, and forks for every notebook, whose data it never has.
+"""Isolate the forking process, load the libraries, and fork for every notebook, whose data stay in the child.
 
 A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
 work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
@@ -297,10 +297,10 @@ def _close_all_but(kept: set[int]) -> None:
 
 
 def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
-    """Kill a child and its descendants; return the signal that had already ended it (0 if none had), and its cost.
+    """Kill a child and its descendants; return the signal that had already ended the child (0 if none), and its cost.
 
     The cost is its processor time in seconds and its memory in bytes. The child first gets `patience` seconds to end by
-    itself: if it has closed its pipe, this shows the cause.
+    itself, because the end of a child that has closed its pipe shows the cause.
     """
     deadline = time.monotonic() + patience
     ended_pid, status, usage = os.wait4(pid, os.WNOHANG)  # not waitid, which macOS has only since Python 3.13
