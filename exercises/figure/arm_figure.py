@@ -47,9 +47,9 @@ __all__ = [
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
 POSES_TRIED = {False: 7, True: 16}
-"""Number of poses that are drawn with labels to find the one with the best places for labels; True: for a long arm."""
+"""Number of poses that are drawn with labels to find the one with the best label places (True: for a long arm)."""
 LATER_POSE_COST = 6.0
-"""Cost that a pose gets for each pose ranked before it, on the same scale as the costs of labels (see `labels`)."""
+"""Cost that is added for each pose ranked before a pose, on the same scale as the costs of labels (see `labels`)."""
 GOOD_LABEL_COST = 8.0
 """If the average cost of a label is at most this, no further pose is tried; the limit grows with each pose tried."""
 ABANDON_COST_LEAD = 0.2
@@ -128,7 +128,7 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
 
 
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
-    """Return the drawing in a given pose: with all names if it is clear from some side, else with few of them."""
+    """Return the drawing in a given pose: with all names if it is clear from some side, otherwise with few."""
     is_planar = is_drawn_flat(chain)
     views = [choose_view(chain)] if is_planar else best_views(make_drawable_chain(chain), entries, VIEWS_TRIED)
     for sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
@@ -156,7 +156,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 
 @lru_cache(maxsize=64)
 def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
-    """Return the drawing as SVG; cached, as the staff's notebook and the store need it right after each other."""
+    """Return the drawing as SVG; cached, because the staff's notebook and the store need it in quick succession."""
     description = alt_text(chain, pose is not None and any(value for _, value in pose))
     return _render("arm", name, make_title(chain), description, figure=_draw_with_labels(chain, pose)[0])
 

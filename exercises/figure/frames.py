@@ -127,9 +127,9 @@ def draw_origins(scene: Scene) -> Drawing:
 
 
 def crowding_cost(scene: Scene) -> tuple[float, float]:
-    """Return two costs: of the arm's origins drawn close to each other, and of those drawn close to the world's.
+    """Return a cost for origins of the arm that are drawn close to each other, and one for those close to the world's.
 
-    The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
+    The second cost also counts origins on an axis of the world frame. A cost of 0 means that all origins are apart.
     """
     view = scene.view
     points = [view.to_pixels(origin) for origin in _distinct_origins(scene)]

@@ -1,7 +1,7 @@
 """Place each label at the best position near its anchor that covers neither lines nor other labels.
 
-A label should be nearer to the thing that it names than to others of that kind. If it is not, or if it is far away, a
-thin leader line connects the label to the thing.
+A label should be nearer to the object that it names than to others of the same kind. If it is not, or if it is far
+away, a thin leader line connects the label to the object.
 """
 
 import math

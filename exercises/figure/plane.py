@@ -10,7 +10,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 
 
 def axonometric_view(azimuth: float, elevation: float) -> np.ndarray:
-    """Return the directions right, up and towards the reader (rows) for a reader at two angles (rad)."""
+    """Return the directions right, up and towards a reader (rows), given the reader's azimuth and elevation (rad)."""
     ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 

@@ -279,9 +279,9 @@ def _do_cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _add_last_axes(drawn_segments: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return drawn segments (k x s x 2 x 2) with the x axis of the last frame.
+    """Return drawn segments (k x s x 2 x 2) with the x axis of the last frame added.
 
-    For a long arm, whose end may come near to its base, also the z axis.
+    For a long arm, the z axis is added, too, because the arm's end may come near to its base.
     """
     start = frames[:, -1, :3, 3] @ view[:2].T
     lines = [drawn_segments]
@@ -365,7 +365,9 @@ def _score_views(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.nda
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
     drawn_origins = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
     drawn_axes = np.einsum("ix,kyx->kiy", z, views[:, :2])
-    ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the axis for `find_clearance`, too short to matter
+    ends = np.stack(
+        [origins[-1], origins[-1] + 1e-6 * z[-1]]
+    )  # `find_clearance` needs an axis; this one is too short to matter
     last_axis = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
     clearances = np.clip(find_clearance(np.concatenate([drawn_segments, last_axis], axis=1), 1) * scale / 50, 0, 1)
     visible_shares = np.minimum(np.linalg.norm(drawn_axes, axis=2) / VISIBLE_AXIS_SHARE, 1)

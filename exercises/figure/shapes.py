@@ -42,7 +42,7 @@ class Glyph:
 class Text:
     """Lettering centred on `x` with its baseline at `y`.
 
-    `box` is an upper estimate of the space that it takes. `named_point` is a point of the thing that it names.
+    `box` is an upper estimate of the space that the text takes. `named_point` is a point of the object that it names.
     """
 
     x: float

@@ -38,7 +38,7 @@ MARGIN = (12.0, 12.0)
 ARROW_HALF_LENGTH, RING_RADIUS, SHORT_SHARE = 44.0, 14.0, 0.3
 """Half the length of an arrow, the radius of a ring, and the visible share of an arrow below which it becomes a ring.
 
-A last link shorter than this share of the longest link gets an arrow along its z axis, HAND_AXIS_LENGTH pixels long.
+If the last link is shorter than SHORT_SHARE of the longest link, an arrow of HAND_AXIS_LENGTH pixels shows its z axis.
 """
 HAND_AXIS_LENGTH = 56.0
 CROSS_HALF_SIZE = 6.0

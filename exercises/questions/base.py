@@ -69,7 +69,7 @@ def make_size_objection(
 ) -> Callable[[Chain], str | None]:
     """Return a function that objects to arms for which a result has too many joints or terms.
 
-    `description` describes it, with {n} for the number of joints.
+    `description` describes the result, with {n} for the number of joints.
     """
 
     def object_to_size(chain: Chain) -> str | None:
@@ -305,23 +305,23 @@ class Question:
 
     @property
     def conventions(self) -> tuple[str, ...]:
-        """The names of the conventions to whose arms it applies."""
+        """The names of the conventions to whose arms the question applies."""
         return tuple(name for name, known in REGISTRY.items() if self.required_feature in {"", *known.features})
 
     def find_convention_objection(self, convention: str) -> str | None:
-        """Return why it does not apply to arms that are presented in a convention, or None."""
+        """Return why the question does not apply to arms that are presented in a convention; None if it does."""
         return None if convention in self.conventions else CONVENTION_OBJECTIONS[self.required_feature]
 
     def find_obstacle(self, chain: Chain) -> str | None:
-        """Return why it can't be asked for an arm: it does not apply, or is too long. Return None if it can."""
+        """Return why the question can't be asked for an arm: it does not apply or is too long; None if it can."""
         return self.find_objection(chain) or self.too_long(chain)
 
     def find_arm_objection(self, chain: Chain) -> str | None:
-        """Return why it makes no sense for an arm in a suitable convention, or None. Raises TooLong."""
+        """Return why the question makes no sense for an arm in a suitable convention, or None. Raises TooLong."""
         return self.objection(chain)
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why it makes no sense for an arm, or can't be derived, or None."""
+        """Return why the question makes no sense for an arm or its answer can't be derived; None if neither."""
         try:
             return self.find_convention_objection(chain.convention) or self.find_arm_objection(chain)
         except TooLong as error:

@@ -344,7 +344,8 @@ def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) ->
 def _is_clearly_as_intended(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
     """Return whether the arm can clearly produce a velocity if `is_possible`, and clearly can't otherwise.
 
-    It can if the velocity has no component along the lost direction, and can't if it has a large one.
+    The arm can produce a velocity without a component along the lost direction. It clearly can't produce one with a
+    large component.
     """
     numbers = np.array([float(value) for value in velocity])
     lost_share = abs(float(numbers @ lost_unit_vector)) / float(np.linalg.norm(numbers))

@@ -397,7 +397,7 @@ def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list
     """Return the zeros of a condition in a joint to 40 digits.
 
     The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one. For any other
-    condition, return none.
+    condition, the list is empty.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), WORKING_DIGITS) for test_value in test_values)

@@ -21,8 +21,10 @@ SAMPLE_COUNT = 8
 """Number of configurations at which lines are compared with the lost direction."""
 
 MAX_WRONG_COSINE = float(np.cos(np.radians(13.7)))
-"""Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction. It is not 15 degrees: joints
-are sampled in steps of 5 degrees, so 15 degrees occur exactly, and rounding would decide, not equally everywhere."""
+"""Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction.
+
+It is not 15 degrees, because joints are sampled in steps of 5 degrees, so that 15 degrees occur exactly. Then rounding
+would decide, which differs between machines."""
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,9 @@ SAMPLE_SPACING = 0.02
 """Distance between the points at which a line is examined (m)."""
 
 REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING, SINGULAR_CONDITIONING = 0.15, 0.05, 0.03
-"""Minimum sigma_min/sigma_max: along a regular line, along one of an arm with very different links, which has no better
-lines, and along a line to a singularity."""
+"""Minimum sigma_min/sigma_max along a line: a regular line, a less regular line, and a line to a singularity.
+
+An arm with links of very different lengths may have only less regular lines."""
 
 PREFERRED_TRIES = 1000
 """Number of lines to sample before a less regular one is accepted."""

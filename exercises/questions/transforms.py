@@ -21,7 +21,7 @@ MAX_JOINTS = 5
 
 @dataclass(frozen=True)
 class AngleSum:
-    """An entry of T_{w,i} before and after an angle-sum identity adds the angles of parallel joints."""
+    """An entry of T_{w,i}, before and after an angle-sum identity combines the angles of parallel joints."""
 
     number: int
     entry: tuple[int, int]

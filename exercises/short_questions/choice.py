@@ -19,7 +19,7 @@ from qdot.exercises.short_questions.wrong_sets import make_four_sets
 
 @dataclass(frozen=True, kw_only=True)
 class FormulaOptions(Options):
-    """The formulas offered as options, and what they are about."""
+    """The formulas offered as options, and the result that they show."""
 
     subject: OptionSubject
 

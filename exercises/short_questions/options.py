@@ -62,22 +62,22 @@ class OfferedOption:
 
     @property
     def is_set(self) -> bool:
-        """Whether it shows a set of configurations."""
+        """Whether the option shows a set of configurations."""
         return isinstance(self.shown, tuple)
 
     @property
     def is_tall(self) -> bool:
-        """Whether it is displayed in several lines."""
+        """Whether the option is displayed in several lines."""
         return isinstance(self.shown, sp.MatrixBase) and self.shown.rows > 1
 
     @property
     def formula(self) -> Formula:
-        """What it shows, without matrix brackets if it is a single number."""
+        """What the option shows; a single number has no matrix brackets."""
         return self.shown[0] if isinstance(self.shown, sp.MatrixBase) and self.shown.shape == (1, 1) else self.shown
 
     @property
     def text(self) -> str:
-        """What it shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
+        """What the option shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
         if isinstance(self.shown, tuple):
             return " or ".join(piece for component in self.shown for piece in component.pieces())
         if isinstance(self.shown, sp.Expr):
@@ -124,8 +124,10 @@ def exact_or_rounded_value(configuration: ExactConfiguration, q: sp.Symbol) -> s
 
 
 LengthMismatch = tuple[bool, int, float]
-"""How badly options match: whether their lengths differ much, how far the correct one is from its intended rank by
-length, and the length ratio of the longest to the shortest."""
+"""How badly options match, by three values.
+
+They are: whether the lengths of the options differ much, how far the correct option is from its intended rank by
+length, and the length ratio of the longest option to the shortest."""
 
 BEST_MISMATCH = (False, 0)
 """The first two components of the best possible mismatch."""
@@ -134,7 +136,7 @@ BEST_MISMATCH = (False, 0)
 def rate_lengths(lengths: Sequence[int], intended_rank: int, tolerance: float = 1.0) -> LengthMismatch | None:
     """Return how badly options of these lengths match, or None if they differ too much; the first option is correct.
 
-    `tolerance` is a factor of the ratios allowed.
+    The maximum ratios are multiplied by `tolerance`.
     """
     ratio, rank = max(lengths) / min(lengths), sum(length < lengths[0] for length in lengths[1:])
     if ratio > tolerance * MAX_LENGTH_RATIO:

@@ -40,14 +40,14 @@ from qdot.exercises.singularities.classification import domain_of
 
 SAMPLE_COUNT = 5
 MIN_RELATIVE_DIFFERENCE = 1e-6
-"""Relative difference by which two answers must differ at one sample at least."""
+"""At one or more samples, two answers must have at least this relative difference."""
 MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
 """Maximum number of pairs of mistakes to try with numbers, and of those to write as formulas."""
 SCREW_MISTAKES = frozenset(screws.VARIANTS)
 """Names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
-"""Maximum number of characters of an option: the first per entry (for up to four entries), but at least the second."""
+"""Maximum number of characters per entry of an option (for up to four entries), and number that is always allowed."""
 MAX_JOINTS_FOR_MINORS = 4
 """Maximum number of joints for which determinants are derived as formulas: for more joints it takes minutes."""
 
@@ -62,7 +62,7 @@ class OptionSubject:
 
     @property
     def depends_on_home_position(self) -> bool:
-        """Whether it depends on the arm's home position. The structure of an arm does not determine that."""
+        """Whether the result depends on the arm's home position, which the structure of an arm does not determine."""
         return QUESTIONS[self.base].required_feature == SCREWS
 
     @property
@@ -133,7 +133,7 @@ def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def _differ_pairwise(generic: Chain, subject: OptionSubject, first: _Variant, second: _Variant) -> bool:
-    """Return whether both mistakes together give a different answer from either mistake alone and from none."""
+    """Return whether both mistakes together give an answer that neither mistake alone gives and that is wrong."""
     w, correct = _evaluate_correct_answer(generic, subject)
     combined_working = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):

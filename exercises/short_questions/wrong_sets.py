@@ -1,4 +1,4 @@
-"""Wrong sets of singular configurations: with one mistake, with another, and with both."""
+"""Generate wrong sets of singular configurations: one by a mistake, one by another mistake, and one by both."""
 
 from collections.abc import Iterator
 from functools import lru_cache

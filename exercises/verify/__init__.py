@@ -8,10 +8,10 @@ A singular set is tested in both directions: J loses rank on every piece of it, 
 lower rank that Newton's method finds.
 
     certificate         `certify`, and the tests of questions, listed in its `CHECKS`
-    formulas, numbers   tests of questions: formulas and vectors, numbers,
-    rank, singular      ranks and lost directions, singular sets,
-    screws, path        screws and exponentials, a path,
-    concepts, quizzes   statements, short questions
+    formulas, numbers   tests of questions whose answers are formulas, vectors or numbers
+    rank, singular      tests of ranks and lost directions, and of singular sets
+    screws, path        tests of screws and exponentials, and of the motion along a line
+    concepts, quizzes   tests of questions on concepts, and of short questions
     numeric_reference   a numeric model of the arm: 4 x 4 products, finite differences, the product of exponentials
     appearance          tests of what a worked solution says about singular configurations, by moving joints
 """

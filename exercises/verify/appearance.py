@@ -29,7 +29,7 @@ from qdot.exercises.singularities.singularity_kinds import are_one_sided, classi
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8
-"""Numbers of choices of lengths, and number of configurations to test on a piece of the singular set.
+"""How many choices of lengths are tried, and how many configurations are tested on a piece of the singular set.
 
 A larger number of choices is tried only if the smaller one gives no configuration."""
 
@@ -108,7 +108,7 @@ def _samples_on_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
 
 
 def all_have_kind(chain: Chain, kind: Classification, samples: Sequence[Sample]) -> bool:
-    """Return whether all configurations have the kind that the solution states; True if it states none for all."""
+    """Return whether all configurations have the kind that the solution states; True if it states no common kind."""
     if not kind.kind or not kind.uniform:
         return True
     return set(classify_samples(chain, samples)) <= {kind.kind}
@@ -135,7 +135,7 @@ def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
 
 
 def _test_clause(chain: Chain, clause: str, sample: Sample) -> Iterator[bool]:
-    """Yield for each pattern that a clause matches whether the clause is true."""
+    """For each pattern that a clause matches, yield whether the clause is true."""
     for pattern, test in _TESTS.items():
         match = re.fullmatch(pattern, clause)
         if match is not None:
@@ -226,7 +226,7 @@ def _is_extreme(claim: _Claim) -> bool:
 def _is_extreme_sideways(claim: _Claim) -> bool:
     """Return whether the joint has moved the point as far as possible to one side of the prismatic joint.
 
-    Along that axis, the circle on which the joint moves the point is seen as an ellipse.
+    Seen along the axis of the prismatic joint, the circle on which the joint moves the point is an ellipse.
     """
     sample, prismatic_joint = claim.sample, int(claim.match["prismatic"]) - 1
     if claim.chain.joints[prismatic_joint].kind != "P":
@@ -250,7 +250,7 @@ def _is_stretched(claim: _Claim) -> bool:
     """Return whether the arm is stretched out or folded back after one of its revolute joints.
 
     The later parallel joints can then bring the point no farther from the axis, or some of them no nearer. An arm with
-    a wrist is also tested without the wrist, and an arm whose last joint rotates the hand without that joint.
+    a wrist is also tested without its wrist; if the last joint rotates the hand, also without that joint.
     """
     sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
     revolute = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
@@ -266,10 +266,10 @@ def _is_stretched(claim: _Claim) -> bool:
 
 
 def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joints: Sequence[int]) -> str:
-    """Return "stretched out" or "folded back" if the arm is so after the first of some revolute joints, else "".
+    """Return how the arm is after the first of some revolute joints: "stretched out", "folded back" or, if neither, "".
 
-    It is neither if a later joint is bent or its axis is not parallel. It is stretched out if all of its links, seen
-    along the axes, point in the same direction.
+    It is neither if a later joint is bent or has an axis that is not parallel. It is stretched out if all of its links,
+    seen along the axes, point in the same direction.
     """
     axis, *later_joints = revolute_joints
     distances_by_joint = {

@@ -136,11 +136,11 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
 
 
 CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {
-    "dh": lambda _: iter(()),  # it is the standard table
+    "dh": lambda _: iter(()),  # its table is the standard table
     "modified-dh": _check_modified_table,
     "screws": _check_axes_at_home,
 }
-"""For each convention, the check that compares the arm that it presents with the standard table.
+"""Maps each convention to the check that compares the arm, as the convention presents it, with the standard table.
 
 An arm in a convention without a check can't be certified."""
 
@@ -148,7 +148,7 @@ An arm in a convention without a check can't be certified."""
 def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
     name, usable = f"{part.name}: readable", set(numeric.symbol_names)
-    if part.answer.is_set:  # a set contains joints and lengths only
+    if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
         usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
         unknown = set[str]().union(*(find_names(numeric.parse(text)) for text in part.answer.formulas())) - usable
@@ -164,4 +164,4 @@ CHECKS: dict[str, PartCheck] = {
     for module in (formulas, numbers, singular, screws, path, rank, concepts, quizzes)
     for kind, check in module.CHECKS.items()
 }  # fmt: skip
-"""The test of each kind of question; a question without one can't be certified."""
+"""Maps each kind of question to its test; a question without a test can't be certified."""

@@ -1,6 +1,6 @@
-"""A numeric model of the arm, to check the reference answers against.
+"""Compute an arm's frames, Jacobians and velocities numerically, to check the reference answers.
 
-It uses products of 4 x 4 matrices and finite differences.
+The model uses products of 4 x 4 matrices and finite differences.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -91,7 +91,7 @@ class NumericReference:
     def for_each_arm(
         self, function: Callable[[NumericChain, np.ndarray], np.ndarray], configurations: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the values of a function of each arm and its configurations: those sampled, or others (…, n)."""
+        """Return the values of a function of an arm and its configurations, by default the sampled ones, (…, n)."""
         samples = np.split(self.configurations if configurations is None else configurations, ARM_COUNT)
         return np.concatenate([function(arm, q) for arm, q in zip(self.arms, samples, strict=True)])
 
@@ -145,7 +145,7 @@ class NumericReference:
         return self._trees[text]
 
     def evaluate_as_text(self, entries: sp.Matrix) -> np.ndarray:
-        """Return the values of symbolic entries, (…, rows, columns); all are complex if one is.
+        """Return the values of symbolic entries, (…, rows, columns); if one value is complex, all are.
 
         The entries are printed, and the text is parsed as answers are.
         """
@@ -192,7 +192,7 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
 
 
 def _nearly_cancel(lengths: Sequence[float]) -> bool:
-    """Return whether some choice of signs makes the lengths sum to less than APART."""
+    """Return whether some choice of signs makes the lengths sum to less than MIN_SEPARATION."""
     first_length, *other_lengths = lengths
     signed = (zip(signs, other_lengths, strict=True) for signs in product((1, -1), repeat=len(other_lengths)))
     return any(abs(first_length + sum(sign * value for sign, value in pairs)) < MIN_SEPARATION for pairs in signed)
@@ -259,7 +259,7 @@ def velocities_by_differences(frames: Callable[[np.ndarray], np.ndarray], q: np.
 def samples_on_condition(
     numeric: NumericReference, condition: sp.Expr, *, arm_count: int, per_arm: int
 ) -> tuple[Sample, ...]:
-    """Return configurations at which a condition holds; try more arms if it has real roots for few lengths only."""
+    """Return configurations at which a condition holds; try more arms if few of them have real roots."""
     attempts = (
         sample_condition(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms, per_arm)
         for arms in (arm_count, 4 * arm_count, 16 * arm_count)

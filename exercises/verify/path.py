@@ -46,11 +46,11 @@ class LineFollower:
         return np.asarray(self.arm.jacobian(q)[self.task])
 
     def joints_at(self, q: np.ndarray, s: float) -> np.ndarray:
-        """Return the joint values at s, by Newton's method from q."""
+        """Return the joint values at the distance s, found by Newton's method from the joint values q."""
         return self._joints_and_jacobian_at(q, s)[0]
 
     def _joints_and_jacobian_at(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the joint values at s, by Newton's method from q, and the task Jacobian there."""
+        """Return the joint values at the distance s, found by Newton's method from q, and the task Jacobian there."""
         frames = self.arm.frames(q)
         for _ in range(20):
             error = self.origin + s * self.direction - self.arm.point_of(frames)[self.task]
@@ -71,11 +71,11 @@ class LineFollower:
         return np.array(configurations)
 
     def rates(self, q: np.ndarray) -> np.ndarray:
-        """Return the joint rates at q, by a linear solve."""
+        """Return the joint rates at the joint values q, found by a linear solve."""
         return np.asarray(np.linalg.solve(self.jacobian(q), self.direction) * self.speed)
 
     def rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
-        """Return the joint rates at s by central differences of the joint values along the line."""
+        """Return the joint rates at the distance s, found by central differences of the joint values along the line."""
         ahead, behind = (self.joints_at(q, s + side * STEP) for side in (1, -1))
         return (ahead - behind) / (2 * STEP) * self.speed
 
@@ -101,7 +101,8 @@ def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
 def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_ratio: float) -> Check:
     """Check that the joint values stay on one branch of the inverse kinematics.
 
-    If the line is followed in steps a quarter as long, the joint values must change in small steps and end the same.
+    If the line is followed in steps a quarter as long, the joint values must change in small steps. The last ones must
+    be the same.
     """
     finer = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
     gap, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
@@ -111,7 +112,7 @@ def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_rati
 
 
 def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the joint speed is equal to the limit at the claimed distance, lower before and higher after it."""
+    """Check that the joint speed equals the limit at the claimed distance, is lower before it, and higher after it."""
     answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
     line, claimed = LineFollower(numeric, details.seam), reference_numbers(part)
     if claimed.shape != (1, 1, 1) or not 0 < float(claimed[0, 0, 0]) < line.length:

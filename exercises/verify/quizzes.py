@@ -45,11 +45,11 @@ BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
 JOINT_STEP = 0.7
 """The amount by which a joint is moved, in rad or m."""
 MIN_DIFFERENCE = 1e-5
-"""Fraction of their size by which two options have to differ at some sample."""
+"""At some sample, two options must differ by at least this fraction of their size."""
 
 
 def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
-    """Return the underlying question as a part whose answer contains one option, in its entry, column or as a whole."""
+    """Return the underlying question as a part whose answer contains one option, as an entry, a column or the whole."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
@@ -130,7 +130,7 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _quantity_values(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
-    """Return the values of a quantity on the numeric arm, (samples, entries); optionally with one joint moved."""
+    """Return the values of a quantity on the numeric arm, (samples, entries), after moving one joint if given."""
     configurations = numeric.configurations.copy()
     if moved_joint is not None:
         configurations[:, moved_joint] += JOINT_STEP

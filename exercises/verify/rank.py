@@ -39,10 +39,10 @@ A singular value below the first counts as zero. If one is between the two, it i
 """
 
 MIN_SAMPLE_SHARE, MIN_SPEED_SHARE = 0.6, 0.01
-"""How clearly a wrong option has to be wrong.
+"""How clearly a wrong option must be wrong.
 
-It must allow at least the second fraction of the largest speed along its line, in at least the first fraction of the
-samples."""
+In at least the first fraction of the samples, the speed along its line must reach the second fraction of the largest
+speed."""
 
 
 def find_rank(jacobian: np.ndarray) -> tuple[int, bool]:

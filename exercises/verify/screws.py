@@ -83,7 +83,7 @@ class _ExponentialArm:
 
 
 def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
-    """Return the screws at home by the link frames: z, and o x z for the origin o of a frame on the axis."""
+    """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     is_revolute = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
     screws = np.where(is_revolute, _stack_twist(numeric, z, np.cross(o, z)), _stack_twist(numeric, 0 * z, z))
@@ -91,7 +91,7 @@ def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
 
 
 def _body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
-    """Return the pose of the body frame, by exponentials and from the last frame."""
+    """Return the pose of the body frame, computed from exponentials and from the last frame."""
     return {
         "product of exponentials": (_ExponentialArm(numeric).pose, EXACT_TOLERANCE),
         "frames": (_pose_of_last_frame(numeric), EXACT_TOLERANCE),
@@ -113,7 +113,7 @@ def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.nd
 
 
 def _body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
-    """Return the adjoint of the body pose, by exponentials, and by the matrices T [V] T^-1 of unit twists V."""
+    """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
     unit = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
     by_matrices = _transform_twists(numeric, _pose_of_last_frame(numeric), unit)
     return {
@@ -153,7 +153,7 @@ def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
 
 
 def _space_jacobian(numeric: NumericReference) -> ExpectedValues:
-    """Return the space Jacobian, by exponentials, and by finite differences of the last frame."""
+    """Return the space Jacobian, computed from exponentials, and from finite differences of the last frame."""
     frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
     at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
@@ -163,7 +163,7 @@ def _space_jacobian(numeric: NumericReference) -> ExpectedValues:
 
 
 def _body_jacobian(numeric: NumericReference) -> ExpectedValues:
-    """Return the body Jacobian, by exponentials, and by rotating the geometric Jacobian into the body frame."""
+    """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
     axes = _ExponentialArm(numeric)
     rotation = axes.pose[:, :3, :3].swapaxes(1, 2)
     rotated = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)

@@ -42,12 +42,14 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 START_COUNT, REDUNDANT_START_COUNT, MAX_STEPS, MAX_SINGULAR_RATIO = 30, 150, 40, 1e-9
-"""Searches on each arm, on each redundant arm, steps of a search, and maximum sigma_min/sigma_max at its end.
+"""Number of searches on each arm and on each redundant arm, and steps and final sigma_min/sigma_max of a search.
+
+The last two are maxima.
 
 A redundant arm has singular components of lower dimension, which fewer of the searches reach."""
 
 MAX_SHIFTED_RATIO = 1e-8
-"""The same maximum for the arm with other joint offsets, which change the rounding."""
+"""Maximum sigma_min/sigma_max at a search's end for an arm with other joint offsets, which change the rounding."""
 
 MIN_STEP = 1e-12
 """Size of a step below which the iteration stops."""
@@ -59,7 +61,7 @@ SET_TOLERANCE, SEARCH_RADIUS = 1e-5, 0.003
 """Maximum distance of a singular configuration from the claimed set, and the radius for further searches.
 
 Near an intersection of components, sigma_min is a product of distances, so that it vanishes in rounding farther away
-from the set. The further searches decide then."""
+from the set. Then the further searches decide."""
 
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
