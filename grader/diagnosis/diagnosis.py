@@ -226,7 +226,7 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
 
 def _describe(predicted: PredictedAnswer) -> str:
     missing = predicted.variant.missing_symbols
-    return f"{predicted.sentence} What is missing has {missing} in it." if missing else predicted.sentence
+    return f"{predicted.sentence} The missing part contains {missing}." if missing else predicted.sentence
 
 
 def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:

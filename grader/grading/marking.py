@@ -216,9 +216,10 @@ def _verdict_by_points(
     followed_points = share_of_points(part.points, followed.judgement.share, credit)
     if followed_points <= points:
         return verdict
+    earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%}"
     reason = (
-        f"this follows{'' if follows_completely else ' in part'} from your own answer to {followed.earlier_part!r}, "
-        f"which is not right, and earns {float(credit):.0%} of the points; compared with the solution: "
+        f"this follows{'' if follows_completely else ' in part'} from your wrong answer to {followed.earlier_part!r}, "
+        f"so {earned} of the points. Correct that answer first, then redo this part. Compared with the solution: "
         f"{judgement.reason}"
     )
     judgement, follows = replace(judgement, outcome=Outcome.PARTIAL, reason=reason), _entry_flags(part, followed)

@@ -106,7 +106,7 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         share = credit[0]
         detail = re.sub(r"^\d+ of \d+ [a-z ]+ are right; ", "", reason)
         judgement = replace(
-            judgement, reason=f"{credit[1]}, which earns {share * rules.factor} of the points; {detail}"
+            judgement, reason=f"{credit[1]}, so you earn {share * rules.factor} of the points; {detail}"
         )
     return _with_share(judgement, share * rules.factor)
 
