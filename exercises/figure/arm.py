@@ -86,7 +86,7 @@ def make_scene(chain: Chain, bones: Skeleton, view: View, is_sparse: bool = Fals
         positions[i] = _find_free_position(bones, view, i, list(positions.values()))
     glyph_positions = tuple(positions[i] for i in range(chain.n))
     is_flat, frames = is_drawn_flat(chain), convention_frames(chain, bones)
-    has_small_wrist = convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS  # then all x axes are drawn
+    has_small_wrist = convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS  # if so, all x axes are drawn
     frames_without_x = frozenset[int]() if is_flat or has_small_wrist else _crowded_frames(frames[:, :3, 3])
     if is_sparse:
         frames_without_x = frozenset(range(1, chain.n))
@@ -98,7 +98,7 @@ def make_scene(chain: Chain, bones: Skeleton, view: View, is_sparse: bool = Fals
 def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
-    base_origin = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
+    base_origin = np.zeros(3) if convention.base.is_world else bones.origins[0]  # the base as drawn
     return convention.numeric_frames(bones.frames, bones.corners, base_origin)
 
 

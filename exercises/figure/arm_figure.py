@@ -49,16 +49,18 @@ MARGIN = (34.0, 26.0)
 POSES_TRIED = {False: 7, True: 16}
 """Number of poses that are drawn with labels to find the one with the best label places (True: for a long arm)."""
 LATER_POSE_COST = 6.0
-"""Cost that is added for each pose ranked before a pose, on the same scale as the costs of labels (see `labels`)."""
+"""Cost of a pose for each pose that is ranked before it, on the same scale as the costs of labels (see `labels`)."""
 GOOD_LABEL_COST = 8.0
 """If the average cost of a label is at most this, no further pose is tried; the limit grows with each pose tried."""
 ABANDON_COST_LEAD = 0.2
-"""A drawing is abandoned if it costs this much more than another one; costs are rounded to 0.1."""
+"""A drawing is abandoned if it costs this much more than another drawing; costs are rounded to 0.1."""
 LABEL_ROUNDS = 3
-"""How often the labels of the chosen pose are placed; from the second time on, each avoids all others."""
+"""How often the labels of the chosen pose are placed; from the second time on, each label avoids all others."""
 VIEWS_TRIED, CLEAR_LABEL_COST = 5, {True: 30.0, False: 16.0}
-"""Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
-are shown. The cost is higher in a flat drawing, because labels have more room and no arrow points towards the reader.
+"""Number of views that are tried for a spatial arm in a given pose, and maximum average cost of a label.
+
+All names are shown up to this cost. It is higher in a flat drawing (True), because labels have more room and no arrow
+points towards the reader.
 """
 BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""

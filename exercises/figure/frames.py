@@ -177,7 +177,7 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
 
 
 def draw_world(scene: Scene) -> Drawing:
-    """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
+    """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if they coincide."""
     view, convention = scene.view, scene.convention
     base, name = convention.base, convention.fixed_frame
     if base.is_world and convention.frame_numbers:  # the first row of a modified table may have a length a_0

@@ -34,11 +34,11 @@ INK_COST, COSTLY_POINT_COUNT, FURTHER_POINT_COST = 14_00, 10, 1_00
 Each point costs `FURTHER_POINT_COST`; each of the first `COSTLY_POINT_COUNT` points also costs `INK_COST`.
 """
 MIN_DISTANCE_MARGIN = 2.0
-"""By this many pixels, a label should be nearer to the object that it names than to others of the same kind."""
+"""A label should be nearer to the object that it names than to others of the same kind, by this many pixels."""
 EDGE_MARGIN = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
 CROSSING_FRACTIONS = (0.1, 0.3, 0.5, 0.7, 0.9)
-"""Where a leader is tested for crossing other labels, as fractions of its length."""
+"""A leader is tested for crossing other labels at points at these fractions of its length."""
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
 """Half the width in pixels of lines of some styles."""
 THIN_HALF_WIDTH, CIRCLE_MARGIN = 2.0, 1.5

@@ -76,7 +76,8 @@ def make_drawable_chain(chain: Chain, base_distance_factor: float = 1.0) -> Chai
             return sp.S.Zero
         if not value.is_number:
             return sp.Float(float(value.xreplace(values)))
-        size = min_share + (max_share - min_share) * min(abs(float(value)) / unit, 1.3)  # a base may be far away
+        # The size is limited, because a base may be far away.
+        size = min_share + (max_share - min_share) * min(abs(float(value)) / unit, 1.3)
         return sp.Float((1 if value > 0 else -1) * unit * size)
 
     variables = {variable.name: variable for variable in chain.q}

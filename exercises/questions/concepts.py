@@ -315,7 +315,11 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
 def _sample_velocities(
     jacobian: sp.Matrix, lost_unit_vector: np.ndarray, possible: bool, rng: Stream
 ) -> list[RoundedVector] | None:
-    """Return four velocities, the correct option first: only it can be produced if `possible`, else only the others."""
+    """Return four velocities, the correct option first.
+
+    If `possible`, the arm can produce only the first velocity, otherwise only the others. Returns None if no suitable
+    velocities are found.
+    """
     velocities: list[RoundedVector] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
@@ -334,7 +338,7 @@ def _sample_velocities(
 
 
 def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) -> sp.Matrix:
-    """Return a velocity along the lost direction whose length is `length` in whole hundredths, at least 0.2."""
+    """Return a velocity along the lost direction; its length is `length`, rounded to hundredths, but at least 0.2."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(length, 0.2)), 100)
     first_entry = next(value for value in direction if abs(value) > 1e-3)
     oriented = direction if first_entry > 0 else -direction

@@ -118,7 +118,7 @@ def _choose_title(chain: Chain) -> str:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the change of the linear Jacobian to the derivatives of a position, (rows, 1, …)."""
+    """Return the change that replaces the linear Jacobian by the derivatives of a position, (rows, 1, …)."""
 
     def differentiate(w: Working, correct: np.ndarray) -> np.ndarray:
         derivatives, linear = w.arithmetic.derivatives(position[:, 0]), correct.copy()

@@ -73,7 +73,7 @@ _sample_with_single_rank_loss = partial(geometry.find_singular_configuration, lo
 
 @dataclass(frozen=True)
 class RankFacts:
-    """What a solution says about a rank: independent columns (from 1), and the conditions that are satisfied."""
+    """What a solution says about a rank: which columns (from 1) are independent, and which conditions are satisfied."""
 
     columns: tuple[int, ...]
     vanishing: tuple[tuple[sp.Expr, ...], ...]
@@ -132,7 +132,7 @@ def _object_to_vector(chain: Chain) -> str | None:
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
-    """Return the branches that lose exactly one direction. If some have a formula for it, return only those."""
+    """Return the branches that lose exactly one direction, and of these only those with a formula for it, if any."""
     generic = structure(chain).chain
     branches = [branch for branch in geometry.match_branches(chain) if loses_one_direction(generic, branch.generic)]
     return [branch for branch in branches if lost_direction_formula(generic, branch.generic)] or branches
@@ -228,7 +228,7 @@ def _object_to_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class LostMotionQuestion:
-    """The question: where, what moves, whether the other motion is held at zero, and the lines in option order."""
+    """What a question states: where and what moves, whether the other motion is held at zero, and the lines offered."""
 
     where: BranchConfigurations
     moving: str
@@ -308,7 +308,7 @@ def _object_to_meaning(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class MeaningQuestion:
-    """The question: joint values, or one configuration that satisfies a condition, and the options.
+    """What a question states: joint values, or one configuration that satisfies a condition, and the options.
 
     `offered` has the meaning and the kind of each option. The kind is None if it differs within the branch.
     """
@@ -363,7 +363,7 @@ def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
-# A rank or lost direction can't be derived from a wrong Jacobian: it mostly has full rank at singular configurations.
+# A rank or lost direction can't be derived from a wrong Jacobian: that mostly has full rank at singular configurations.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",

@@ -30,7 +30,7 @@ def is_product(part: Part) -> bool:
 
 
 def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iterable[str]) -> Node | None:
-    """Return det J if the answer to a part has several entries with that denominator, such as the inverse, else None.
+    """Return det J if the answer to a part, such as the inverse, has several entries with that denominator; else None.
 
     `symbol_names` are the names of the problem's symbols.
     """

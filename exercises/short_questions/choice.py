@@ -57,7 +57,7 @@ def _list_columns(chain: Chain, question: str) -> list[OptionSubject]:
 
 
 def _list_columns_except_first(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return all columns except the first, for which there are not three plausible wrong answers."""
+    """Return all columns except the first, which does not have three plausible wrong answers."""
     return _list_columns(chain, question)[1:]
 
 

@@ -17,7 +17,7 @@ from qdot.exercises.short_questions.asking import ShortQuestion
 from qdot.exercises.singularities.singularity import singular_set
 
 MIN_VISIBLE_VELOCITY = 0.08
-"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for: large enough to see in a drawing."""
+"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for; readers can see it in a drawing."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -205,7 +205,7 @@ def _check_speed(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
-    """Check whether a statement is true, and clearly so."""
+    """Check whether a statement is clearly true or clearly false, as the answer says."""
     answer, statement = part.answer_as(Choice), part.details_as(PoseStatement)
     jacobian = exponential_jacobian_at(numeric, statement.place)
     if isinstance(statement, JointStatement):

@@ -35,7 +35,7 @@ from qdot.exercises.verify.numeric_reference import (
 ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
 """Fractions of the largest singular value.
 
-A singular value below the first counts as zero. If one is between the two, it is unclear and the check fails.
+A singular value below the first counts as zero. If one is between the two, the rank is unclear and the check fails.
 """
 
 MIN_SAMPLE_SHARE, MIN_SPEED_SHARE = 0.6, 0.01

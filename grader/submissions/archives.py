@@ -139,7 +139,7 @@ def _list_tar_members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.Tar
 
 @contextlib.contextmanager
 def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Unpack a platform's zip into a temporary folder; yield the folder, and a line for each file that was left out.
+    """Unpack a platform's zip into a temporary folder; yield the folder, and a line for each skipped file.
 
     Raises Unreadable if the zip can't be unpacked.
     """

@@ -77,7 +77,7 @@ SCRIPT_ENDINGS, MARKDOWN_ENDINGS = (".py",), (".md", ".rmd", ".qmd", ".markdown"
 NOTEBOOK_ADVICE = "submit the notebook itself, the file that ends with .ipynb"
 
 OTHER_FILE_TYPES = (
-    (b"%PDF", "a PDF"), (b"\xd0\xcf\x11\xe0", "a document of an office program"), (b"{\\rtf", "a text document (RTF)"),
+    (b"%PDF", "a PDF"), (b"\xd0\xcf\x11\xe0", "an office document"), (b"{\\rtf", "a text document (RTF)"),
     (b"Rar!", "a RAR archive"), (b"7z\xbc\xaf", "a 7-Zip archive"), (b"\x89PNG", "a picture"),
     (b"\xff\xd8\xff", "a picture"),
 )  # fmt: skip
