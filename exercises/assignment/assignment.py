@@ -413,10 +413,10 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
 
     A robot has the order of its file unless the assignment sets one. Raises QdotError.
     """
-    chosen = setting or default or ""
-    canonical_order = find_twist_order(chosen) if chosen else ""
+    chosen_order = setting or default or ""
+    canonical_order = find_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
-        return chosen if family.robot_argument else canonical_order  # for a robot, "" means the order of its file
+        return chosen_order if family.robot_argument else canonical_order  # for a robot, "" means the order of its file
     if setting is not None:
         raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""
@@ -486,15 +486,15 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
     students: list[Student] = []
     lines: dict[str, int] = {}
     for number, cells in read_roster_table(path, missing_hint):
-        where = f"{path}: line {number}"
+        location = f"{path}: line {number}"
         identifier = normalize_identifier(cells["student"])
-        _check_identifier(where, identifier)
+        _check_identifier(location, identifier)
         folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
         if folded_identifier in lines:
-            raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded_identifier]}")
+            raise QdotError(f"{location}: student {identifier!r} is already on line {lines[folded_identifier]}")
         lines[folded_identifier] = number
         other_cells = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
-        due_date = _parse_due_date(where, cells.get("due", "").strip())
+        due_date = _parse_due_date(location, cells.get("due", "").strip())
         name, email = (cells.get(column, "").strip() for column in ("name", "email"))
         students.append(Student(identifier, name, email, other_cells, due_date))
     if not students:

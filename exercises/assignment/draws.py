@@ -169,16 +169,16 @@ def generate_student_problems(
 ) -> StudentProblems[Record]:
     """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
     results = {slot.name: generate_certified(assignment, slot, student, certify) for slot in assignment.slots}
-    certified = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
+    certified_problems = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
     failed_slots = tuple(result for result in results.values() if isinstance(result, FailedSlot))
-    return StudentProblems(student, certified, failed_slots)
+    return StudentProblems(student, certified_problems, failed_slots)
 
 
 def record_redraws(assignment: Assignment, student: str, redraws: Mapping[str, Redraw]) -> Assignment:
     """Record a student's new draws in redrawn.csv, and return the assignment with them."""
-    changed = {**assignment.redraws, **{(student, slot): redraw for slot, redraw in redraws.items()}}
-    write_redrawn(assignment.folder, changed)
-    return replace(assignment, redraws=changed)
+    redraws_of_class = {**assignment.redraws, **{(student, slot): redraw for slot, redraw in redraws.items()}}
+    write_redrawn(assignment.folder, redraws_of_class)
+    return replace(assignment, redraws=redraws_of_class)
 
 
 OnStudent = Callable[[], None]

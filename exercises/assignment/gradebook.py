@@ -151,8 +151,8 @@ def _first_name_first(name: str) -> str:
     >>> _first_name_first("Lovelace, Ada"), _first_name_first("Aristotle")
     ('Ada Lovelace', 'Aristotle')
     """
-    last, comma, first = name.removeprefix('="').removesuffix('"').partition(", ")
-    return f"{first} {last}" if comma and ", " not in first else name
+    last_name, comma, first_name = name.removeprefix('="').removesuffix('"').partition(", ")
+    return f"{first_name} {last_name}" if comma and ", " not in first_name else name
 
 
 # --- Moodle ---

@@ -139,19 +139,19 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
 
 def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome."""
-    released, solved = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
+    released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(notebook_text, notebooks)
-    existing_text = _read_if_present(released)
+    existing_text = _read_if_present(released_path)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    is_new_version = _read_edition(solved) not in ("", assignment.edition_of(student))
+    is_new_version = _read_edition(solution_path) not in ("", assignment.edition_of(student))
     if existing_text not in (None, "", new_text) or is_new_version:
         outcome = "rewritten"
     else:
-        outcome = "written" if existing_text is None and not solved.exists() else "completed"
+        outcome = "written" if existing_text is None and not solution_path.exists() else "completed"
     write_atomically(certificate_path(assignment, student), certificate, mode=0o600, durable=False)
     if existing_text != new_text:
-        write_atomically(released, new_text, durable=False)
-    write_atomically(solved, solution, mode=0o600, durable=False)
+        write_atomically(released_path, new_text, durable=False)
+    write_atomically(solution_path, solution, mode=0o600, durable=False)
     return outcome
 
 
@@ -171,9 +171,9 @@ def _make_notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "tuple[NotebookNode, NotebookNode]":
     """Return the released and the staff's notebook, with the same prompts in both."""
-    released = make_handout(assignment, student, problems)
-    make_solution = partial(solution_notebook, released=released)
-    return released, _make_notebook(make_solution, assignment, student, problems)
+    released_notebook = make_handout(assignment, student, problems)
+    make_solution = partial(solution_notebook, released=released_notebook)
+    return released_notebook, _make_notebook(make_solution, assignment, student, problems)
 
 
 def _make_notebook(

@@ -156,8 +156,8 @@ def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
 def code_digest() -> str:
     """Return a digest of the code and the library versions that determine problems and figures."""
     digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
-    here = Path(__file__).resolve().parents[1]
-    sources = [path for kind in ("py", "txt", "json", "toml") for path in here.rglob(f"*.{kind}")]
+    package_folder = Path(__file__).resolve().parents[1]
+    sources = [path for kind in ("py", "txt", "json", "toml") for path in package_folder.rglob(f"*.{kind}")]
     for path in sorted([*sources, *template_folder().rglob("*.svg.j2")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -37,12 +37,12 @@ def install_command(extra: str = "") -> str:
 
 def explain_missing(extra: str, feature: str, module: str = "") -> str:
     """Return the message that a feature needs an extra or one of its modules; "" if nothing is missing."""
-    missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
-    if not missing:
+    missing_modules = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
+    if not missing_modules:
         return ""
-    where = "" if IS_RELEASED else " (in the folder of qdot's source)"
-    words = f"install it with: {install_command(extra)}{where}"
-    return f"{feature} needs {' and '.join(missing)}, which is not installed; {words}"
+    folder_hint = "" if IS_RELEASED else " (in the folder of qdot's source)"
+    words = f"install it with: {install_command(extra)}{folder_hint}"
+    return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {words}"
 
 
 def require_extra(extra: str, feature: str, module: str = "") -> None:

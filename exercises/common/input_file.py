@@ -107,10 +107,10 @@ class TomlFile:
         for key in key_path:
             has_key = key in value if isinstance(value, dict) else isinstance(value, list)
             value = value[key] if has_key else None
-        where = self._describe_location(key_path, key_path)
-        simple = key_path and value is not None and not isinstance(value, dict) and not _is_list_of_tables(value)
-        text = toml_text(value) if simple else ""
-        return f"{where} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else where
+        location = self._describe_location(key_path, key_path)
+        is_shown = key_path and value is not None and not isinstance(value, dict) and not _is_list_of_tables(value)
+        text = toml_text(value) if is_shown else ""
+        return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
 
     def describe_key(self, *key_path: str | int) -> str:
         """Return the file, the line of a wrong key, and the table that contains it, for a message."""
@@ -141,17 +141,17 @@ class TomlFile:
         for key in table:
             if key in known:
                 continue
-            where = self._describe_location(key_path, (*key_path, key))
+            location = self._describe_location(key_path, (*key_path, key))
             guess = most_similar(key, (*known, *top_level_keys))
             if guess not in top_level_keys or guess in known:
-                raise QdotError(f"{where}: {unknown_name('key', key, tuple(known))}")
+                raise QdotError(f"{location}: {unknown_name('key', key, tuple(known))}")
             start = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
             advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
-            raise QdotError(f"{where}: {start} {advice}")
+            raise QdotError(f"{location}: {start} {advice}")
         for key in required:
             if key not in table:
-                where = self._describe_location(key_path, key_path)
-                raise QdotError(f"{where}: the key {key!r} is missing; needed: {', '.join(required)}")
+                location = self._describe_location(key_path, key_path)
+                raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required)}")
 
     def line_number(self, key_path: KeyPath) -> int | None:
         """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
@@ -234,8 +234,8 @@ def read_table(
     """
     rows = _rows(path, missing_hint)
     if not rows:
-        expected = f"the first line {example_header!r}, then one line per {first_column}"
-        raise QdotError(f"{path}: the file is empty; it needs {expected}")
+        expected_form = f"the first line {example_header!r}, then one line per {first_column}"
+        raise QdotError(f"{path}: the file is empty; it needs {expected_form}")
     header = _header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
@@ -306,9 +306,9 @@ def _header(path: Path, line: int, row: list[str], first_column: str, example_he
     """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
     if header[0] != first_column:
-        others = f"then {', '.join(example_header.split(',')[1:])}, …"
-        expected = f"must be {first_column!r} ({others})"
-        raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, but {expected}")
+        other_columns = f"then {', '.join(example_header.split(',')[1:])}, …"
+        requirement = f"must be {first_column!r} ({other_columns})"
+        raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, but {requirement}")
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:
         raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give them different names")

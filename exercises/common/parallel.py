@@ -147,9 +147,9 @@ def _defer_stop() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    received: list[signal.Signals] = []
-    previous = {  # blocking is not enough: another thread may receive the signal
-        signal_number: signal.signal(signal_number, lambda number, _: received.append(signal.Signals(number)))
+    received_signals: list[signal.Signals] = []
+    previous_handlers = {  # blocking is not enough: another thread may receive the signal
+        signal_number: signal.signal(signal_number, lambda number, _: received_signals.append(signal.Signals(number)))
         for signal_number in (*GROUP_SIGNALS, signal.SIGTERM)
     }
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, GROUP_SIGNALS) if CAN_BLOCK_SIGNALS else set()
@@ -158,9 +158,9 @@ def _defer_stop() -> Iterator[None]:
     finally:
         if CAN_BLOCK_SIGNALS:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        for signal_number, handler in previous.items():
+        for signal_number, handler in previous_handlers.items():
             signal.signal(signal_number, handler)
-        for signal_number in received:  # replaces an error in the block, because the signal caused that error
+        for signal_number in received_signals:  # replaces an error in the block, because the signal caused that error
             signal.raise_signal(signal_number)
 
 

@@ -34,8 +34,8 @@ def parse_seconds(text: str) -> float:
     number = re.fullmatch(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?\s*", text, re.ASCII | re.IGNORECASE)
     if number and MIN_SECONDS <= float(text) <= MAX_SECONDS:
         return float(text)
-    expected = f"a number of seconds from {MIN_SECONDS:g} to {MAX_SECONDS:.0f}, as in --time 300"
-    raise QdotError(f"--time {text!r}: expected {expected}")
+    expected_form = f"a number of seconds from {MIN_SECONDS:g} to {MAX_SECONDS:.0f}, as in --time 300"
+    raise QdotError(f"--time {text!r}: expected {expected_form}")
 
 
 @contextmanager

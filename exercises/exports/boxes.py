@@ -118,8 +118,8 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
     are_formulas = all(re.fullmatch(r"\$[^$]*\$", text) for text in texts)
     if (has_tall_option or max_width > width) and are_formulas:
         texts = [f"${text}$" for text in texts]  # a block formula can be made smaller or broken into lines
-    offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
-    return PaperOptions(offered, columns, has_tick_boxes=not answer.matched_items)
+    paper_options = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
+    return PaperOptions(paper_options, columns, has_tick_boxes=not answer.matched_items)
 
 
 def _measure_width(text: str) -> float:

@@ -37,10 +37,10 @@ def collect_handouts(order: ExportRequest) -> Handouts:
 
     Call this before copying any file of the assignment.
     """
-    unreleased = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, failures = certify_class(order.assignment, unreleased, order.find_failures, order.jobs, order.on_step)
+    new_ids = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
+    assignment, failures = certify_class(order.assignment, new_ids, order.find_failures, order.jobs, order.on_step)
     for failure in failures:
         order.on_left_out(failure)
     left_out_students = {failure.student for failure in failures}
     students = tuple(student for student in assignment.roster if student.id not in left_out_students)
-    return Handouts(order, assignment, students, frozenset(unreleased))
+    return Handouts(order, assignment, students, frozenset(new_ids))

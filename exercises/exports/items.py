@@ -299,8 +299,8 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
         blames = list_blames(part, index) if explains_mistakes and not is_right else ()
         feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         options.append(QuizOption(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
-    fixed = part.has_drawn_options or answer.offered_options == TRUE_FALSE
-    return ChoiceForm(tuple(options), isinstance(answer, Selection), fixed)
+    has_fixed_order = part.has_drawn_options or answer.offered_options == TRUE_FALSE
+    return ChoiceForm(tuple(options), isinstance(answer, Selection), has_fixed_order)
 
 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
@@ -344,7 +344,9 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
         wrong_tolerance = compute_tolerance(wrong_value)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # many mistakes lead to zero
-        is_new = all(abs(wrong_value - v) > wrong_tolerance + earlier for v, earlier in values_with_tolerance)
+        is_new = all(
+            abs(wrong_value - v) > wrong_tolerance + earlier_tolerance for v, earlier_tolerance in values_with_tolerance
+        )
         if is_new and np.isfinite(wrong_value) and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))

@@ -102,7 +102,7 @@ def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer])
         answer = wrong.answer
         if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
-        is_new = all(have_different_values(answer, earlier) for earlier in accepted)
+        is_new = all(have_different_values(answer, earlier_answer) for earlier_answer in accepted)
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
             accepted.append(answer)
             mistake_names.add(wrong.mistake.name)
@@ -204,18 +204,20 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
     working = numeric_working(problem.chain, samples)
     wrong_answers = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
-    expected = np.array([float(value) for value in part.answer.as_matrix()])
+    expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
-    accepted = [expected]
+    accepted = [expected_numbers]
     for wrong in wrong_answers:
         values = wrong.answer[..., 0].ravel()
-        is_new = all((np.abs(values - earlier) > CLEAR_TOLERANCES * tolerances).any() for earlier in accepted)
+        is_new = all(
+            (np.abs(values - earlier_values) > CLEAR_TOLERANCES * tolerances).any() for earlier_values in accepted
+        )
         if is_new and len(accepted) <= max_count:
             accepted.append(values)
-            is_correct = tuple(map(bool, np.abs(values - expected) <= tolerances))
-            rounded = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
+            is_correct = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
+            rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback = name_chapter(wrong.sentence)
-            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded, is_correct)
+            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded_answer, is_correct)
 
 
 def list_tolerances(part: Part) -> list[float]:

@@ -162,9 +162,9 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         count = sum(any(entries.col(k)) for k in range(entries.cols))
         yield f"Each right column: {_format_partial_points(part, Fraction(1, count))}."
     elif not is_single:
-        nonzero = "nonzero " if 0 in entries else ""
-        yield f"Each of the {len(counted)} {nonzero}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
-        if nonzero:
+        kind = "nonzero " if 0 in entries else ""
+        yield f"Each of the {len(counted)} {kind}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
+        if kind:
             yield "Each zero that is answered with something else deducts as much."
     if varies and not all(is_varying):
         yield "No points if no right entry depends on the configuration."

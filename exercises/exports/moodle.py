@@ -146,8 +146,8 @@ def _format_number(value: float, tolerance: float) -> str:
     >>> _format_number(-0.70710678118, 0.0035), _format_number(2.0, 0.0), _format_number(0.70710678118, 5e-12)
     ('-0.707107', '2', '0.70710678118')
     """
-    rounded = round(value, 3 - math.floor(math.log10(tolerance))) if tolerance else value
-    return markup.format_decimal(rounded, DIGITS)
+    rounded_value = round(value, 3 - math.floor(math.log10(tolerance))) if tolerance else value
+    return markup.format_decimal(rounded_value, DIGITS)
 
 
 def _make_filler_number(length: int) -> str:

@@ -97,7 +97,7 @@ def _make_number(part: Part, values: sp.Matrix) -> Number:
 def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> NumericPart:
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
-    wrong = [
+    wrong_answers = [
         (mistake.title, name_chapter(mistake.sentence(mistaken.words)), _to_floats(mistaken.answer))
         for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
@@ -107,8 +107,10 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool = False) -> N
         values = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
         working = numeric_working(problem.chain, values)
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
-        wrong += [_describe_wrong(mistake, mistake.answer[..., 0]) for mistake in _list_wrong_answers(working, part)]
-    return NumericPart(part, reference, None, tuple(wrong))
+        wrong_answers += [
+            _describe_wrong(mistake, mistake.answer[..., 0]) for mistake in _list_wrong_answers(working, part)
+        ]
+    return NumericPart(part, reference, None, tuple(wrong_answers))
 
 
 def _to_floats(answer: Number) -> np.ndarray:
@@ -124,9 +126,9 @@ def _check_agreement(
 ) -> None:
     """Raise QdotError unless both computations agree; directions are compared up to a factor."""
     if reference.shape == derived_values.shape and is_direction:
-        largest = np.abs(reference).argmax()
-        derived_values = derived_values / derived_values.ravel()[largest]
-        reference = reference / reference.ravel()[largest]
+        largest_index = np.abs(reference).argmax()
+        derived_values = derived_values / derived_values.ravel()[largest_index]
+        reference = reference / reference.ravel()[largest_index]
     max_difference = MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9)
     if reference.shape != derived_values.shape or not np.abs(reference - derived_values).max() <= max_difference:
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
@@ -151,17 +153,19 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     values = _collect_values(chain, part, configurations)
     as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
     working = numeric_working(chain, values)
-    derived = compute_answer(working, as_number)
-    mistakes = [wrong for wrong in _list_wrong_answers(working, as_number) if wrong.answer.shape == derived.shape]
-    best = _choose_configuration(derived, mistakes)
-    if best is None:
+    derived_answer = compute_answer(working, as_number)
+    mistakes = [
+        wrong for wrong in _list_wrong_answers(working, as_number) if wrong.answer.shape == derived_answer.shape
+    ]
+    best_index = _choose_configuration(derived_answer, mistakes)
+    if best_index is None:
         return None
-    exact = _evaluate_reference(reference, _add_given_joints(part, configurations[best]))
-    as_number = replace(part, answer=_make_number(part, exact))
-    float_values = np.array(exact.tolist(), dtype=float)
-    _check_agreement(problem, part, float_values, derived[..., best], part.answer.counts_up_to_a_factor)
-    wrong_answers = tuple(_describe_wrong(wrong, wrong.answer[..., best]) for wrong in mistakes)
-    given_values = _describe_given_values(chain, part, configurations[best], reference)
+    exact_values = _evaluate_reference(reference, _add_given_joints(part, configurations[best_index]))
+    as_number = replace(part, answer=_make_number(part, exact_values))
+    float_values = np.array(exact_values.tolist(), dtype=float)
+    _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.counts_up_to_a_factor)
+    wrong_answers = tuple(_describe_wrong(wrong, wrong.answer[..., best_index]) for wrong in mistakes)
+    given_values = _describe_given_values(chain, part, configurations[best_index], reference)
     return NumericPart(as_number, float_values, given_values, wrong_answers)
 
 
@@ -205,8 +209,11 @@ def _add_given_joints(part: Part, configuration: Configuration) -> Configuration
 
 def _collect_values(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> SymbolValues:
     """Return the values (N,) of each symbol at all N configurations."""
-    exact = [_add_given_joints(part, configuration) for configuration in configurations]
-    columns = {symbol.name: np.array([float(configuration[symbol]) for configuration in exact]) for symbol in exact[0]}
+    exact_configurations = [_add_given_joints(part, configuration) for configuration in configurations]
+    columns = {
+        symbol.name: np.array([float(configuration[symbol]) for configuration in exact_configurations])
+        for symbol in exact_configurations[0]
+    }
     other_names = {*domain_of(chain).roles} - set(columns)
     return columns | {name: np.ones(len(configurations)) for name in sorted(other_names)}
 
@@ -238,11 +245,13 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     unit = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit]
     with np.errstate(all="ignore"):
-        wrong = tuple((title, text, answer / answer.ravel()[unit]) for title, text, answer in direction.wrong_answers)
+        wrong_answers = tuple(
+            (title, text, answer / answer.ravel()[unit]) for title, text, answer in direction.wrong_answers
+        )
     reference = sp.Matrix(values.tolist())
     answer = Number(reference, ("",) * len(reference), inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
     part = replace(direction.part, answer=answer)
-    return NumericPart(part, values, direction.given_values, wrong, unit)
+    return NumericPart(part, values, direction.given_values, wrong_answers, unit)
 
 
 # --- words ---

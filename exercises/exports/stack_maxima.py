@@ -41,8 +41,8 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
     """Return the lines that define a student's names for lengths, sines and cosines, then constants and functions."""
     values = {name: info.value for name, info in problem.symbols().items() if info.value is not None}
     given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
-    short = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
-    return [f"given: [{given_equations}];", f"short: [{short}];", *constants, *functions]
+    short_names = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
+    return [f"given: [{given_equations}];", f"short: [{short_names}];", *constants, *functions]
 
 
 def list_short_names(problem: Problem) -> dict[str, str]:
@@ -50,9 +50,9 @@ def list_short_names(problem: Problem) -> dict[str, str]:
     symbols = problem.symbols()
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
     meanings = {}
-    for first in angles:
-        for last in range(first, min(first + MAX_JOINTS_IN_NAME, 10)):
-            run = range(first, last + 1)
+    for first_joint in angles:
+        for last_joint in range(first_joint, min(first_joint + MAX_JOINTS_IN_NAME, 10)):
+            run = range(first_joint, last_joint + 1)
             if not all(i in angles for i in run):
                 break
             total, digits = " + ".join(angles[i].name for i in run), "".join(map(str, run))

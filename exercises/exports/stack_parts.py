@@ -159,8 +159,8 @@ def compute_share(
         else:
             _, zeros = _split_zeros(reference)
             entry_share = share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
-        varying = _find_varying_entries(problem, reference)
-        if not varying or correct_indices.intersection(varying):
+        varying_entries = _find_varying_entries(problem, reference)
+        if not varying_entries or correct_indices.intersection(varying_entries):
             share = max(share, entry_share)
     if _find_pivot(problem, reference) is not None:
         share = max(share, _compute_share_up_to_a_factor(problem, answer, reference, entries_equal))
@@ -185,15 +185,16 @@ def _compute_share_up_to_a_factor(
 ) -> Fraction:
     """Return the share of an answer whose wrong entries differ only by signs, a constant factor and `common_factor`."""
     domain, moving = known_wrong.make_domain(problem), set(_find_varying_entries(problem, reference))
-    wrong = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
+    wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
     answer_entries, wanted_entries = (
-        [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
+        [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
+        for matrix in (answer, reference)
     )
     reference_entries = [multiply_nodes(entry, common_factor) for entry in wanted_entries]
     factor = find_constant_factor(
         answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
-    if factor is None or (factor.changes_size and moving.isdisjoint(wrong)):
+    if factor is None or (factor.changes_size and moving.isdisjoint(wrong_indices)):
         return Fraction(0)
     return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
@@ -206,15 +207,19 @@ def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
 
 def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
     """Return the position (from 1) of an entry by which to find a constant factor; None for a single constant."""
-    nonzero = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return None if not nonzero or (len(nonzero) == 1 and not _find_varying_entries(problem, reference)) else nonzero[0]
+    nonzero_positions = [k for k, entry in enumerate(reference, 1) if entry != 0]
+    return (
+        None
+        if not nonzero_positions or (len(nonzero_positions) == 1 and not _find_varying_entries(problem, reference))
+        else nonzero_positions[0]
+    )
 
 
 def _split_zeros(reference: sp.Matrix) -> tuple[list[int], list[int]]:
     """Return the indices of the entries that earn points, and of the zeros. Zeros earn points only if all are zero."""
-    nonzero = [k for k, entry in enumerate(reference) if entry != 0]
-    zeros = [k for k in range(len(reference)) if k not in nonzero]
-    return (nonzero, zeros) if nonzero else (zeros, [])
+    nonzero_indices = [k for k, entry in enumerate(reference) if entry != 0]
+    zeros = [k for k in range(len(reference)) if k not in nonzero_indices]
+    return (nonzero_indices, zeros) if nonzero_indices else (zeros, [])
 
 
 def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
@@ -316,11 +321,11 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot(problem, reference) is None:
         return lines, feedback
-    share_for_factor = part.effective_credit.factor
+    credit_factor = part.effective_credit.factor
     moving = [k + 1 for k in _find_varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
-        f"share: max(share, if amiss = 0 then 0 else {share_for_factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
+        f"share: max(share, if amiss = 0 then 0 else {credit_factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "It is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
@@ -347,8 +352,8 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
         words = f"{n} entries are right"
         if zeros:
             words = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
-    if varying := _find_varying_entries(problem, reference):
-        lines.append(f"share: if share > 0 and {count_agreeing(varying)} = 0 then 0 else share;")
+    if varying_entries := _find_varying_entries(problem, reference):
+        lines.append(f"share: if share > 0 and {count_agreeing(varying_entries)} = 0 then 0 else share;")
     return lines, f"<p>{{@right@}} of {words}.</p>"
 
 
@@ -448,8 +453,8 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size}, i, 1, {n})) = {n}"
         lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
-    worth = part.effective_credit.factor
-    return lines if worth == 1 else [*lines, f"share: share*{worth};"]
+    credit_factor = part.effective_credit.factor
+    return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
 
 
 def _compute_share_of_numbers(part: Part, known_answer: known_wrong.KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
@@ -516,11 +521,11 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         f"[qdot_covered(said, args({write_equations((component,))})), {len(claims)}]"
         for component, claims in zip(answer.components, condition_claims, strict=True)
     )
-    worth = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
+    factor = part.effective_credit.factor if part.effective_credit.rule != "whole" else 0
     lines = [
         "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
         "right: qdot_covered(said, args(ta1));", "beyond: qdot_beyond(said, args(ta1));",
-        f"share: qdot_set_share([{coverage}], beyond);", *([] if worth == 1 else [f"share: share*{worth};"]),
+        f"share: qdot_set_share([{coverage}], beyond);", *([] if factor == 1 else [f"share: share*{factor};"]),
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
@@ -547,7 +552,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | str:
         false_joints = [joint for joint, _ in wrong_claims - reference_claims]
         false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_claims & reference_claims])
         claim_counts = [(len(wrong_claims & expected), len(expected)) for expected in condition_claims]
-        share = float(share_of_set(claim_counts, false_count) * worth)
+        share = float(share_of_set(claim_counts, false_count) * factor)
         stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     cases += [UNUSUAL_FORM_TEST, UNRELATED_TEST]

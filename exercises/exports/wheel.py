@@ -54,12 +54,12 @@ def _read_package_files() -> dict[str, bytes]:
 def list_versions() -> str:
     """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
     pinned_versions: dict[str, str] = {}
-    unvisited = [distribution(DISTRIBUTION)]
-    while unvisited:
-        for dependency in _find_dependencies(unvisited.pop()):
+    unvisited_distributions = [distribution(DISTRIBUTION)]
+    while unvisited_distributions:
+        for dependency in _find_dependencies(unvisited_distributions.pop()):
             if dependency.name.lower() not in pinned_versions:
                 pinned_versions[dependency.name.lower()] = f"{dependency.name}=={dependency.version}"
-                unvisited.append(dependency)
+                unvisited_distributions.append(dependency)
     return "".join(f"{pinned_versions[name]}\n" for name in sorted(pinned_versions))
 
 

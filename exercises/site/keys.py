@@ -130,8 +130,8 @@ class _KeyMaker(AnswerVisitor[Json]):
         key = _numbers_key(answer) | {"mistakes": mistakes}
         if answer.shape == (1, 1):  # many other mistakes give the same number if it has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
-            precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
-            key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known_values]
+            precise_mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
     def conditions(self, answer: ConditionSet) -> Json:
@@ -282,20 +282,20 @@ def _likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> I
     right_rounded = _round_digits(correct)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
-        rounded = _round_digits(values)
-        is_wrong = len(rounded) == len(right_rounded) and rounded != right_rounded
-        if is_wrong and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
-            by_rounded[rounded] = chance, mistake, values
+        rounded_values = _round_digits(values)
+        is_wrong = len(rounded_values) == len(right_rounded) and rounded_values != right_rounded
+        if is_wrong and (rounded_values not in by_rounded or by_rounded[rounded_values][0] < chance):
+            by_rounded[rounded_values] = chance, mistake, values
     max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(right_rounded))
     for _, mistake, values in islice(by_rounded.values(), max_count):
         yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
 def _fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
-    flat = answer.reshape(-1, answer.shape[-1])
+    entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
-        flat = flat / np.sqrt((np.abs(flat) ** 2).sum(axis=0))
-    total = sum(weight(i) * entry for i, entry in enumerate(flat))
+        entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
+    total = sum(weight(i) * entry for i, entry in enumerate(entries))
     values = np.asarray(total).real
     return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
 
@@ -341,22 +341,22 @@ def _mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
 
 
 def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
-    derived, numbers_of_answer = _derived_part(part)
-    if derived is None:
+    derived_part, numbers_of_answer = _derived_part(part)
+    if derived_part is None:
         return
-    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived, precise):
-        flat = numbers_of_answer(wrong.answer)
-        if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _RATE_MISTAKES):
-            yield catalogue.variant_frequency(wrong), _describe_mistake(wrong), flat.tolist()
+    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, precise):
+        numbers = numbers_of_answer(wrong.answer)
+        if _is_finite_and_nonzero(numbers) and (derived_part is part or wrong.mistake.name not in _RATE_MISTAKES):
+            yield catalogue.variant_frequency(wrong), _describe_mistake(wrong), numbers.tolist()
 
 
 def _speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
     """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
     if part.kind != "speed":
         return
-    derived, _ = _derived_part(part)
-    assert derived is not None
-    velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived))
+    derived_part, _ = _derived_part(part)
+    assert derived_part is not None
+    velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived_part))
     moving = np.abs(velocity[np.abs(velocity) > 1e-9])
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
@@ -431,9 +431,12 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
-            exact = {atom.joint: constant_value(atom.expression) for atom in piece if atom.joint is not None}
+            exact_values = {atom.joint: constant_value(atom.expression) for atom in piece if atom.joint is not None}
             columns = [
-                [float(f"{sampled:.9f}" if exact.get(name) is None else exact[name]) + 0.0 for sampled in values[name]]
+                [
+                    float(f"{sampled_value:.9f}" if exact_values.get(name) is None else exact_values[name]) + 0.0
+                    for sampled_value in values[name]
+                ]
                 for name in symbols
             ]
             keys.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
@@ -457,5 +460,5 @@ def _to_double(value: Any) -> float | None:
     if isinstance(value, mpmath.mpc):
         value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
     text = mpmath.nstr(mpmath.mpf(value), 15)
-    double = float(text)
-    return double + 0.0 if np.isfinite(double) else None
+    number = float(text)
+    return number + 0.0 if np.isfinite(number) else None

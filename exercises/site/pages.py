@@ -79,8 +79,10 @@ def find_assets() -> Assets | None:
 
     Raises QdotError if the scripts belong to another version of qdot.
     """
-    here = Path(__file__).resolve().parents[1]
-    folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
+    package_folder = Path(__file__).resolve().parents[1]
+    folder = next(
+        (f for f in (package_folder / "site_dist", package_folder.parent / "site" / "dist") if f.is_dir()), None
+    )
     return None if folder is None else read_assets(folder)
 
 
@@ -101,19 +103,19 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         content = {}
-    missing = [source for source in ENTRIES.values() if source not in content]
-    if missing:
+    missing_sources = [source for source in ENTRIES.values() if source not in content]
+    if missing_sources:
         raise QdotError(
             f"the site's scripts in {folder} are incomplete or from another version of qdot; these are missing: "
-            f"{', '.join(missing)}; run `make site` to rebuild them"
+            f"{', '.join(missing_sources)}; run `make site` to rebuild them"
         )
     return content
 
 
 def docs_folder() -> Path | None:
     """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
-    here = Path(__file__).resolve().parents[1]
-    return next((f for f in (here / "site_docs", here.parent / "docs") if f.is_dir()), None)
+    package_folder = Path(__file__).resolve().parents[1]
+    return next((f for f in (package_folder / "site_docs", package_folder.parent / "docs") if f.is_dir()), None)
 
 
 def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
@@ -126,8 +128,8 @@ def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -
 def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the styles of an entry and of its static imports."""
     entry = manifest[source]
-    inner = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
-    return list(dict.fromkeys([*inner, *entry.get("css", ())]))
+    imported_styles = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
+    return list(dict.fromkeys([*imported_styles, *entry.get("css", ())]))
 
 
 def make_pages(context: PageContext) -> Iterator[Page]:
@@ -186,8 +188,8 @@ def _address(name: str, anchor: str) -> str:
 
 
 def _add_anchor(heading: re.Match[str]) -> str:
-    plain = re.sub(r"<[^>]*>", "", heading[2]).lower()
-    anchor = re.sub(r"[^\w\- ]", "", plain).strip().replace(" ", "-")
+    heading_text = re.sub(r"<[^>]*>", "", heading[2]).lower()
+    anchor = re.sub(r"[^\w\- ]", "", heading_text).strip().replace(" ", "-")
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
 
 

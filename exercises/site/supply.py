@@ -116,13 +116,13 @@ def _problems_of_step(family: str, step: str, seeds: range, frame_convention: Fr
     """Yield a problem of a step for each seed: first distinct arms, then arms that are in the bank already."""
     if not seeds:
         return
-    distinct, repeated = _distinct_seeds(family, step, seeds)
-    yield BankProblem(family, f"{distinct[0]:03d}", distinct[0], variation=step)
-    for index, seed in enumerate(distinct[1:]):
-        names = deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct) - 1)
+    distinct_seeds, repeated_seeds = _distinct_seeds(family, step, seeds)
+    yield BankProblem(family, f"{distinct_seeds[0]:03d}", distinct_seeds[0], variation=step)
+    for index, seed in enumerate(distinct_seeds[1:]):
+        names = deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct_seeds) - 1)
         yield BankProblem(family, f"{seed:03d}", seed, names, step)
-    for index, seed in enumerate(repeated):
-        yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated)))
+    for index, seed in enumerate(repeated_seeds):
+        yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated_seeds)))
 
 
 def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
@@ -134,14 +134,14 @@ def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], li
         return list(seeds), []
     seed_limit = min(seeds.start + MAX_SEEDS_PER_ARM * len(seeds) * seeds.step, MAX_ARMS + 1)
     seed_by_arm: dict[Chain, int] = {}
-    repeated: list[int] = []
+    repeated_seeds: list[int] = []
     for seed in range(seeds.start, seed_limit, seeds.step):
         if len(seed_by_arm) == len(seeds):
             break
         chain = sample_chain(ProblemId(family, seed, variation=step))
         if seed_by_arm.setdefault(chain, seed) != seed:
-            repeated.append(seed)
-    return list(seed_by_arm.values()), repeated[: len(seeds) - len(seed_by_arm)]
+            repeated_seeds.append(seed)
+    return list(seed_by_arm.values()), repeated_seeds[: len(seeds) - len(seed_by_arm)]
 
 
 def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tuple[str, ...]:
@@ -154,8 +154,8 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
     """
     total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
     question_indices = range(arm_index * total // arm_count, (arm_index + 1) * total // arm_count)
-    chosen = {names[index % len(names)] for index in question_indices}
-    return tuple(name for name in names if name in chosen)
+    chosen_names = {names[index % len(names)] for index in question_indices}
+    return tuple(name for name in names if name in chosen_names)
 
 
 @lru_cache(maxsize=4)

@@ -73,18 +73,18 @@ def generate(
                 note(f"{old} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
-        released = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+        release_results = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     targets = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
     say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {targets}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
-    for message in (*describe_redraws(assignment, released), *describe_shared_answers(released)):
+    for message in (*describe_redraws(assignment, release_results), *describe_shared_answers(release_results)):
         note(message)
-    if former := find_former_students(released):
+    if former := find_former_students(release_results):
         names = list_some(former, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
-    raise_failed_slots(released, failed_slots)
+    raise_failed_slots(release_results, failed_slots)
 
 
 def verify(
@@ -125,12 +125,15 @@ def verify(
     seeds, is_varied = range(first_seed, first_seed + count), bool(variation or convention or twist_order)
     tasks = _list_tasks(what, family, seeds, make_task, is_varied)
     started = time.monotonic()
-    failed, passed_count_by_family = Counter[FailureKind](), dict.fromkeys((task.identity.family for task in tasks), 0)
+    failure_counts, passed_count_by_family = (
+        Counter[FailureKind](),
+        dict.fromkeys((task.identity.family for task in tasks), 0),
+    )
     printed: set[str] = set()
-    with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as certified:
-        for task, failures in certified:
+    with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
+        for task, failures in verified_tasks:
             counter.step()
-            failed.update(failure.kind for failure in failures[:1])
+            failure_counts.update(failure.kind for failure in failures[:1])
             passed_count_by_family[task.identity.family] += not failures
             for failure in failures:
                 if failure.message not in printed:  # a message that concerns all problems of a student is printed once
@@ -140,10 +143,10 @@ def verify(
         for name, number in passed_count_by_family.items():
             say(f"{name:<20} {number} passed")
     seconds = time.monotonic() - started
-    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failed.items()))
-    say(f"{count_noun(len(tasks), 'problem')} verified, {failed.total()} failed{': ' if kinds else ''}{kinds}")
+    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failure_counts.items()))
+    say(f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
     note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
-    if failed:
+    if failure_counts:
         raise typer.Exit(1)
 
 
@@ -212,8 +215,8 @@ def compare(
         for answer in compare_lines(_read_lines(batch), refused):
             say(answer)
         if refused:
-            others = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
-            raise QdotError(f"{refused[0]}{others}; all other lines were compared")
+            others_text = f", and {count_noun(len(refused) - 1, 'more line')} with errors" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{others_text}; all other lines were compared")
         return
     if not reference:
         raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")

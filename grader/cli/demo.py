@@ -160,8 +160,8 @@ def run_demo(folder: Path, jobs: int) -> None:
     say(f"the staff's            {folder / 'solutions' / first_student / f'{KEY}.ipynb'}")
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
-    if missing := explain_missing("report", "the report of the class", "matplotlib"):
-        note(missing)
+    if missing_message := explain_missing("report", "the report of the class", "matplotlib"):
+        note(missing_message)
     else:
         write_requested_reports(assignment, results, [("html", str(folder / "graded" / "report.html"))])
         say(f"overview of the class  {folder / 'graded' / 'report.html'}")
@@ -184,8 +184,8 @@ def _check_is_demo(folder: Path) -> None:
 
 def write_submission(assignment: Assignment, student: str, kind: str) -> None:
     """Write the submission of this kind for a student, made from the student's released notebook."""
-    released = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
-    text = released.read_text(encoding="utf-8")
+    released_path = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
+    text = released_path.read_text(encoding="utf-8")
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
     edits = dict(EDITS)
     if kind in edits:

@@ -111,16 +111,16 @@ def grade(
     else:
         source = submissions or folder / "submitted"
         limits = make_limits(seconds)
-        earlier, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
+        earlier_results, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
         if diff:
-            print_line(describe_mark_changes(earlier, results))
+            print_line(describe_mark_changes(earlier_results, results))
     print_line(summary)
     write_requested_reports(assignment, results, reports)
     _check_graded(results)
-    failed = [result.student for result in results if result.percent < fail_under]
-    if failed:
-        students = f"{len(failed)} of {count_noun(len(results), 'student')}"
-        note(f"{students} below {fail_under:g} %, or without a mark: {', '.join(failed)}")
+    failed_students = [result.student for result in results if result.percent < fail_under]
+    if failed_students:
+        students = f"{len(failed_students)} of {count_noun(len(results), 'student')}"
+        note(f"{students} below {fail_under:g} %, or without a mark: {', '.join(failed_students)}")
         raise typer.Exit(1)
 
 
@@ -134,18 +134,18 @@ def _grade_class(
     from qdot.grader.reports.write import write_reports
 
     with open_submissions(source) as root:
-        submitted = find_submissions(assignment, root)
-        check_class(assignment, submitted, root, source)
-        _note_ownerless(assignment, submitted)
+        submission_folder = find_submissions(assignment, root)
+        check_class(assignment, submission_folder, root, source)
+        _note_ownerless(assignment, submission_folder)
         if not executor:  # each worker of a cluster checks its own sandbox
             check_sandbox(assignment.sandbox == "strict")
         with lock_folder(assignment.folder):
-            earlier = read_previous_results(assignment)
+            earlier_results = read_previous_results(assignment)
             if not allow_missing:
-                _check_nobody_missing(assignment, source, earlier, submitted.by_student)
+                _check_nobody_missing(assignment, source, earlier_results, submission_folder.by_student)
             with progress("grading", len(assignment.roster)) as counter:
                 jobs = min(jobs, len(assignment.roster))
-                by_student = submitted.by_student
+                by_student = submission_folder.by_student
                 results = grade_class(assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor)
             with progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
@@ -154,10 +154,10 @@ def _grade_class(
     largest_first = [group for group, _ in groups.most_common()]
     for message in describe_unused_groups(assignment, read_overrides(assignment), largest_first):
         note(message)
-    ownerless = len(submitted.uncertain_owners) + len(submitted.not_on_roster)
+    ownerless = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
     if not ownerless and all(result.submission is None for result in results):
         note(f"there are no submissions: put them into {source}, as STUDENT/{assignment.key}.ipynb")
-    return earlier, results, _summarize(results, assignment.folder, ownerless)
+    return earlier_results, results, _summarize(results, assignment.folder, ownerless)
 
 
 def _check_nobody_missing(
@@ -233,21 +233,23 @@ def _print_staff_notes(results: list[Result]) -> None:
         for message in list_staff_notes(result):
             if message != OTHER_VERSION:
                 note(f"{result.student}: {message}")
-    submitted = sum(result.submission is not None for result in results)
-    outdated = sum(OTHER_VERSION in result.staff_notes for result in results)
-    if outdated:
-        number = f"{outdated} of {count_noun(submitted, 'notebook')} {'was' if outdated == 1 else 'were'}"
-        other = "another assignment.toml, redrawn.csv or secret"
-        note(f"WARNING: {number} made from {other}: distribute the new notebooks, or restore the old files")
+    submitted_count = sum(result.submission is not None for result in results)
+    outdated_count = sum(OTHER_VERSION in result.staff_notes for result in results)
+    if outdated_count:
+        number = (
+            f"{outdated_count} of {count_noun(submitted_count, 'notebook')} {'was' if outdated_count == 1 else 'were'}"
+        )
+        other_inputs = "another assignment.toml, redrawn.csv or secret"
+        note(f"WARNING: {number} made from {other_inputs}: distribute the new notebooks, or restore the old files")
 
 
 def _summarize(results: list[Result], folder: Path, ownerless: int) -> str:
     """Return a line that summarises the results; `ownerless` is the number of files without a certain owner."""
     kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(work_status, results)).items())
-    marked = [result for result in results if result.submission and work_status(result) not in UNMARKED_STATES]
-    percents = [result.percent for result in marked]
+    marked_results = [result for result in results if result.submission and work_status(result) not in UNMARKED_STATES]
+    percents = [result.percent for result in marked_results]
     mean = f"mean {fmean(percents):.1f} % of submitted work; " if percents else ""
     not_graded = f"{count_noun(ownerless, 'file')} without a certain owner on the roster; " if ownerless else ""
-    overridden = sum(map(count_overridden, results))
-    by_hand = f"{overridden} set by {OVERRIDES_FILE}; " if overridden else ""
+    overridden_count = sum(map(count_overridden, results))
+    by_hand = f"{overridden_count} set by {OVERRIDES_FILE}; " if overridden_count else ""
     return f"{count_noun(len(results), 'student')}: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"

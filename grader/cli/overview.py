@@ -96,10 +96,10 @@ def describe_family(family: Family, convention: str = "") -> str:
 
 def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
-    missing = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
+    refused_questions = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    other = "does not apply to other arms of the family"
-    return {name: QUESTIONS[name].find_obstacle(chain) or other for name in missing}
+    general_reason = "does not apply to other arms of the family"
+    return {name: QUESTIONS[name].find_obstacle(chain) or general_reason for name in refused_questions}
 
 
 def _wrap(prefix: str, text: str) -> list[str]:

@@ -60,8 +60,10 @@ def _read_platform_runs() -> Iterator[dict[str, str]]:
 
 def compatibility_page() -> str:
     """Return the page on compatibility between versions, with the version of each schema."""
-    parsed = [(path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
-    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in parsed]
+    paths_and_schemas = [
+        (path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))
+    ]
+    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in paths_and_schemas]
     return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 

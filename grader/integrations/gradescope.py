@@ -107,12 +107,17 @@ def apply_attempt_policy(
 ) -> GradescopeResults:
     """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
     others = metadata.get("previous_submissions") or ()
-    graded = [other for other in others if isinstance(other.get("score"), (int, float, str))]
-    earlier = [other for other in graded if not other.get("autograder_error")]
+    graded = [
+        other_submission for other_submission in others if isinstance(other_submission.get("score"), (int, float, str))
+    ]
+    earlier = [other_submission for other_submission in graded if not other_submission.get("autograder_error")]
     now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # Each submission without a time gets a different time, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [parse_time(other.get("submission_time")) or epoch + i * ONE_DAY for i, other in enumerate(earlier)]
+    times = [
+        parse_time(other_submission.get("submission_time")) or epoch + i * ONE_DAY
+        for i, other_submission in enumerate(earlier)
+    ]
     counting_indices = policy.select_counting([*times, now])
     is_counting = len(earlier) in counting_indices
     best_score = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)

@@ -130,10 +130,10 @@ def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     student, course = find_student(assignment, info["student"]), _find_course(step)
     _check_sandbox_once(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
-    received = course.get_existing_timestamp(str(folder))
-    if received is not None and received.tzinfo is None:
-        received = received.replace(tzinfo=datetime.UTC)
-    files = find_student_files(assignment, folder / f"{info['notebook']}.ipynb", received, "nbgrader")
+    received_time = course.get_existing_timestamp(str(folder))
+    if received_time is not None and received_time.tzinfo is None:
+        received_time = received_time.replace(tzinfo=datetime.UTC)
+    files = find_student_files(assignment, folder / f"{info['notebook']}.ipynb", received_time, "nbgrader")
     return grade_one(assignment, student, files, make_limits(step.seconds))
 
 

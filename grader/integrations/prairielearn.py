@@ -163,8 +163,8 @@ class _OptionsVisitor(AnswerVisitor[Any]):
 
     def matching(self, answer: answer_types.Matching) -> PrairieLearnData:
         pairs = zip(answer.items, answer.correct_indices, strict=True)
-        offered = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
-        return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered}
+        offered_options = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
+        return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered_options}
 
     def letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
         options, has_letters = [], answer.options != TRUE_FALSE
@@ -201,8 +201,12 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
     part: Part
 
     def choice(self, answer: answer_types.Choice) -> str:
-        chosen = self._chosen()
-        return chosen if answer.options != TRUE_FALSE or not chosen else TRUE_FALSE[LETTERS.index(chosen)]
+        chosen_letters = self._chosen()
+        return (
+            chosen_letters
+            if answer.options != TRUE_FALSE or not chosen_letters
+            else TRUE_FALSE[LETTERS.index(chosen_letters)]
+        )
 
     def selection(self, answer: answer_types.Selection) -> str:
         return self._chosen()
@@ -247,8 +251,8 @@ def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     if all(is_filled) or not any(is_filled):
         return ""
     names = items or [f"number {number}" for number in range(1, len(texts) + 1)]
-    missing = ", ".join(name for name, filled in zip(names, is_filled, strict=True) if not filled)
-    return f"You have not chosen an option for {missing}." if items else f"You have not answered {missing}."
+    missing_names = ", ".join(name for name, filled in zip(names, is_filled, strict=True) if not filled)
+    return f"You have not chosen an option for {missing_names}." if items else f"You have not answered {missing_names}."
 
 
 def _explain_unreadable(problem: Problem, part: Part, answer_text: str) -> str:

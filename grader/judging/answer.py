@@ -260,7 +260,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
         raise _Refusal(f"{reason}; write 0.5, or 0, 5 with a space", is_ambiguous=True)
     example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    for bare_formula in (each for each in alternatives if _is_bare_formula(each, joints)):
+    for bare_formula in (alternative for alternative in alternatives if _is_bare_formula(alternative, joints)):
         claim = node_text(bare_formula)[:_MAX_CLAIM_LENGTH]
         advice = f"write the joint values at which it is zero, such as {example}, or an equation, {claim} = 0"
         raise _Refusal(f"{claim} is not a condition; {advice}")
@@ -460,10 +460,10 @@ def describe_parse_error(error: ParseError, form: str = "") -> str:
 def _unwrap(node: Node, domain: Domain) -> Node:
     """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a 1 x 1 matrix counts as its entry."""
     while node.kind in ("list", "dict") and len(node.args) == 1:
-        (inner,) = node.args
-        if inner.kind == "pair" and inner.args[0].value in domain.roles:
+        (inner_node,) = node.args
+        if inner_node.kind == "pair" and inner_node.args[0].value in domain.roles:
             return node
-        node = inner.args[1] if inner.kind == "pair" else inner
+        node = inner_node.args[1] if inner_node.kind == "pair" else inner_node
     return node
 
 
@@ -566,17 +566,17 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
     entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
         return _require_distinct_names(node)
-    expected = [_normalize_label(label) for label in labels]
-    if expected and set(entries) == set(expected):
-        return Node("list", tuple(entries[label] for label in expected))
+    expected_names = [_normalize_label(label) for label in labels]
+    if expected_names and set(entries) == set(expected_names):
+        return Node("list", tuple(entries[label] for label in expected_names))
     rows, columns = shape
     row_names = [f"row{i + 1}" for i in range(rows)]
     entry_names = [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]
-    for expected in (row_names, entry_names):
-        if set(entries) == set(expected) and columns:
-            in_order = [entries[label] for label in expected]
-            if len(expected) > rows or columns == 1:
-                return list_of_rows(in_order[i : i + columns] for i in range(0, len(expected), columns))
+    for expected_names in (row_names, entry_names):
+        if set(entries) == set(expected_names) and columns:
+            in_order = [entries[label] for label in expected_names]
+            if len(expected_names) > rows or columns == 1:
+                return list_of_rows(in_order[i : i + columns] for i in range(0, len(expected_names), columns))
             return Node("list", tuple(in_order))
     if not entries or not all(map(_is_named, node.args)):
         return node
@@ -607,13 +607,15 @@ def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], co
     if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
         columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
     is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
-    expected = [components[0][0], components[3][0]] if is_twist else [_normalize_label(column) for column in columns]
+    expected_names = (
+        [components[0][0], components[3][0]] if is_twist else [_normalize_label(column) for column in columns]
+    )
     vectors = {_normalize_label(_find_name_before(arg)): _vector_entries(arg.args[1]) for arg in node.args}
-    if not expected or len(node.args) != len(expected) or set(vectors) != set(expected):
+    if not expected_names or len(node.args) != len(expected_names) or set(vectors) != set(expected_names):
         return None
     if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
         return None
-    in_order = [vectors[name] for name in expected]
+    in_order = [vectors[name] for name in expected_names]
     if is_twist:
         return Node("list", tuple(entry for vector in in_order for entry in vector))
     return list_of_rows(zip(*in_order, strict=True))

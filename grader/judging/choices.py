@@ -39,8 +39,8 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     """Parse a letter for each item, in the order of the items."""
     chosen, letters = find_letters(text, option_count), ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
-    expected = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
-    parsed = _parse(text, chosen if is_complete else None, f"does not contain {expected}")
+    expected_form = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
+    parsed = _parse(text, chosen if is_complete else None, f"does not contain {expected_form}")
     return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
 
 

@@ -127,8 +127,8 @@ def _describe_difference(comparison: Comparison, columns: int) -> str:
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
-    where = name_entry(example.entry, columns) + " " if len(comparison.is_correct) > 1 else ""
-    return f"{where}differs{describe_point(example.at)}{describe_values(example)}"
+    entry_name = name_entry(example.entry, columns) + " " if len(comparison.is_correct) > 1 else ""
+    return f"{entry_name}differs{describe_point(example.at)}{describe_values(example)}"
 
 
 def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
@@ -163,8 +163,8 @@ def judge_numbers(
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
         first_wrong, zeros = is_correct.index(False), [abs(expected_value) <= floor for expected_value in reference]
-        yours = "blank" if blanks[first_wrong] else json_number(complex(values[first_wrong]))
-        example = EntryDifference(first_wrong, {}, yours, float(f"{reference[first_wrong]:.4g}"))
+        answer_value = "blank" if blanks[first_wrong] else json_number(complex(values[first_wrong]))
+        example = EntryDifference(first_wrong, {}, answer_value, float(f"{reference[first_wrong]:.4g}"))
         difference = " was left blank" if blanks[first_wrong] else describe_number(example, units[first_wrong])
         reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
         share = share_of_entries(is_correct, zeros, blanks)
@@ -332,8 +332,8 @@ def _judge_set(
         for piece, is_sound in zip(claimed, tolerant_comparison.is_sound, strict=True)
     ]
     true_joints = {joints for joints, is_sound in claims if is_sound}
-    unsound = count_false_conditions([joints for joints, is_sound in claims if is_sound is False], true_joints)
-    share = share_of_set(matches, unsound, is_rounded=comparison.is_only_rounded)
+    false_count = count_false_conditions([joints for joints, is_sound in claims if is_sound is False], true_joints)
+    share = share_of_set(matches, false_count, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
         soundness = zip(claimed, comparison.is_sound, strict=True)
@@ -343,7 +343,7 @@ def _judge_set(
         reason = f"{rounding}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason = f"these values are in degrees, but the question asks for radians; {reason}"
-    words = f"{_describe_matches(matches, unsound)}; " if share else ""
+    words = f"{_describe_matches(matches, false_count)}; " if share else ""
     reason = words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
@@ -359,7 +359,10 @@ def _restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
     """Return for each condition the number of pieces that are covered, and the number of nonempty pieces."""
     remaining = iter(covered)
-    groups = ([held for held in islice(remaining, len(condition)) if held is not None] for condition in conditions)
+    groups = (
+        [is_covered for is_covered in islice(remaining, len(condition)) if is_covered is not None]
+        for condition in conditions
+    )
     return [(sum(group), len(group)) for group in groups if group]
 
 

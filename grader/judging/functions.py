@@ -120,11 +120,13 @@ def _compare_values(
     arguments: Mapping[str, np.ndarray],
     rounding: Rounding | None,
 ) -> Comparison:
-    relative, absolute = (rounding.relative, rounding.absolute) if rounding is not None else (0.0, 0.0)
+    relative_error, absolute_error = (rounding.relative, rounding.absolute) if rounding is not None else (0.0, 0.0)
     with np.errstate(all="ignore"):
-        largest = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
-        scale = np.where(term_size > 0, term_size, np.where(largest > 0, largest, 1.0))
-        is_within = np.abs(answer_values - expected_values) <= max(RELATIVE_TOLERANCE, relative) * scale + absolute
+        largest_terms = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
+        scale = np.where(term_size > 0, term_size, np.where(largest_terms > 0, largest_terms, 1.0))
+        is_within = (
+            np.abs(answer_values - expected_values) <= max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
+        )
     defined = np.isfinite(expected_values)
     is_correct = list(map(bool, (is_within | ~defined).all(axis=1) & defined.any(axis=1)))
     example = None

@@ -56,19 +56,21 @@ class ShownAnswer:
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the formula or options that were parsed."""
     text = text if len(text) > MAX_CHARACTERS else _hide_rounding_errors(text)
-    plain = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
+    visible_text = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
     if text == FUNCTION_TEXT:
-        return ShownAnswer(plain, is_verbatim=False)
+        return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
         options = _chosen_options(problem, part, text)
-        return ShownAnswer("" if options and len(text) == 1 else plain, options)
+        return ShownAnswer("" if options and len(text) == 1 else visible_text, options)
     if part.type not in FORMULA_TYPES or len(text) > MAX_CHARACTERS:
-        return ShownAnswer(plain)
+        return ShownAnswer(visible_text)
     tree = read_answer(problem, part, text).tree
     try:
-        return ShownAnswer(plain) if tree is None else ShownAnswer(plain, _formula_html(problem, part, tree))
+        return (
+            ShownAnswer(visible_text) if tree is None else ShownAnswer(visible_text, _formula_html(problem, part, tree))
+        )
     except TooDeep:
-        return ShownAnswer(plain)
+        return ShownAnswer(visible_text)
 
 
 def _hide_rounding_errors(text: str) -> str:
@@ -82,8 +84,8 @@ def _hide_rounding_errors(text: str) -> str:
 
 def _shortest_decimal(number: str) -> str:
     """Return a decimal rounded to 14 digits, if that leaves at most 10 digits; otherwise return it unchanged."""
-    rounded = f"{float(number):.14g}"
-    return rounded if len(rounded) <= MAX_ROUNDED_LENGTH and "e" not in rounded else number
+    rounded_text = f"{float(number):.14g}"
+    return rounded_text if len(rounded_text) <= MAX_ROUNDED_LENGTH and "e" not in rounded_text else number
 
 
 def make_visible(text: str) -> str:

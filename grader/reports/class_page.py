@@ -59,7 +59,7 @@ class StudentWork:
         return replace(show_answer(self.problem, self.part, self.answer), text=_shorten(self.answer))
 
     def parse(self, text: str) -> CanonicalForm | None:
-        """Parse a text as an answer to this part; return the form used to compare answers, None if there is no such form."""
+        """Parse a text as an answer; return the form used to compare answers, None if there is no such form."""
         return similar.canonical_form(read_answer(self.problem, self.part, text))
 
 
@@ -85,8 +85,8 @@ class UnusualForm:
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the page as self-contained HTML. Raises QdotError if matplotlib is not installed."""
     charts.check_library()
-    graded = [result.student for result in class_view.select_graded(results)]
-    problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded}
+    graded_ids = [result.student for result in class_view.select_graded(results)]
+    problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded_ids}
     scores, parts = class_view.summarize_scores(results), class_view.summarize_parts(assignment, results)
     mistakes = class_view.summarize_mistakes(results)
     comparisons = _compare_variants(assignment, results, problems)
@@ -101,13 +101,13 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     charted, compared = mistakes[:MAX_CHARTED_MISTAKES], comparisons[:MAX_COMPARISON_CHARTS]
     page_charts = {
         "score_chart": charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
-        "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded else "",
+        "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded_ids else "",
         "interval_chart": charts.draw_intervals(names, [part.discrimination for part in parts]),
         "mistake_chart": charts.draw_mistakes({each.title: len(each.students) for each in charted}),
         "variant_charts": [charts.draw_groups(i, each.groups, each.shares) for i, each in enumerate(compared)],
     }
     return render(
-        "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded),
+        "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded_ids),
         names={student.id: class_view.describe_student(student) for student in assignment.roster},
         states={name: states[name] for name in ("graded", "late", "missing", "unusable", *UNMARKED_STATES)},
         scores=scores, parts=parts, titles={part.name: part.title for part in parts},
@@ -150,7 +150,7 @@ def _compare_variants(
     """Return the comparisons between students with different arms, for every problem of the assignment."""
     comparisons = []
     for slot in assignment.slots:
-        chains, shares, varied = [], [], slot.family.has_varied_structure
+        chains, shares, has_varied_structure = [], [], slot.family.has_varied_structure
         for result in class_view.select_graded(results):
             parts = next(problem.parts for problem in result.problems if problem.slot == slot.name)
             points = [part.points for part in parts if part.points is not None]
@@ -158,7 +158,7 @@ def _compare_variants(
                 chains.append(problems[result.student][slot.name].chain)
                 shares.append(100 * sum(points) / sum(part.max_points for part in parts))
         if chains:
-            comparisons += compare_groups(slot.name, chains, shares, assignment.key, varied=varied)
+            comparisons += compare_groups(slot.name, chains, shares, assignment.key, varied=has_varied_structure)
     return correct_p_values(comparisons)
 
 

@@ -85,11 +85,11 @@ def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]
     unit = part.answer.unit(example.entry)
     if example.expected is None:
         return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
-    yours, correct = _format_distinctly(example.yours, example.expected, unit)
+    answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)
     headings = "Your answer", "Correct"
     if part.answer.counts_up_to_a_factor:
         headings = headings[0], "Correct" if example.pivot is None else f"Correct for your entry {example.pivot + 1}"
-    return ExampleRow(headings[0], (yours,)), ExampleRow(headings[1], (correct,))
+    return ExampleRow(headings[0], (answer_text,)), ExampleRow(headings[1], (correct_text,))
 
 
 # --- numbers ---
@@ -129,7 +129,7 @@ def _value_text(value: float | str, digits: int, unit: str) -> str:
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
             return VALUE_WORDS.get(value) or make_visible(value).replace("-", "−")
-        real, sign, minus, imaginary = complex_number.groups()
+        real_part, sign, minus, imaginary_part = complex_number.groups()
         sign = "−" if (sign == "-") != bool(minus) else "+"
-        return f"{format_decimal(float(real), digits)} {sign} {format_decimal(float(imaginary), digits)} i"
+        return f"{format_decimal(float(real_part), digits)} {sign} {format_decimal(float(imaginary_part), digits)} i"
     return f"{format_decimal(float(value), digits)} {unit}".rstrip()

@@ -41,7 +41,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     if isinstance(example, SetDifference):
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
         configurations = [(caption, at) for caption, at in candidates if at is not None]
-        arms = [arm for each in configurations if (arm := _arm_at(problem.chain, *each)) is not None]
+        arms = [arm for configuration in configurations if (arm := _arm_at(problem.chain, *configuration)) is not None]
         return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
@@ -81,9 +81,9 @@ def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answ
         return None
     arm = NumericChain(figure.chain, {})
     correct = arm.point(np.array([figure.pose[q.name] for q in figure.chain.q]))
-    yours = correct.copy()
-    yours[axes] = values[:, 0].real
+    answer_point = correct.copy()
+    answer_point[axes] = values[:, 0].real
     base = arm.base[:3, 3]
-    if np.linalg.norm(yours - base) > MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct - base)), 0.3):
+    if np.linalg.norm(answer_point - base) > MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct - base)), 0.3):
         return None
-    return replace(figure, mark_offset=yours - correct)
+    return replace(figure, mark_offset=answer_point - correct)

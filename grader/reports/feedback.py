@@ -142,7 +142,10 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        return "If an answer is wrong, this page shows a configuration and the value of your answer at it, but no correct values."
+        return (
+            "If an answer is wrong, this page shows a configuration and the value of your answer at it, "
+            "but no correct values."
+        )
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
@@ -212,7 +215,7 @@ def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[
     def mark(is_right: bool, does_follow: bool) -> str:
         return "right" if is_right else "follows" if does_follow else "wrong"
 
-    return [list(map(mark, row, following)) for row, following in zip(entries, follows or entries, strict=True)]
+    return [list(map(mark, row, following_row)) for row, following_row in zip(entries, follows or entries, strict=True)]
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
@@ -247,9 +250,9 @@ def _describe_certainty(certificate: Certificate | None) -> str:
             "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
             f"probability below 1 in 10{power}."
         )
-    wrong = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
+    subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
     return (
-        f"qdot compared your answer with the solution at {points} random configurations. {wrong} passes this check "
+        f"qdot compared your answer with the solution at {points} random configurations. {subject} passes this check "
         f"with a probability below 1 in 10{power}."
     )
 

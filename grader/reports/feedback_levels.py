@@ -72,8 +72,8 @@ def limit_feedback(part: PartResult, level: str) -> PartResult:
     reason, certificate = replace_patterns(part.reason, _CORRECT_VALUE_PATTERNS), part.certificate
     example = None if certificate is None else certificate.counterexample
     if certificate is not None and example is not None:
-        hidden: Any = {"missing" if isinstance(example, SetDifference) else "expected": None}
-        certificate = replace(certificate, counterexample=replace(example, **hidden))
+        hidden_fields: Any = {"missing" if isinstance(example, SetDifference) else "expected": None}
+        certificate = replace(certificate, counterexample=replace(example, **hidden_fields))
     if shows_at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)
     reason = replace_patterns(remove_numbers(reason), _DEPENDENT_PHRASE_PATTERNS) or "your answer is wrong"

@@ -105,8 +105,8 @@ def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
     selected_notes = [note for note in notes if note.kind == kind]
     if len(selected_notes) > MAX_ANNOTATIONS:
         left_out = len(selected_notes) - MAX_ANNOTATIONS + 1
-        last = Annotation(kind, title, f"and {left_out} more; see the job summary")
-        selected_notes = [*selected_notes[: MAX_ANNOTATIONS - 1], last]
+        last_annotation = Annotation(kind, title, f"and {left_out} more; see the job summary")
+        selected_notes = [*selected_notes[: MAX_ANNOTATIONS - 1], last_annotation]
     return "".join(note.command for note in selected_notes)
 
 

@@ -39,8 +39,8 @@ _PLAIN_NUMBER = re.compile(r"[+-]?[\d .]*")
 
 def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
     """Return a note on the students without a mark, with the reasons."""
-    unmarked = [f"{result.student} ({work_status(result)})" for result in results if not is_marked(result)]
-    return [f"no mark for {', '.join(unmarked)}"] if unmarked else []
+    unmarked_students = [f"{result.student} ({work_status(result)})" for result in results if not is_marked(result)]
+    return [f"no mark for {', '.join(unmarked_students)}"] if unmarked_students else []
 
 
 # --- Canvas ---
@@ -139,9 +139,9 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     Moodle gives the mark to the student in the line above.
     """
     title = _column_title(assignment)
-    highest = results[0].max_score
+    max_score = results[0].max_score
     columns = _moodle_columns(assignment)
-    marks = ([title] if highest <= MAX_GRADE else []) + [f"{title} (percent)"]
+    marks = ([title] if max_score <= MAX_GRADE else []) + [f"{title} (percent)"]
     rows = [[*(name for name, _ in columns), *marks]]
     for index, result in enumerate(results):
         cells = [NO_GRADE, NO_GRADE]

@@ -35,21 +35,21 @@ def write_reports(
     pages = [(by_id[result.student], _check_writable(assignment, by_id[result.student], result)) for result in results]
     final = {student.id: result for student, result in pages}
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
-    outdated = [page for page in pages if not _is_up_to_date(assignment, *page)]
+    outdated_pages = [page for page in pages if not _is_up_to_date(assignment, *page)]
     unwritten = []
     report_lost = _report_lost_page if jobs > 1 else None
     grades, lines = folder / "grades.csv", results_path(assignment)
     paths = [*(_page_path(folder, student) for student, _ in pages), lines, grades]
-    page_results = ordered_map(_write_or_mark_ungraded, outdated, jobs, keep_state, (assignment,), report_lost)
+    page_results = ordered_map(_write_or_mark_ungraded, outdated_pages, jobs, keep_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), flush_disks_after():
-            for (student, _), result in zip(outdated, page_results, strict=True):
+            for (student, _), result in zip(outdated_pages, page_results, strict=True):
                 if result is None:
                     unwritten.append(student.id)
                 else:
                     final[student.id] = result
                 on_page()
-        for _ in range(len(pages) - len(outdated)):
+        for _ in range(len(pages) - len(outdated_pages)):
             on_page()
         final_results = list(final.values())
         store_previous_results(assignment, final_results)

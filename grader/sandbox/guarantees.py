@@ -170,8 +170,8 @@ def _make_targets() -> Iterator[dict[str, Any]]:
 
 def explain_refusal(findings: Findings) -> str:
     """Return why the level "strict" is not available on this machine, and what to do about it."""
-    weak = [guarantee.name for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
-    needed = {measure for name in weak for measure in GUARANTEES[name].measures} & findings.lacking.keys()
+    weak_names = [guarantee.name for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
+    needed = {measure for name in weak_names for measure in GUARANTEES[name].measures} & findings.lacking.keys()
     remedies = [remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed]
     return (
         'assignment.toml requires sandbox = "strict", but this machine can\'t enforce it '
@@ -182,8 +182,12 @@ def explain_refusal(findings: Findings) -> str:
 
 def describe_weakness(findings: Findings) -> str:
     """Return one line about what this machine does not enforce; empty if it enforces everything."""
-    weak = _describe_weak_guarantees(findings)
-    return f"The sandbox on this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
+    weak_guarantees = _describe_weak_guarantees(findings)
+    return (
+        f"The sandbox on this machine is weaker than it should be ({weak_guarantees}); see `qdot doctor`."
+        if weak_guarantees
+        else ""
+    )
 
 
 def _describe_weak_guarantees(findings: Findings) -> str:

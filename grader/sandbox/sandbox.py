@@ -412,8 +412,10 @@ class Sandbox:
             reason = f": {greeting.failed}" if greeting.failed else "; check whether there is enough free memory"
             raise QdotError(f"the sandbox process did not start{reason}")
         self.unavailable_measures = dict(greeting.lacking)
-        missing = self.unavailable_measures.keys()
-        if self._strict and (missing & STRICT_REQUIRED_MEASURES or missing >= STRICT_ALTERNATIVE_MEASURES):
+        missing_measures = self.unavailable_measures.keys()
+        if self._strict and (
+            missing_measures & STRICT_REQUIRED_MEASURES or missing_measures >= STRICT_ALTERNATIVE_MEASURES
+        ):
             self.close()
             raise QdotError(f"notebooks can't be isolated strictly: {self.unavailable_measures}; see `qdot doctor`")
 
@@ -461,8 +463,10 @@ class _ReportLines:
 
     def _is_over(self) -> bool:
         """Return whether time is up; if not, set the next time at which it may be."""
-        used, now = self._get_processor_time(), time.monotonic()
-        remaining = min(self._seconds - used, self._start_time + self._seconds + confine.MAX_SLOWDOWN * used - now)
+        used_seconds, now = self._get_processor_time(), time.monotonic()
+        remaining = min(
+            self._seconds - used_seconds, self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds - now
+        )
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
 

@@ -69,8 +69,8 @@ def _describe_point(chain: Chain) -> str:
 
 def _describe_directions(chain: Chain) -> str:
     axes = axes_of(chain)[0]
-    oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
-    return f"{oblique} of {chain.n} axes at home not parallel to a coordinate axis"
+    oblique_count = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
+    return f"{oblique_count} of {chain.n} axes at home not parallel to a coordinate axis"
 
 
 def _describe_components(chain: Chain) -> str:

@@ -95,10 +95,10 @@ def permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) 
     def between_group_variance(permuted: np.ndarray) -> np.ndarray:
         return np.asarray(((permuted @ membership) ** 2 / sizes).sum(axis=-1))
 
-    observed = float(between_group_variance(deviations))
+    observed_variance = float(between_group_variance(deviations))
     scale = max(float((deviations**2).sum()), _TOLERANCE)
     exceeding_count = sum(
-        int((between_group_variance(deviations[order]) >= observed - _TOLERANCE * scale).sum())
+        int((between_group_variance(deviations[order]) >= observed_variance - _TOLERANCE * scale).sum())
         for order in _permutations(len(deviations), seed)
     )
     return (1 + exceeding_count) / (1 + PERMUTATIONS)
@@ -123,6 +123,6 @@ def holm_correction(p_values: Numbers) -> list[float]:
     """
     values = np.array(p_values, dtype=float)
     order = np.argsort(values, kind="stable")
-    scaled = np.minimum(1, np.arange(len(values), 0, -1) * values[order])
-    values[order] = np.maximum.accumulate(scaled)
+    scaled_values = np.minimum(1, np.arange(len(values), 0, -1) * values[order])
+    values[order] = np.maximum.accumulate(scaled_values)
     return [float(value) for value in values]

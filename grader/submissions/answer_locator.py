@@ -75,7 +75,9 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
     answers = Answers(result, notes=notebook.notes)
     answers.notes += _find_first_stop(notebook, stops)
     answers.forbidden_stops += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
-    answers.notes += [_describe_lost_symbol(name, *where) for name, where in result.replaced_symbols.items()]
+    answers.notes += [
+        _describe_lost_symbol(name, *replacement) for name, replacement in result.replaced_symbols.items()
+    ]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
@@ -142,8 +144,8 @@ class _Notebook:
         assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
         if setters:
             if assigning_cells and not set(marked_cells) & set(setters):
-                used = f"{name} is set in {_name_cells(setters)}, and qdot used this value"
-                self.notes.append(f"{used}; its answer cell, {_name_cells(assigning_cells)}, does not set it")
+                note = f"{name} is set in {_name_cells(setters)}, and qdot used this value"
+                self.notes.append(f"{note}; its answer cell, {_name_cells(assigning_cells)}, does not set it")
             return
         several = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
         for index in reversed(assigning_cells or marked_cells):
@@ -167,14 +169,14 @@ class _Notebook:
         ]
         if len(similar_names) != 1:
             return
-        (similar,) = similar_names
-        index = self.find_setters(similar)[-1]
+        (similar_name,) = similar_names
+        index = self.find_setters(similar_name)[-1]
         tree = self._parse_cell(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             targets = statement.targets if isinstance(statement, ast.Assign) else []
-            if any(isinstance(target, ast.Name) and target.id == similar for target in targets):
+            if any(isinstance(target, ast.Name) and target.id == similar_name for target in targets):
                 self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-                self.notes.append(f"no cell sets {name}; qdot used {similar} in {_name_cells([index])} instead")
+                self.notes.append(f"no cell sets {name}; qdot used {similar_name} in {_name_cells([index])} instead")
                 return
 
     def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
@@ -269,15 +271,15 @@ class _Notebook:
 def _bound_names(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, except inside functions."""
     search_expressions = ":=" in source or "for" in source
-    unvisited = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
-    while unvisited:
-        for node in ast.iter_child_nodes(unvisited.pop()):
+    unvisited_nodes = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
+    while unvisited_nodes:
+        for node in ast.iter_child_nodes(unvisited_nodes.pop()):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
             elif not isinstance(node, ast.Lambda) and (search_expressions or not isinstance(node, VALUE_CLASSES)):
-                unvisited.append(node)
+                unvisited_nodes.append(node)
 
 
 VALUE_CLASSES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
@@ -360,8 +362,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            used = [x for x in notebook.names.values() if x in notebook.names_set[index] and x in run.answers]
-            effect = f"; qdot used {' and '.join(used)}, which the cell had already set" if used else ""
+            used_names = [x for x in notebook.names.values() if x in notebook.names_set[index] and x in run.answers]
+            effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
 
@@ -374,8 +376,8 @@ def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
     """Return a note on where a cell stopped, or after which failed import it continued, and why."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
-        where = f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
-        reasons.append(f"{_name_cells([index])} stopped{where} ({run.cell_errors[index]})")
+        location = f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
+        reasons.append(f"{_name_cells([index])} stopped{location} ({run.cell_errors[index]})")
     return "; ".join(filter(None, reasons))
 
 
@@ -437,8 +439,10 @@ def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[in
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
     stops_above = [index for index in sorted(stops) if index < stopped] if name_error else []
-    likely = [index for index in stops_above if name_error and name_error[1] in notebook.sources[index]] or stops_above
-    return stops[likely[0]] if likely else ""
+    likely_stops = [
+        index for index in stops_above if name_error and name_error[1] in notebook.sources[index]
+    ] or stops_above
+    return stops[likely_stops[0]] if likely_stops else ""
 
 
 def _name_cells(indices: Sequence[int]) -> str:

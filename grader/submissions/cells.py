@@ -292,10 +292,10 @@ def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
     begins_cell = [n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#") for n in range(len(lines))]
     starts = [number for number in _find_statements(text, lines) if begins_cell[number]]
     for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
-        top = begin
-        while top and lines[top - 1].startswith("#") and not lines[top].startswith("# +"):
-            top -= 1
-        part = _find_part(lines[top]) if lines[top].startswith("# +") else None
+        first_line = begin
+        while first_line and lines[first_line - 1].startswith("#") and not lines[first_line].startswith("# +"):
+            first_line -= 1
+        part = _find_part(lines[first_line]) if lines[first_line].startswith("# +") else None
         yield Cell("\n".join(lines[begin:end]).strip("\n"), part)
 
 

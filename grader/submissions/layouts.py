@@ -91,13 +91,13 @@ def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     if listing.is_symlink() or not safe_check(listing.is_file):
         return []
     by_name = {path.name: path for path in entries}
-    submitted = [SubmittedPath(listing, platform="Gradescope")]
+    submitted_paths = [SubmittedPath(listing, platform="Gradescope")]
     for record in _read_gradescope_records(listing):
         for person in (record.people or [{}]) if record.folder in by_name else ():
             ids = tuple(value for key in ("sid", "email") if (value := person.get(key)))
             path, name = by_name[record.folder], person.get("name", "")
-            submitted.append(SubmittedPath(path, ids, name, "Gradescope", record.created_at))
-    return submitted
+            submitted_paths.append(SubmittedPath(path, ids, name, "Gradescope", record.created_at))
+    return submitted_paths
 
 
 _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DOTALL)
@@ -180,10 +180,12 @@ def find_submitted_paths(root: Path) -> list[SubmittedPath]:
     """Return the submitted files and folders in a folder of submissions, with what their names say about the owner."""
     unrecognised, submissions = _list_entries(root), list[SubmittedPath]()
     for layout in LAYOUTS.values():
-        recognised = layout(root, unrecognised)
-        submissions += recognised
-        unrecognised = [path for path in unrecognised if path not in {submitted.path for submitted in recognised}]
-    return [submitted for submitted in submissions if submitted.ids or submitted.name]
+        recognised_paths = layout(root, unrecognised)
+        submissions += recognised_paths
+        unrecognised = [
+            path for path in unrecognised if path not in {submitted_path.path for submitted_path in recognised_paths}
+        ]
+    return [submitted_path for submitted_path in submissions if submitted_path.ids or submitted_path.name]
 
 
 def _list_entries(root: Path) -> list[Path]:

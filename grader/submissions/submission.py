@@ -122,19 +122,19 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     folder = SubmissionFolder({})
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     root, find_owner = _find_root(assignment.roster, root)
-    for submitted in find_submitted_paths(root):
-        name = printable_name(submitted.path.name)
+    for submitted_path in find_submitted_paths(root):
+        name = printable_name(submitted_path.path.name)
         try:
-            owner = find_owner(submitted)
+            owner = find_owner(submitted_path)
         except Exception as error:  # a problem with one submission must not affect the others
             folder.uncertain_owners.append(f"{name}: qdot failed to find the owner ({error}); not graded")
             continue
-        is_likely = submitted.platform or _rank_by_ending(submitted.path.name) < _DOCUMENT_RANK
+        is_likely = submitted_path.platform or _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
-            certain_paths[owner.students[0]].append(submitted)
-        elif is_likely or safe_check(submitted.path.is_dir):  # other files, such as a README, are ignored
+            certain_paths[owner.students[0]].append(submitted_path)
+        elif is_likely or safe_check(submitted_path.path.is_dir):  # other files, such as a README, are ignored
             for student in owner.students:
-                doubtful_paths[student].append(submitted.path)
+                doubtful_paths[student].append(submitted_path.path)
             if owner.students:
                 message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded"
                 folder.uncertain_owners.append(message)
@@ -167,13 +167,13 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
 
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders of a student, and those that may or may not be the student's."""
-    inner, find_owner = _find_root(students, root)
+    inner_root, find_owner = _find_root(students, root)
     certain_paths, doubtful_paths = list[Path](), list[Path]()
-    for submitted in find_submitted_paths(inner):
+    for submitted_path in find_submitted_paths(inner_root):
         with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
-            owner = find_owner(submitted)
+            owner = find_owner(submitted_path)
             if student in owner.students:
-                (certain_paths if owner.is_certain else doubtful_paths).append(submitted.path)
+                (certain_paths if owner.is_certain else doubtful_paths).append(submitted_path.path)
     return certain_paths, doubtful_paths
 
 
@@ -227,9 +227,12 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
     If there are several times, the last one is the time of submission. `doubtful` files may be another student's.
     """
     late_flags = [entry.late for entry in submitted if entry.late is not None]
-    late, received = any(late_flags) if late_flags else None, [entry.received for entry in submitted if entry.received]
+    is_late, received_times = (
+        any(late_flags) if late_flags else None,
+        [entry.received for entry in submitted if entry.received],
+    )
     platform = next((entry.platform for entry in reversed(submitted) if entry.platform), "")
-    select = partial(StudentFiles, platform=platform, received=max(received, default=None), late=late)
+    select = partial(StudentFiles, platform=platform, received=max(received_times, default=None), late=is_late)
     try:
         refusals = {path: _refusal_reason(path) for entry in submitted for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
@@ -272,14 +275,14 @@ def _list_files(path: Path) -> Iterator[Path]:
         yield path
         return
     count = 0
-    unreadable, unvisited = list[Path](), [path]
-    while unvisited:  # os.walk is recursive, but folders may be nested very deeply
-        folder = unvisited.pop()
+    unreadable_paths, unvisited_paths = list[Path](), [path]
+    while unvisited_paths:  # os.walk is recursive, but folders may be nested very deeply
+        folder = unvisited_paths.pop()
         try:
             with os.scandir(folder) as entries:
                 contents = sorted((entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries)
         except OSError:
-            unreadable.append(folder)
+            unreadable_paths.append(folder)
             continue
         contents = [(name, is_folder) for name, is_folder in contents if not _is_hidden(name)]
         for name in (name for name, is_folder in contents if not is_folder):
@@ -287,8 +290,8 @@ def _list_files(path: Path) -> Iterator[Path]:
             count += 1
             if count > MAX_FILES:
                 return
-        unvisited += [folder / name for name, is_folder in reversed(contents) if is_folder]
-    yield from unreadable
+        unvisited_paths += [folder / name for name, is_folder in reversed(contents) if is_folder]
+    yield from unreadable_paths
 
 
 def _is_hidden(name: str) -> bool:
@@ -431,7 +434,9 @@ _Neighbour = tuple[str, Callable[[], bytes]]
 
 def _read_modules(neighbours: Sequence[_Neighbour]) -> dict[str, str]:
     """Return the texts of the files that Python can import, by file name."""
-    importable = [each for each in neighbours if each[0].endswith(".py") and each[0][:-3].isidentifier()]
+    importable = [
+        neighbour for neighbour in neighbours if neighbour[0].endswith(".py") and neighbour[0][:-3].isidentifier()
+    ]
     contents = [(name, read_content()) for name, read_content in importable[:MAX_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= MAX_MODULE_BYTES}
 
@@ -459,17 +464,21 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
         raise Unreadable(f"{label} {content}; {NOTEBOOK_ADVICE}")
     candidates.sort(key=lambda member: (_rank_by_ending(member.name), _archive_depth(member.name), member.name))
     read = partial(_read_small_member, path)
-    best, *others = sort_candidates(candidates[:20], lambda member: member.name, read, key)
-    best_name, best_rank, best_path = printable_name(best.name), _rank_by_ending(best.name), PurePosixPath(best.name)
-    if best.size > MAX_FILE_BYTES:
+    best_member, *other_members = sort_candidates(candidates[:20], lambda member: member.name, read, key)
+    best_name, best_rank, best_path = (
+        printable_name(best_member.name),
+        _rank_by_ending(best_member.name),
+        PurePosixPath(best_member.name),
+    )
+    if best_member.size > MAX_FILE_BYTES:
         raise OverLimit(f"{best_name} in {label} is larger than {MAX_FILE_BYTES // 1_000_000} MB; clear its outputs")
     note = f"{label} is an archive; qdot graded {best_name} in it"
-    names = [printable_name(member.name) for member in others if _rank_by_ending(member.name) <= best_rank]
+    names = [printable_name(member.name) for member in other_members if _rank_by_ending(member.name) <= best_rank]
     note += f", not {', '.join(names[:5])}" if names else ""
-    member_paths = [(PurePosixPath(member.name), member) for member in files if member != best]
+    member_paths = [(PurePosixPath(member.name), member) for member in files if member != best_member]
     same_folder = [(path.name, member) for path, member in member_paths if path.parent == best_path.parent]
     neighbours: list[_Neighbour] = [(name, partial(read, member)) for name, member in same_folder]
-    return best_path.name, read_member(path, best.name), note, neighbours
+    return best_path.name, read_member(path, best_member.name), note, neighbours
 
 
 # --- metadata ---

@@ -72,15 +72,17 @@ def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     shape, rows = None, []
     for values in calls["points"]:
         symbol_values = dict(zip(calls["symbols"], values, strict=True))
-        returned = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
-        if returned.dtype.kind not in "biufcO":
-            raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, not a number")
-        if returned.dtype == object:
-            returned = numpy.array([complex(entry) for entry in returned.flat]).reshape(returned.shape)
-        if shape not in (None, returned.shape) or returned.ndim > 2 or returned.size > 100:
+        returned_values = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
+        if returned_values.dtype.kind not in "biufcO":
+            raise TypeError(f"the function returns a {type(returned_values.flat[0]).__name__}, not a number")
+        if returned_values.dtype == object:
+            returned_values = numpy.array([complex(entry) for entry in returned_values.flat]).reshape(
+                returned_values.shape
+            )
+        if shape not in (None, returned_values.shape) or returned_values.ndim > 2 or returned_values.size > 100:
             raise TypeError("the function must return a number, a vector or a matrix, always of the same size")
-        shape = returned.shape
-        rows.append([[float(entry.real), float(entry.imag)] for entry in returned.astype(complex).flat])
+        shape = returned_values.shape
+        rows.append([[float(entry.real), float(entry.imag)] for entry in returned_values.astype(complex).flat])
     return {"shape": list(shape or ()), "values": rows}
 
 
@@ -139,18 +141,18 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
 def allow_symbols(function: Any) -> Iterator[None]:
     """Make functions of `math` and NumPy accept symbols during the block, even if they were imported by name."""
     names = [name for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)]
-    replaced = {getattr(math, name): _accept_symbols(name) for name in names}
+    replaced_functions = {getattr(math, name): _accept_symbols(name) for name in names}
     namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
     originals = [
         (namespace, name, value)
         for namespace in namespaces
         for name, value in namespace.items()
-        if isinstance(value, types.BuiltinFunctionType) and value in replaced
+        if isinstance(value, types.BuiltinFunctionType) and value in replaced_functions
     ]
     methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
     try:
         for namespace, name, value in originals:
-            namespace[name] = replaced[value]
+            namespace[name] = replaced_functions[value]
         for name in methods:
             setattr(sympy.Expr, name, _make_method(_ELEMENTWISE[name]))
         yield
@@ -169,9 +171,11 @@ def _make_method(function: Any) -> Any:
 
 
 def _accept_symbols(name: str) -> Any:
-    numeric, symbolic = getattr(math, name), _ELEMENTWISE[_NUMPY_NAMES.get(name, name)]
+    numeric_function, symbolic_function = getattr(math, name), _ELEMENTWISE[_NUMPY_NAMES.get(name, name)]
 
     def call_either(*arguments: Any) -> Any:
-        return (symbolic if any(isinstance(value, sympy.Basic) for value in arguments) else numeric)(*arguments)
+        return (symbolic_function if any(isinstance(value, sympy.Basic) for value in arguments) else numeric_function)(
+            *arguments
+        )
 
     return call_either

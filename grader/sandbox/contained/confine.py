@@ -125,8 +125,8 @@ def make_private_root(mountpoint: str) -> None:
             bound_paths.append(resolved_path)
     for folder in guard.LIBRARY_FOLDERS:
         for name in guard.HIDDEN_PACKAGES:
-            if os.path.isdir(hidden := mountpoint + os.path.realpath(f"{folder}/{name}")):
-                kernel.mount("qdot", hidden, "tmpfs", kernel.MS_RDONLY, "size=4k")
+            if os.path.isdir(hidden_folder := mountpoint + os.path.realpath(f"{folder}/{name}")):
+                kernel.mount("qdot", hidden_folder, "tmpfs", kernel.MS_RDONLY, "size=4k")
     os.makedirs(mountpoint + NOTEBOOK_FOLDER, exist_ok=True)
     kernel.pivot_root(mountpoint)
     kernel.mount(None, "/", None, kernel.MS_REMOUNT | kernel.MS_BIND | kernel.MS_RDONLY | kernel.MS_NOSUID)
@@ -185,13 +185,13 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
             if _bytes_written(pid) > MAX_DISK_BYTES or _nameless_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
         size = number = 0
-        unvisited = [(folder, 0)]
-        while unvisited:
-            path, depth = unvisited.pop()
+        unvisited_folders = [(folder, 0)]
+        while unvisited_folders:
+            path, depth = unvisited_folders.pop()
             for entry in _list_entries(path):
                 number += 1
                 if entry.is_dir(follow_symlinks=False):
-                    unvisited.append((entry.path, depth + 1))
+                    unvisited_folders.append((entry.path, depth + 1))
                 else:
                     size += _size_on_disk(entry)
                 if size > MAX_DISK_BYTES or number > MAX_FILES or depth > MAX_DEPTH:
@@ -260,14 +260,14 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
 
     The order matters: some measures would prevent others. From now on, this process ends if its `parent` ends.
     """
-    failed: dict[str, str] = {}
+    failed_measures: dict[str, str] = {}
 
     def apply_one(name: str, action: Callable[[], None]) -> None:
         if measures.is_applied(name):
             try:
                 action()
             except (OSError, ValueError, AttributeError) as error:
-                failed[name] = str(error) or type(error).__name__
+                failed_measures[name] = str(error) or type(error).__name__
 
     apply_one("limits", lambda: _limit_resources(measures))
     apply_one("user", lambda: change_user(measures.user))
@@ -278,7 +278,7 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
     apply_one("landlock", lambda: _restrict_files(folder))
     apply_one("seccomp", lambda: _filter_calls(sees_machine_files=not measures.is_applied("namespaces")))
     kernel.release_library()
-    return failed
+    return failed_measures
 
 
 def _filter_calls(sees_machine_files: bool) -> None:

@@ -18,16 +18,16 @@ def remove(path: str, timeout: float = math.inf) -> None:
     deadline = time.monotonic() + timeout
     with contextlib.suppress(NotImplementedError):
         os.chmod(path, 0o700, follow_symlinks=False)
-    top = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    top_handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        while names := os.listdir(top):
+        while names := os.listdir(top_handle):
             for name in names:
-                if not _unlink(name, top):
-                    _move_up(name, top)
+                if not _unlink(name, top_handle):
+                    _move_up(name, top_handle)
                 if time.monotonic() > deadline:
                     raise TimeoutError(f"{path} is not empty after {timeout:g} s")
     finally:
-        os.close(top)
+        os.close(top_handle)
     os.rmdir(path)
 
 
@@ -55,9 +55,9 @@ def _move_up(name: str, top: int) -> None:
     """Move the subfolders of a folder into the top folder; remove its files, and then the folder itself."""
     folder = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top)
     try:
-        for inner in os.listdir(folder):
-            if not _unlink(inner, folder):
-                os.rename(inner, secrets.token_hex(16), src_dir_fd=folder, dst_dir_fd=top)
+        for entry in os.listdir(folder):
+            if not _unlink(entry, folder):
+                os.rename(entry, secrets.token_hex(16), src_dir_fd=folder, dst_dir_fd=top)
     finally:
         os.close(folder)
     os.rmdir(name, dir_fd=top)

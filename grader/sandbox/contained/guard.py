@@ -17,8 +17,8 @@ HIDDEN_PACKAGES = ("qdot",)
 def find_library_folders() -> list[str]:
     """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
     packages = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    others = [path for path in sys.path if path and path not in packages]
-    return packages + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
+    other_folders = [path for path in sys.path if path and path not in packages]
+    return packages + [path for path in other_folders if not any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
 
 
 LIBRARY_FOLDERS = tuple(find_library_folders())
@@ -51,8 +51,8 @@ def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
     """Return whether a path, with links resolved, is in one of the folders; also True for an open file's descriptor."""
     if isinstance(path, int) or path is None:
         return True
-    real = os.path.realpath(os.fsdecode(path))
-    return any(real == folder or real.startswith(folder.rstrip("/") + "/") for folder in folders)
+    resolved_path = os.path.realpath(os.fsdecode(path))
+    return any(resolved_path == folder or resolved_path.startswith(folder.rstrip("/") + "/") for folder in folders)
 
 
 def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
@@ -64,7 +64,7 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     readable = (*notebook_folders, *RESOLVED_READABLE_PATHS)
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
     inner_folders = ("", "/exercises", "/grader")  # these are links in a checkout
-    names = [f"{name}{inner}" for name in HIDDEN_PACKAGES for inner in inner_folders]
+    names = [f"{name}{inner_folder}" for name in HIDDEN_PACKAGES for inner_folder in inner_folders]
     packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in names)
 
     def refuse(action: str) -> NoReturn:

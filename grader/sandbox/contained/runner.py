@@ -79,8 +79,8 @@ class Alarm:
         raise Overtime(f"took longer than {self._seconds:g} s of processor time")
 
     def _check_waiting_time(self, _signal: int, _frame: Any) -> None:
-        used = time.process_time() - self._start_processor_time
-        remaining = self._start_time + self._seconds + MAX_SLOWDOWN * used - time.monotonic()
+        used_seconds = time.process_time() - self._start_processor_time
+        remaining = self._start_time + self._seconds + MAX_SLOWDOWN * used_seconds - time.monotonic()
         signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else ALARM_INTERVAL)
         if remaining <= 0:
             raise Overtime(f"waited longer than {self._seconds:g} s")
@@ -232,12 +232,12 @@ def report_answers(
     for name in request["names"]:
         if name not in namespace:
             continue
-        previous, parts = last_reports.get(name, AnswerReport(None, {})), None
+        previous_report, parts = last_reports.get(name, AnswerReport(None, {})), None
         try:
             with alarm:
                 parts = list_immutable_parts(namespace[name])
-                if is_unchanged(previous.parts, parts):
-                    message = previous.message
+                if is_unchanged(previous_report.parts, parts):
+                    message = previous_report.message
                 else:
                     text = format_value(evaluate_answer(namespace[name], name, request))
                     message = {"text": text[: MAX_ANSWER_LENGTH + 1]}
@@ -246,7 +246,7 @@ def report_answers(
         except BaseException as raised:
             message = {"error": describe_error(raised)}
         last_reports[name] = AnswerReport(parts, message)
-        if message != previous.message:
+        if message != previous_report.message:
             report({"name": name, **message})
             texts += [message["text"]] if "text" in message else []
     return texts

@@ -130,4 +130,4 @@ def install(get_ipython: Callable[[], Any]) -> None:
 
 def has_stand_in(name: str) -> bool:
     """Return whether there is a stand-in for a module; it can replace one that is installed but can't be loaded."""
-    return any(f"{name}.".startswith(f"{replaced}.") for replaced in (*JUPYTER_LIBRARIES, *DISPLAY_LIBRARIES))
+    return any(f"{name}.".startswith(f"{library}.") for library in (*JUPYTER_LIBRARIES, *DISPLAY_LIBRARIES))

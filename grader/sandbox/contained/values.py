@@ -72,9 +72,9 @@ def _format_sympy(value: Any, depth: int) -> str:
     units = sys.modules.get("sympy.physics.units")  # SymPy's units are loaded only if the notebook uses them
     if units is not None and value.has(units.Quantity):
         raise TypeError("qdot doesn't accept units of sympy.physics; write only the number, in m, rad, m/s or rad/s")
-    evaluated = _evaluate(value)
-    if evaluated is not value:
-        return format_value(evaluated, depth + 1)
+    evaluated_value = _evaluate(value)
+    if evaluated_value is not value:
+        return format_value(evaluated_value, depth + 1)
     if value.has(sympy.sinc):
         return format_value(value.replace(sympy.sinc, lambda x: sympy.sin(x) / x), depth + 1)
     if isinstance(value, sympy.Poly):
@@ -93,11 +93,11 @@ def _evaluate(value: Any) -> Any:
     if not value.has(*UNEVALUATED_CLASSES):
         return value
     try:
-        evaluated = value.doit()
-        evaluated = evaluated.as_explicit() if isinstance(evaluated, MatrixExpr) else evaluated
+        evaluated_value = value.doit()
+        evaluated_value = evaluated_value.as_explicit() if isinstance(evaluated_value, MatrixExpr) else evaluated_value
     except Exception:  # SymPy may raise anything
         return value
-    return value if evaluated == value else evaluated
+    return value if evaluated_value == value else evaluated_value
 
 
 def _format_container(value: Any, depth: int) -> str:

@@ -101,13 +101,13 @@ def _enter_namespace(control: socket.socket) -> int:
     killed, this process ends, too.
     """
     confine.enter_namespaces()
-    outside = os.getpid()
+    outside_pid = os.getpid()
     pid = os.fork()
     if pid:
         control.close()
         os.waitpid(pid, 0)
         os._exit(0)
-    confine.die_with_parent(outside)
+    confine.die_with_parent(outside_pid)
     return os.open("/proc/self/ns/pid", os.O_RDONLY)
 
 
@@ -138,11 +138,11 @@ def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
         return json.dumps(confine.apply_measures(measures, folder, os.getppid()))
 
     try:
-        failed: dict[str, str] = json.loads(confine.run_in_child(apply_all))
+        failed_measures: dict[str, str] = json.loads(confine.run_in_child(apply_all))
     except OSError as error:
-        failed = {"all": str(error)}
+        failed_measures = {"all": str(error)}
     _remove(measures, folder)
-    return failed
+    return failed_measures
 
 
 # --- called for every notebook ---
@@ -234,12 +234,12 @@ def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox:
                 os.dup2(null_device, descriptor)
             _close_all_but({inbox, outbox})
             os.chdir(folder)
-            failed = confine.apply_measures(measures, folder, parent)
+            failed_measures = confine.apply_measures(measures, folder, parent)
         except OSError as error:
             _report(outbox, {"failed": str(error)})
         else:
-            _report(outbox, {"unprotected": failed} if failed else {"confined": True})
-            if not failed:
+            _report(outbox, {"unprotected": failed_measures} if failed_measures else {"confined": True})
+            if not failed_measures:
                 _run_request(measures, folder, inbox, outbox)
     finally:
         os._exit(0)
@@ -281,19 +281,21 @@ def _read_line(inbox: int) -> bytes:
 def _report(outbox: int, line: dict[str, Any]) -> int:
     """Write a line of JSON to the grader; return its length in bytes."""
     data = (json.dumps(line) + "\n").encode()
-    unsent = data
-    while unsent:
-        unsent = unsent[os.write(outbox, unsent) :]
+    unsent_bytes = data
+    while unsent_bytes:
+        unsent_bytes = unsent_bytes[os.write(outbox, unsent_bytes) :]
     return len(data)
 
 
 def _close_all_but(kept: set[int]) -> None:
     """Close every descriptor above standard error, including the control socket, except those in `kept`."""
-    lowest = 3
+    lowest_descriptor = 3
     for descriptor in sorted(kept):
-        os.closerange(lowest, descriptor)
-        lowest = descriptor + 1
-    os.closerange(lowest, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
+        os.closerange(lowest_descriptor, descriptor)
+        lowest_descriptor = descriptor + 1
+    os.closerange(
+        lowest_descriptor, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536
+    )
 
 
 def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
