@@ -108,7 +108,7 @@ def name_chapter(sentence: str) -> str:
     >>> name_chapter("Check the sign. See (6.4).")
     'Check the sign. See (6.4) in Chapter 6.'
     """
-    return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|below 6\.\d+)", r"See \1 in Chapter 6", sentence)
+    return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|the text below \(6\.\d+\))", r"See \1 in Chapter 6", sentence)
 
 
 # --- helpers for variants ---

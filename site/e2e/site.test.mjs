@@ -116,7 +116,7 @@ test("a wrong option tells what is behind it, also in another language", async (
     await page.getByRole("button", { name: button }).click();
     return page.locator(".verdict.wrong .mistake").innerText();
   };
-  assert.match(await told("Check"), /See (below )?\(6/);
+  assert.match(await told("Check"), /See (the text below )?\(6/);
   await page.getByLabel("Language").selectOption("de");
   await page.getByRole("link", { name: "Üben" }).waitFor();
   assert.match(await told("Prüfen"), /Siehe .*\(6/);
