@@ -95,8 +95,8 @@ def figure_pose(chain: Chain) -> dict[str, float]:
 def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
     """Return the model's drawing with the arm's own labels, and the table's entries (n) in its pose."""
     model = make_model(with_exact_numbers(chain))
-    figure, entries = _draw_model(model.chain, None if pose is None else model.model_pose(dict(pose)))
-    return model.relabel(figure), model.arm_entries(entries)
+    figure, entries = _draw_model(model.chain, None if pose is None else model.convert_to_model_pose(dict(pose)))
+    return model.relabel(figure), model.convert_to_arm_entries(entries)
 
 
 @lru_cache(maxsize=1024)

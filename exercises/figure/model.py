@@ -35,7 +35,7 @@ LetteringMap = dict[Lettering, Lettering]
 
 
 @dataclass(frozen=True)
-class Model:
+class FigureModel:
     """An arm and its model (`chain`).
 
     `lettering` maps the model's lettering to the arm's. `size_ratio` is the arm's size divided by the model's.
@@ -46,14 +46,14 @@ class Model:
     lettering: Mapping[tuple[FontRun, ...], tuple[FontRun, ...]]
     size_ratio: float
 
-    def model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    def convert_to_model_pose(self, arm_pose: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
         """Return the joint values of the model (rad, m) for those of the arm. Raises QdotError if one is missing."""
         entries = scale_prismatic_entries(self.arm, compute_table_entries(self.arm, arm_pose), 1 / self.size_ratio)
         home_entries = compute_table_entries(self.chain, {q.name: 0.0 for q in self.chain.q})
         values = [round(float(entry - home_entry), 9) for entry, home_entry in zip(entries, home_entries, strict=True)]
         return tuple(zip([q.name for q in self.arm.q], values, strict=True))
 
-    def arm_entries(self, model_entries: Sequence[float] | np.ndarray) -> tuple[float, ...]:
+    def convert_to_arm_entries(self, model_entries: Sequence[float] | np.ndarray) -> tuple[float, ...]:
         """Return the entries of the arm's table in a pose of the model."""
         return tuple(map(float, scale_prismatic_entries(self.arm, np.array(model_entries), self.size_ratio)))
 
@@ -65,10 +65,10 @@ class Model:
         return replace(figure, texts=tuple(texts))
 
 
-def make_model(chain: Chain) -> Model:
+def make_model(chain: Chain) -> FigureModel:
     """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
-        return Model(chain, chain, {}, 1.0)
+        return FigureModel(chain, chain, {}, 1.0)
     lettering: LetteringMap = {}
     map_length, size_ratio = _map_lengths(chain, lettering)
     offsets = dict(zip(chain.q, chain.offsets, strict=True))
@@ -87,7 +87,7 @@ def make_model(chain: Chain) -> Model:
     font_runs = {
         make_font_runs(model_letters): make_font_runs(arm_letters) for model_letters, arm_letters in lettering.items()
     }
-    return Model(chain, model_chain, font_runs, size_ratio)
+    return FigureModel(chain, model_chain, font_runs, size_ratio)
 
 
 def _map_lengths(chain: Chain, lettering: LetteringMap) -> tuple[Callable[[sp.Expr], sp.Expr], float]:

@@ -316,13 +316,13 @@ class Question:
         """Return why the question can't be asked for an arm: it does not apply or is too long; None if it can."""
         return self.find_objection(chain) or self.too_long(chain)
 
-    def find_arm_objection(self, chain: Chain) -> str | None:
+    def find_applicability_objection(self, chain: Chain) -> str | None:
         """Return why the question makes no sense for an arm in a suitable convention, or None. Raises TooLong."""
         return self.objection(chain)
 
     def find_objection(self, chain: Chain) -> str | None:
         """Return why the question makes no sense for an arm or its answer can't be derived; None if neither."""
         try:
-            return self.find_convention_objection(chain.convention) or self.find_arm_objection(chain)
+            return self.find_convention_objection(chain.convention) or self.find_applicability_objection(chain)
         except TooLong as error:
             return str(error)

@@ -35,7 +35,7 @@ class ShortQuestion(Question):
                 raise
             return answer_and_details
 
-    def find_arm_objection(self, chain: Chain) -> str | None:
+    def find_applicability_objection(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about an arm; None if it can."""
         if objection := QUESTIONS[self.base_question].find_objection(chain) or self.objection(chain):
             return objection

@@ -32,7 +32,7 @@ ROUNDING_TOLERANCE = 0.0006
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.details_as(TaskDetails).task
-    task_rows = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    task_rows = numeric.finite_difference_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
     yield check_agreement("size", reference_numbers(part), expected[None], EXACT_TOLERANCE)
     zero_rows = [row for row, values in zip(task, task_rows.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]

@@ -40,7 +40,7 @@ def make_formula_check(compute_expected: Callable[[NumericReference, Part], Expe
     """Return a function that compares a symbolic reference with the values that each independent method computes."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
-        reference_values = numeric.evaluate_as_text(part.answer.as_matrix())
+        reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
         for name, (expected, tolerance) in compute_expected(numeric, part).items():
             yield check_agreement(name, reference_values, expected, tolerance)
 
@@ -51,7 +51,7 @@ def apply_three_methods(numeric: NumericReference, function: Callable[[np.ndarra
     """Apply a function to the 6 x n Jacobian from each of three methods: frames, differences and exponentials."""
     return {
         "frames": (function(numeric.jacobian), EXACT_TOLERANCE),
-        "finite differences": (function(numeric.differenced_jacobian), DIFFERENCE_TOLERANCE),
+        "finite differences": (function(numeric.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
         "product of exponentials": (function(numeric.exponential_jacobian), EXACT_TOLERANCE),
     }
 
@@ -129,7 +129,7 @@ def _check_inverse_velocity(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
-    reference_values = numeric.evaluate_as_text(part.answer.as_matrix())
+    reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
     if reference_values.shape != expected.shape:
         return check_agreement("J times it", reference_values, expected, EXACT_TOLERANCE)
     scale = (np.abs(numeric.task_jacobian) @ np.abs(reference_values)).max(axis=(1, 2), keepdims=True)
@@ -171,7 +171,7 @@ def _wrist_block(numeric: NumericReference, _: Part) -> ExpectedValues:
 
 def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     """Compare each determinant with its block, and their product with det J of all six rows."""
-    reference_values = numeric.evaluate_as_text(part.answer.as_matrix())
+    reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
     rotation_to_wrist = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
     blocks = (numeric.jacobian[:, :3, :3], rotation_to_wrist @ numeric.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]

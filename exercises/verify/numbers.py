@@ -62,7 +62,7 @@ def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
     """Check that the Jacobian times the motion is zero and that the motion is not zero."""
     in_formulas = part.answer_as(Direction).tolerance is None
     if in_formulas:
-        claimed, jacobian = numeric.evaluate_as_text(part.answer.as_matrix()), numeric.task_jacobian
+        claimed, jacobian = numeric.evaluate_printed_formulas(part.answer.as_matrix()), numeric.task_jacobian
     else:
         claimed = reference_numbers(part)
         jacobian = jacobian_at(numeric, part.details_as(VelocityDetails).situation)[None]

@@ -115,7 +115,7 @@ class NumericReference:
         return self.jacobian[:, self.task]
 
     @property
-    def differenced_jacobian(self) -> np.ndarray:
+    def finite_difference_jacobian(self) -> np.ndarray:
         """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
         angular = self.frame_velocities[:, :, self.chain.n, 3:]
         return np.concatenate([self.point_velocities, angular], axis=2).transpose(0, 2, 1)
@@ -144,7 +144,7 @@ class NumericReference:
             self._trees[text] = parse_formula(text, self.symbol_names)
         return self._trees[text]
 
-    def evaluate_as_text(self, entries: sp.Matrix) -> np.ndarray:
+    def evaluate_printed_formulas(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values of symbolic entries, (…, rows, columns); if one value is complex, all are.
 
         The entries are printed, and the text is parsed as answers are.

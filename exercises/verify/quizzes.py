@@ -84,7 +84,7 @@ def _check_one_correct(part: Part, passed: Sequence[bool]) -> Check:
 
 
 def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
-    values = [numeric.evaluate_as_text(option).reshape(numeric.sample_count, -1) for option in options]
+    values = [numeric.evaluate_printed_formulas(option).reshape(numeric.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
             return Check("different options", False, f"options {i} and {j}, from 0, are the same")
@@ -148,7 +148,7 @@ def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
     answer, expected = part.answer_as(Selection), _quantity_values(numeric, part.details_as(EqualForms).quantity)
     equal_indices = []
     for index, option in enumerate(_offered_options(part)):
-        values = numeric.evaluate_as_text(sp.Matrix([option.shown]))
+        values = numeric.evaluate_printed_formulas(sp.Matrix([option.shown]))
         if check_agreement("", values, expected[:, :, None], EXACT_TOLERANCE).passed:
             equal_indices.append(index)
         elif np.abs(values[:, :, 0] - expected).max() <= MIN_DIFFERENCE * np.abs(expected).max():
@@ -174,7 +174,7 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     answer = part.answer_as(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
-    option_values = [numeric.evaluate_as_text(sp.Matrix(option.shown)) for option in offered]
+    option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.shown)) for option in offered]
     matched = []
     for joint in range(numeric.chain.n):
         column = jacobian[:, :, [joint]]

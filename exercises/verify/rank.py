@@ -102,7 +102,7 @@ def _check_formula(numeric: NumericReference, part: Part, rank_loss: LostDirecti
     for symbol, value in rank_loss.values:
         q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
     jacobians = numeric.for_each_arm(exponential_jacobian, q)[:, numeric.task]
-    yield _check_perpendicular(numeric.evaluate_as_text(part.answer.as_matrix()), jacobians)
+    yield _check_perpendicular(numeric.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:

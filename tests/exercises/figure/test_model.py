@@ -71,8 +71,8 @@ def test_a_pose_of_the_model_is_the_arms(name: str) -> None:
     """Slides are as much longer as the arm is, and angles the same, with other zeros."""
     chain = sample_chain(ProblemId.parse(name))
     model, pose = make_model(chain), figure_pose(chain)
-    entries = compute_table_entries(model.chain, dict(model.model_pose(pose)))
-    assert model.arm_entries(entries) == pytest.approx(compute_table_entries(chain, pose), abs=1e-8)
+    entries = compute_table_entries(model.chain, dict(model.convert_to_model_pose(pose)))
+    assert model.convert_to_arm_entries(entries) == pytest.approx(compute_table_entries(chain, pose), abs=1e-8)
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "elbow-3r/8", "scara/2", "puma-560/1"])
