@@ -39,12 +39,12 @@ _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
 
 _DEGREE = sp.pi / 180
-_UNITS = {
-    True: dict.fromkeys(("rad", "radian", "radians"), sp.S.One)
-    | dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
-    False: {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)},
+_ANGLE_UNITS = {
+    **dict.fromkeys(("rad", "radian", "radians"), sp.S.One),
+    **dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
 }
-"""The units of angles (key True) and of lengths (key False), with their values in radians or metres.
+_LENGTH_UNITS = {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)}
+"""The units of angles and of lengths, with their values in radians or metres.
 
 Units are recognised only to be refused, because entries are in radians and metres.
 """
@@ -110,18 +110,19 @@ def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
 def _check_units(text: str, is_angle: bool) -> None:
     """Refuse a unit; if the entry is a number with its unit, say what to write in its place."""
     tokens = [token if len(token) == 1 else token.lower() for token in (m.group() for m in _TOKEN.finditer(text))]
-    unit = next((token for token in tokens if token in _UNITS[True] or token in _UNITS[False]), None)
+    unit = next((token for token in tokens if token in _ANGLE_UNITS or token in _LENGTH_UNITS), None)
     if unit is None:
         return
-    if unit not in _UNITS[is_angle]:
-        quantity = "an angle" if unit in _UNITS[True] else "a length"
+    units = _ANGLE_UNITS if is_angle else _LENGTH_UNITS
+    if unit not in units:
+        quantity = "an angle" if unit in _ANGLE_UNITS else "a length"
         raise QdotError(f"{unit} is a unit of {quantity}; {_UNIT_HINT[is_angle]}")
     rule = "angles are in radians" if is_angle else "lengths are in metres"
     number = re.fullmatch(rf"([-+]?{_NUMBER})\s*\*?\s*{unit}", text.strip(), re.IGNORECASE)
     if number is None:
         example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
         raise QdotError(f"{rule}, without a unit; write {example}")
-    value = sp.Rational(number[1]) * _UNITS[is_angle][unit]
+    value = sp.Rational(number[1]) * units[unit]
     if value.has(sp.pi):
         raise QdotError(f'{rule}; write "{value}"')
     if is_angle:
