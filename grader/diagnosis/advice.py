@@ -75,12 +75,14 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         return None
     pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
     try:
-        answer, expected = pair.evaluate(values)
-        if answer.shape != expected.shape:
+        answer_values, expected_values = pair.evaluate(values)
+        if answer_values.shape != expected_values.shape:
             return None  # the verdict's reason says so
         tolerance = 5e-3 if part.answer.is_numeric else RELATIVE_TOLERANCE
         remarks = chain(
-            _find_factor(answer, expected, tolerance), _compare_joints(pair, values), _find_configuration(pair, values)
+            _find_factor(answer_values, expected_values, tolerance),
+            _compare_joints(pair, values),
+            _find_configuration(pair, values),
         )
         return next(remarks, None)
     except ParseError:
@@ -99,8 +101,10 @@ class _AnswerAndReference:
         """Return the values of the answer and of the reference, (entries, N) each, comparable for directions, too."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
-            expected = compute_answer(numeric_working(self.chain, values), self.part)
-            return self._without_factor(answer), self._without_factor(expected.reshape(-1, expected.shape[-1]))
+            expected_values = compute_answer(numeric_working(self.chain, values), self.part)
+            return self._without_factor(answer), self._without_factor(
+                expected_values.reshape(-1, expected_values.shape[-1])
+            )
 
     def _without_factor(self, entries: np.ndarray) -> np.ndarray:
         """Return the values to compare.
@@ -175,9 +179,11 @@ def _find_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iter
     for angles in islice(product(SIMPLE_ANGLES, repeat=len(revolute_joints)), MAX_CONFIGURATIONS):
         joint_angles = dict(zip(revolute_joints, angles, strict=True))
         joint_values = {q.name: np.array([angle]) for q, angle in joint_angles.items()}
-        answer, expected = pair.evaluate(first_values | joint_values)
-        is_correct = np.abs(answer - expected)[:, 0] <= RELATIVE_TOLERANCE * (1 + np.abs(expected)[:, 0])
-        if not is_correct.all() and np.isfinite(expected).all():
+        answer_values, expected_values = pair.evaluate(first_values | joint_values)
+        is_correct = np.abs(answer_values - expected_values)[:, 0] <= RELATIVE_TOLERANCE * (
+            1 + np.abs(expected_values)[:, 0]
+        )
+        if not is_correct.all() and np.isfinite(expected_values).all():
             angles_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
             location, entry = angles_text and f" at {angles_text}", _name_entry(pair.part, int(is_correct.argmin()))
             yield f"Draw the arm{location} and calculate {entry} there by hand. Your answer gives another value."

@@ -194,9 +194,9 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
 
     If a single mistake in the finished formulas is likelier, it is returned instead.
     """
-    in_numbers, first = answer.numeric, max(predictions, key=variant_frequency)
-    equivalent_names = list(first.mistake.equivalent_mistakes)
-    if in_numbers.is_direction and first.mistake.name == "row-sign":  # either one row or all the others
+    in_numbers, first_prediction = answer.numeric, max(predictions, key=variant_frequency)
+    equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
+    if in_numbers.is_direction and first_prediction.mistake.name == "row-sign":  # either one row or all the others
         equivalent_names.append("row-sign")
     alternatives = (
         wrong
@@ -204,29 +204,43 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
         for wrong in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
     )
     candidates = [
-        first,
-        *(wrong for wrong in alternatives if _is_predicted(wrong, in_numbers) and wrong.sentence != first.sentence),
+        first_prediction,
+        *(
+            wrong
+            for wrong in alternatives
+            if _is_predicted(wrong, in_numbers) and wrong.sentence != first_prediction.sentence
+        ),
     ]
-    highest = max(map(variant_frequency, candidates))
+    highest_frequency = max(map(variant_frequency, candidates))
     wrong_count = int((~in_numbers.match_entries(answer.correct_values)).sum()) if answer.has_expected_shape else 0
-    is_rare = highest < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
-    is_throughout = wrong_count == 1 < in_numbers.values[..., 0].size and not LOCATION_WORDS & set(first.variant.words)
-    is_at_several = first.mistake.rare and len(first.variant.joints) > 1
-    is_less_likely = is_rare or is_at_several or (is_throughout and highest < LIKELY_FREQUENCY)
+    is_rare = highest_frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
+    is_throughout = wrong_count == 1 < in_numbers.values[..., 0].size and not LOCATION_WORDS & set(
+        first_prediction.variant.words
+    )
+    is_at_several = first_prediction.mistake.rare and len(first_prediction.variant.joints) > 1
+    is_less_likely = is_rare or is_at_several or (is_throughout and highest_frequency < LIKELY_FREQUENCY)
     may_be_single = wrong_count and not in_numbers.is_direction and is_less_likely
     if may_be_single and (single_mistake := _explain_formulas(answer)) is not None:
         is_likelier = is_rare and not SURPLUS_MISTAKES & set(single_mistake.mistakes)
         if is_likelier or set(single_mistake.mistakes) <= (EXCHANGE_MISTAKES if is_at_several else SIGN_MISTAKES):
             return single_mistake
-    likeliest = [wrong for wrong in candidates if variant_frequency(wrong) == highest][:2]
-    diagnosis = name_alternatives([(wrong.mistake, wrong.variant.words, _describe(wrong)) for wrong in likeliest])
-    cause = (likeliest[0].mistake.name, dict(likeliest[0].variant.words)) if len(likeliest) == 1 else None
+    likeliest_predictions = [wrong for wrong in candidates if variant_frequency(wrong) == highest_frequency][:2]
+    diagnosis = name_alternatives(
+        [(wrong.mistake, wrong.variant.words, _describe(wrong)) for wrong in likeliest_predictions]
+    )
+    cause = (
+        (likeliest_predictions[0].mistake.name, dict(likeliest_predictions[0].variant.words))
+        if len(likeliest_predictions) == 1
+        else None
+    )
     return replace(diagnosis, cause=cause)
 
 
 def _describe(predicted: PredictedAnswer) -> str:
-    missing = predicted.variant.missing_symbols
-    return f"{predicted.sentence} The missing part contains {missing}." if missing else predicted.sentence
+    missing_symbols = predicted.variant.missing_symbols
+    return (
+        f"{predicted.sentence} The missing part contains {missing_symbols}." if missing_symbols else predicted.sentence
+    )
 
 
 def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:

@@ -89,17 +89,20 @@ def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) 
     if shape[:2] == (1, 1):
         return "In your answer"
     if 1 in shape[:2]:
-        *others, last_entry = [str(max(index) + 1) for index in entry_indices]
-        return f"In entries {', '.join(others)} and {last_entry}" if others else f"In entry {last_entry}"
-    *others, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in entry_indices]
-    return f"In {', '.join(others)}, and {last_entry}," if others else f"In {last_entry},"
+        *other_entries, last_entry = [str(max(index) + 1) for index in entry_indices]
+        return f"In entries {', '.join(other_entries)} and {last_entry}" if other_entries else f"In entry {last_entry}"
+    *other_entries, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in entry_indices]
+    return f"In {', '.join(other_entries)}, and {last_entry}," if other_entries else f"In {last_entry},"
 
 
 def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
     if len(entry_indices) != 2:
         return None
-    (first, second), exchanged_values = entry_indices, answer.correct_values.copy()
-    exchanged_values[first], exchanged_values[second] = answer.correct_values[second], answer.correct_values[first]
+    (first_index, second_index), exchanged_values = entry_indices, answer.correct_values.copy()
+    exchanged_values[first_index], exchanged_values[second_index] = (
+        answer.correct_values[second_index],
+        answer.correct_values[first_index],
+    )
     if answer.numeric.equals(exchanged_values):
         return _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
     return None
@@ -141,11 +144,11 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
         repeated_values[str(name.value)] = np.concatenate(values).real
     values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values)
     answers = values_of_entries.reshape(*answer.correct_values.shape[:2], count, -1)
-    expected, size = (
+    expected_values, size = (
         values[..., :REPLACEMENT_SAMPLE_COUNT] for values in (answer.correct_values, answer.numeric.term_size)
     )
     tolerances = answer.numeric.tolerances
-    if not any(NumericAnswer(answers[:, :, k], size, tolerances).equals(expected) for k in range(count)):
+    if not any(NumericAnswer(answers[:, :, k], size, tolerances).equals(expected_values) for k in range(count)):
         return None
     words = ", ".join(map(node_text, other_lengths))
     return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
@@ -174,15 +177,15 @@ def _find_in_entries(
         if not mistakes_by_entry[i, j]:
             return None
     first_names = [name for name, _ in mistakes_by_entry[wrong_entries[0]]]
-    common = [
+    common_names = [
         name
         for name in first_names
         if all(name in dict(mistakes_of_entry) for mistakes_of_entry in mistakes_by_entry.values())
     ]
     entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
     for entry_index, mistakes_of_entry in mistakes_by_entry.items():
-        likeliest = next(each for each in mistakes_of_entry if each[0] in common[:1] or not common)
-        entries_by_mistake.setdefault(likeliest, []).append(entry_index)
+        likeliest_mistake = next(each for each in mistakes_of_entry if each[0] in common_names[:1] or not common_names)
+        entries_by_mistake.setdefault(likeliest_mistake, []).append(entry_index)
     mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
         return None
@@ -234,10 +237,10 @@ class _WrongEntry:
         """Yield a mistake if the entry without one of its terms or factors equals the reference."""
         if self.typed_formula is None:
             return
-        expected = replace(self.answer, values=self.correct_values[None, None])
-        for edit in self._fitting_edits(self.typed_formula, expected, SURPLUS_BY_MISSING):
+        expected_answer = replace(self.answer, values=self.correct_values[None, None])
+        for edit in self._fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
             yield SURPLUS_BY_MISSING[edit.mistake], edit.missing_words
-        if expected.equals(np.zeros_like(expected.values)):
+        if expected_answer.equals(np.zeros_like(expected_answer.values)):
             yield "term-surplus", Edit("", self.typed_formula, self.typed_formula).missing_words
 
     def _fitting_edits(

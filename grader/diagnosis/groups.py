@@ -76,17 +76,21 @@ def _identify(
     try:
         if part.answer.is_numeric and parsed_answer.rows is not None:
             return "numbers", part.answer.code(), _round_numbers(parsed_answer.entries)
-        general, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
+        general_form, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
         if parsed_answer.tree is not None and part.answer.is_set:
             joints = [q.name for q in problem.chain.q]
             reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
             trees = (parsed_answer.tree, reference)
-            return "set", *(general.fingerprint_conditions(tree, joints, secret) for tree in trees)
+            return "set", *(general_form.fingerprint_conditions(tree, joints, secret) for tree in trees)
         if parsed_answer.rows is not None:
             answer_and_reference = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
             shapes = [(len(rows), len(rows[0])) for rows in answer_and_reference]
             entries = [[entry for row in rows for entry in row] for rows in answer_and_reference]
-            return "formulas", shapes, *(general.fingerprint_formulas(each, secret, is_direction) for each in entries)
+            return (
+                "formulas",
+                shapes,
+                *(general_form.fingerprint_formulas(each, secret, is_direction) for each in entries),
+            )
     except (ParseError, ValueError, ArithmeticError, RecursionError):
         pass  # not a formula: compare the text
     return "text", "".join(parsed_answer.text.split())
@@ -158,17 +162,17 @@ class _GeneralForm:
         Otherwise each factor is replaced separately.
         """
         factors, number = list(_split_product(tree)), Fraction(1)
-        others = [factor for factor in factors if not _is_number(factor[0])]
+        other_factors = [factor for factor in factors if not _is_number(factor[0])]
         for factor, in_denominator in factors:
             if _is_number(factor):
                 number *= 1 / factor.value if in_denominator else factor.value
-        lengths = self.names_in_products if others else self.names_in_sums
+        lengths = self.names_in_products if other_factors else self.names_in_sums
         product = Node("number", value=Fraction(1))
         if abs(number) in lengths:
-            product, factors = _replace_number(lengths, number), others
+            product, factors = _replace_number(lengths, number), other_factors
         for factor, in_denominator in factors:
-            general = _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
-            product = Node("/" if in_denominator else "*", (product, general))
+            general_factor = _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
+            product = Node("/" if in_denominator else "*", (product, general_factor))
         return product
 
     def fingerprint_formulas(

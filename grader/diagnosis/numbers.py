@@ -79,6 +79,6 @@ def normalize(vector: np.ndarray) -> np.ndarray:
 
 def is_distinctive(answer: np.ndarray) -> bool:
     """Return whether an answer is too specific to match by chance: it is neither zero nor only a few constants."""
-    largest = np.abs(answer).max(axis=-1)
-    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > RELATIVE_TOLERANCE * largest).any()
-    return bool((largest > RELATIVE_TOLERANCE).any() and (varies or largest.size > 3))
+    largest_values = np.abs(answer).max(axis=-1)
+    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > RELATIVE_TOLERANCE * largest_values).any()
+    return bool((largest_values > RELATIVE_TOLERANCE).any() and (varies or largest_values.size > 3))

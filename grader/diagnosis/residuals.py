@@ -38,23 +38,27 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
         column_residual = residual[list(answer_rows), column]
         if np.abs(column_residual).max() <= RELATIVE_TOLERANCE * size:
             continue
-        missing = _find_links_with_sum(w, w["effects"][column][:, list(axes)], column_residual, size)
-        if missing is None:
+        missing_links = _find_links_with_sum(w, w["effects"][column][:, list(axes)], column_residual, size)
+        if missing_links is None:
             return None
-        missing_by_column[column + 1] = missing
+        missing_by_column[column + 1] = missing_links
     if not missing_by_column:
         return None
-    clauses = [f"{_describe_links(w, missing)} in column {column}" for column, missing in missing_by_column.items()]
+    clauses = [
+        f"{_describe_links(w, missing_links)} in column {column}" for column, missing_links in missing_by_column.items()
+    ]
     message = f"You seem to have left out {'; '.join(clauses)}. A joint moves every link after it. See (6.3)."
     return Diagnosis(("chain-rule",), message, signature=(f"chain-rule {missing_by_column}",))
 
 
 def _explain_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
-    missing = _find_links_with_sum(w, links, residual, float(np.abs(links).max()))
-    if missing is None:
+    missing_links = _find_links_with_sum(w, links, residual, float(np.abs(links).max()))
+    if missing_links is None:
         return None
-    message = f"Your position seems to lack {_describe_links(w, missing)}. Add all links from the base to P. See (6.1)."
-    return Diagnosis(("link-left-out",), message, signature=(f"link-left-out {missing}",))
+    message = (
+        f"Your position seems to lack {_describe_links(w, missing_links)}. Add all links from the base to P. See (6.1)."
+    )
+    return Diagnosis(("link-left-out",), message, signature=(f"link-left-out {missing_links}",))
 
 
 def _find_links_with_sum(

@@ -44,9 +44,9 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
         return Diagnosis((), advice) if _is_correct_to_few_digits(answer, correct_values) else None
     if not has_decimals:  # such as 866025/1000000
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and wrong_answer.is_correct else None
-    difference, largest = np.abs(answer.values - correct_values), np.abs(correct_values).max(axis=(0, 1))
+    difference, largest_value = np.abs(answer.values - correct_values), np.abs(correct_values).max(axis=(0, 1))
     size = np.minimum(answer.term_size, 2 * np.abs(correct_values).max())  # large terms may cancel in the answer
-    size = np.maximum(size, largest)  # an entry may contain cos(1.5708) times another entry
+    size = np.maximum(size, largest_value)  # an entry may contain cos(1.5708) times another entry
     if not (answer.match_entries(correct_values) | (difference <= CONSTANT_TOLERANCE * size).all(axis=-1)).all():
         return None
     advice = f"Your answer is correct except for rounding. Give decimals {digits}."
@@ -82,6 +82,6 @@ def _matches_to_digits(digits: int, values: np.ndarray, correct_values: np.ndarr
         rounded_values = [np.round(correct_values / step)]
         if digits == MIN_DIGITS:
             rounded_values.append(np.trunc(correct_values / step))
-        errors = [np.abs(values - rounded * step) for rounded in rounded_values]
+        errors = [np.abs(values - rounded_value * step) for rounded_value in rounded_values]
         matches = [(error <= 1e-9 * np.abs(correct_values)).all(axis=-1) for error in errors]
     return np.any(matches, axis=0)

@@ -100,14 +100,16 @@ def _name_likeliest(
 
     Equally likely mistakes are all named.
     """
-    marks, equal_variants = fingerprinter.fingerprint_answer(variant.answer), [(mistake, variant)]
+    fingerprint, equal_variants = fingerprinter.fingerprint_answer(variant.answer), [(mistake, variant)]
     for rival in map(CATALOGUE.__getitem__, mistake.equivalent_mistakes):
         variants = rival.answers(problem.chain, part)
-        equal = (each for each in variants if fingerprinter.fingerprint_answer(each.answer) == marks)
+        equal = (each for each in variants if fingerprinter.fingerprint_answer(each.answer) == fingerprint)
         equal_variants += [(rival, each) for each in islice(equal, 1)]
-    highest = max(rival.frequency for rival, _ in equal_variants)
-    likeliest = [(rival, set_variant.words) for rival, set_variant in equal_variants if rival.frequency == highest]
-    return name_alternatives([(rival, words, rival.sentence(words)) for rival, words in likeliest])
+    highest_frequency = max(rival.frequency for rival, _ in equal_variants)
+    likeliest_mistakes = [
+        (rival, set_variant.words) for rival, set_variant in equal_variants if rival.frequency == highest_frequency
+    ]
+    return name_alternatives([(rival, words, rival.sentence(words)) for rival, words in likeliest_mistakes])
 
 
 def _is_judged_correct(
@@ -229,7 +231,9 @@ class _Fingerprinter:
 
     def _fingerprint_component(self, component: Component) -> Iterator[frozenset[ConditionFingerprint]]:
         if component.solutions is None:
-            yield frozenset(self._fingerprint(None, compile_expression(each)) for each in component.conditions)
+            yield frozenset(
+                self._fingerprint(None, compile_expression(condition)) for condition in component.conditions
+            )
             return
         joints = [q.name for q, _ in component.solutions]
         for combination in product(*(values for _, values in component.solutions)):

@@ -89,7 +89,7 @@ def _flatten(node: Node) -> Node:
     if node.kind == "*":
         return _product(args)
     if node.kind == "+":
-        args = tuple(inner for arg in args for inner in (arg.args if arg.kind == "+" else (arg,)))
+        args = tuple(term for arg in args for term in (arg.args if arg.kind == "+" else (arg,)))
     if node.kind == "list" and len(args) == 1 and args[0].kind == "list":
         return args[0]
     return Node("number" if node.kind in _NUMBER_KINDS else node.kind, args, node.value)
@@ -136,9 +136,14 @@ def find_similar_pairs(answers: Sequence[StudentAnswer], max_common_count: int) 
     text_counts = Counter(answer.canonical_form.text for answer in long_answers)
     rare_answers = [answer for answer in long_answers if text_counts[answer.canonical_form.text] <= max_common_count]
     pairs = [
-        SimilarPair(first, second, compute_similarity(first.canonical_form, second.canonical_form))
-        for first, second in combinations(rare_answers, 2)
-        if first.expected != second.expected
-        and (len(rare_answers) <= MAX_PAIRED_ANSWERS or first.canonical_form.text == second.canonical_form.text)
+        SimilarPair(
+            first_answer, second_answer, compute_similarity(first_answer.canonical_form, second_answer.canonical_form)
+        )
+        for first_answer, second_answer in combinations(rare_answers, 2)
+        if first_answer.expected != second_answer.expected
+        and (
+            len(rare_answers) <= MAX_PAIRED_ANSWERS
+            or first_answer.canonical_form.text == second_answer.canonical_form.text
+        )
     ]
     return sorted((pair for pair in pairs if pair.similarity >= MIN_SIMILARITY), key=lambda pair: -pair.similarity)

@@ -59,7 +59,7 @@ def compute_term_share(problem: Problem, part: Part, parsed_answer: ParsedAnswer
     if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
         return Fraction(0)
     pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
-    expanded_pairs = [(_expand(entry), _expand(expected)) for entry, expected in pairs]
+    expanded_pairs = [(_expand(entry), _expand(expected_entry)) for entry, expected_entry in pairs]
     values = sample_values(domain, SAMPLE_COUNT, Stream(f"{seed}/terms"))
     return max(_share_of_pairs(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded_pairs))
 

@@ -96,8 +96,11 @@ def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> W
     values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows, -1)
-    relative, absolute = _allowed_rounding(part)
-    tolerances, is_direction = (max(RELATIVE_TOLERANCE, relative), absolute), part.answer.counts_up_to_a_factor
+    relative_error, absolute_error = _allowed_rounding(part)
+    tolerances, is_direction = (
+        (max(RELATIVE_TOLERANCE, relative_error), absolute_error),
+        part.answer.counts_up_to_a_factor,
+    )
     return WrongAnswer(problem, part, values, NumericAnswer(outputs, np.abs(outputs), tolerances, is_direction))
 
 
@@ -110,13 +113,17 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     entries, blanks = parsed_answer.entries, parsed_answer.blanks
     if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
         return None
-    filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
+    filled_entries = [
+        Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)
+    ]
     count = len(next(iter(values.values())))
-    entry_values, term_size = evaluate(compile_program(filled), values, count)
+    entry_values, term_size = evaluate(compile_program(filled_entries), values, count)
     entry_values[blanks] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
     is_direction = part.answer.counts_up_to_a_factor
-    return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), _tolerance(part, filled), is_direction)
+    return NumericAnswer(
+        entry_values.reshape(shape), term_size.reshape(shape), _tolerance(part, filled_entries), is_direction
+    )
 
 
 def _tolerance(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
@@ -124,11 +131,11 @@ def _tolerance(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
 
     For numbers, it depends on the digits required, or on the digits typed if these are more.
     """
-    relative, absolute = _allowed_rounding(part)
+    relative_error, absolute_error = _allowed_rounding(part)
     if not part.answer.is_numeric:
-        return max(RELATIVE_TOLERANCE, relative), absolute
+        return max(RELATIVE_TOLERANCE, relative_error), absolute_error
     digits = max(map(count_decimal_digits, entries))
-    return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
+    return max(min(relative_error or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
 def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:

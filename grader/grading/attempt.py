@@ -90,10 +90,10 @@ def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) 
 
 
 def _unreadable_attempt(path: Path, reason: str, over_limit: bool) -> Submission:
-    received = datetime.datetime.fromtimestamp(0, datetime.UTC)
+    received_time = datetime.datetime.fromtimestamp(0, datetime.UTC)
     with suppress(OSError):
-        received = modification_time(path.lstat())
-    return Submission(path, received, unreadable_reason=reason, over_limit=over_limit)
+        received_time = modification_time(path.lstat())
+    return Submission(path, received_time, unreadable_reason=reason, over_limit=over_limit)
 
 
 def marking_versions(assignment: Assignment, student: str) -> MarkingVersions:
@@ -116,12 +116,12 @@ def grade_safely(grader: Grader, student: str, submission: Submission | None) ->
 
     Raises QdotError if the machine can't run any notebook at all: this is reported once and not for each student.
     """
-    started = time.process_time()
+    start_time = time.process_time()
     try:
-        marked = grade_attempt(grader, student, submission)
+        marks = grade_attempt(grader, student, submission)
         seconds, memory = grader.sandbox.collect_cost()
-        seconds += time.process_time() - started
-        return replace(marked, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
+        seconds += time.process_time() - start_time
+        return replace(marks, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
     except OverLimit as error:
         return mark_ungraded(grader.assignment, student, submission, str(error), over_limit=True)
     except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class

@@ -75,12 +75,12 @@ def grade_class(
     mark_lost = partial(_mark_failed, assignment) if jobs else None
     with clean_up_after(paths), flush_disks_after():
         if executor:
-            graded = _grade_on_cluster(executor, tasks, assignment, limits, cache)
+            graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
-            graded = ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
-        with contextlib.closing(graded):
-            for student, notebooks in zip(chosen_students, graded, strict=True):
+            graded_notebooks = ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
+        with contextlib.closing(graded_notebooks):
+            for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:
                     result = final_result(assignment, student, notebooks, overrides)
                 except Exception as error:  # an error for one student must not stop the class
@@ -95,7 +95,7 @@ def grade_class(
 
 def _format_cost(notebooks: Sequence[GradedNotebook]) -> tuple[str, str]:
     """Return as text the processor time for grading a student (seconds), and the peak memory (megabytes)."""
-    marks = [graded.marked for graded in notebooks if graded.marked is not None]
+    marks = [notebook.marked for notebook in notebooks if notebook.marked is not None]
     seconds = sum(marked.seconds for marked in marks)
     megabytes = max((marked.megabytes for marked in marks), default=0.0)
     return f"{seconds:.2f}", f"{megabytes:.0f}"
@@ -190,9 +190,9 @@ class _GradingWorker:
         counting_attempts = _counting_attempts(self.assignment, attempts)
         notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
-            marked = self._mark(student, attempt) if attempt in counting_attempts else None
+            marks = self._mark(student, attempt) if attempt in counting_attempts else None
             name, source = printable_name(attempt.file.name), attempt.time_source
-            notebooks.append(GradedNotebook(name, attempt.received, marked, source, attempt.late))
+            notebooks.append(GradedNotebook(name, attempt.received, marks, source, attempt.late))
         return notebooks
 
     def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:
@@ -200,12 +200,12 @@ class _GradingWorker:
         if (stored_marks := self.load_marks(student, attempt)) is not None:
             return stored_marks
         if self._cluster is None:
-            marked = grade_safely(self._grader, student, attempt)
+            marks = grade_safely(self._grader, student, attempt)
         else:
             marks_from_cluster = self._cluster.mark(student, attempt)
-            marked = marks_from_cluster or mark_ungraded(self.assignment, student, attempt, CRASH_REASON)
-        self.store_marks(student, attempt, marked)
-        return marked
+            marks = marks_from_cluster or mark_ungraded(self.assignment, student, attempt, CRASH_REASON)
+        self.store_marks(student, attempt, marks)
+        return marks
 
     def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""

@@ -175,8 +175,8 @@ def find_alterations(
     """Return the names of the cells that differ from the recorded digests, each with a word for the difference."""
     present_cells = dict(present_digests)
     digests = {digest for _, digest in present_digests}
-    changed = [name for name, digest in recorded_digests.items() if digest not in digests]
-    differences = {name: "changed" if name in present_cells else "missing" for name in changed}
+    changed_names = [name for name, digest in recorded_digests.items() if digest not in digests]
+    differences = {name: "changed" if name in present_cells else "missing" for name in changed_names}
     unmatched_counts = Counter(recorded_digests.values())
     for name, digest in present_digests:
         unmatched_counts[digest] -= 1

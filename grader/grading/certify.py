@@ -157,17 +157,21 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return a failure for each difference between a problem and its record."""
-    current = digests(problem)
+    current_digests = digests(problem)
     if record.problem != str(problem.id):
         message = f"{record.problem} was released instead, because the assignment or the secret has changed"
         return [task.make_failure(FailureKind.CHANGED, message)]
-    if record.sha256 != current.sha256:
-        changed_parts = [name for name, digest in current.parts.items() if record.parts.get(name) != digest]
-        changed_parts += [name for name in record.parts if name not in current.parts]
-        difference = "the arm" if record.arm != current.arm else ", ".join(changed_parts) or "its digest"
+    if record.sha256 != current_digests.sha256:
+        changed_parts = [name for name, digest in current_digests.parts.items() if record.parts.get(name) != digest]
+        changed_parts += [name for name in record.parts if name not in current_digests.parts]
+        difference = "the arm" if record.arm != current_digests.arm else ", ".join(changed_parts) or "its digest"
         message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
         return [task.make_failure(FailureKind.CHANGED, message)]
-    if (record.arm, record.parts, set(record.questions)) != (current.arm, current.parts, set(current.parts)):
+    if (record.arm, record.parts, set(record.questions)) != (
+        current_digests.arm,
+        current_digests.parts,
+        set(current_digests.parts),
+    ):
         message = "its certificate contradicts itself, because it was altered; restore it from a backup"
         return [task.make_failure(FailureKind.DAMAGED, message)]
     return []

@@ -153,20 +153,20 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
         return CheckedAnswer(part, True, "a Python function, which qdot calls when it grades the answer")
     if expected is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
-    parsed = read_any(text) if expected is None else read_in_form(expected, text)
-    if parsed.refusal is not None:
-        is_blank = parsed.refusal.outcome is Outcome.MISSING
-        return CheckedAnswer(part, False, "left blank" if is_blank else parsed.refusal.reason)
+    parsed_answer = read_any(text) if expected is None else read_in_form(expected, text)
+    if parsed_answer.refusal is not None:
+        is_blank = parsed_answer.refusal.outcome is Outcome.MISSING
+        return CheckedAnswer(part, False, "left blank" if is_blank else parsed_answer.refusal.reason)
     has_known_symbols = expected is not None and expected.answer.takes_symbols and not expected.answer.is_set
-    unknown = describe_unknown_symbols(parsed, expected.domain) if expected and has_known_symbols else ""
+    unknown = describe_unknown_symbols(parsed_answer, expected.domain) if expected and has_known_symbols else ""
     if unknown:
         return CheckedAnswer(part, False, unknown)
     excerpt = shorten(text, 300)
-    if parsed.tree is not None and has_blank(parsed.tree):
+    if parsed_answer.tree is not None and has_blank(parsed_answer.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_set:
-        return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if _may_mean_and(parsed, expected) else ""))
-    return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed)) + excerpt)
+        return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if _may_mean_and(parsed_answer, expected) else ""))
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed_answer)) + excerpt)
 
 
 def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:

@@ -63,9 +63,9 @@ def check_class(
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _claims_by_student(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
-        others = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
+        subject = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
         raise QdotError(
-            f"{named_path}: {len(keys)} of {len(sample)} notebooks belong to {others}, so nothing was graded. Is this "
+            f"{named_path}: {len(keys)} of {len(sample)} notebooks belong to {subject}, so nothing was graded. Is this "
             "the right folder?"
         )
     owners = {student: owner for student, owner in _claims_by_student(sample, "student").items() if owner != student}
@@ -159,7 +159,7 @@ def _match_respelled_identifiers(strangers: Sequence[str], ids: Sequence[str]) -
 def _advise_restoring(renamed: Mapping[str, str]) -> str:
     return (
         f"{SPREADSHEET_HINT} Write the identifiers into roster.csv as they were when the notebooks were generated: "
-        f"{list_some([f'{now} → {before}' for now, before in renamed.items()], MAX_NAMES_LISTED)}."
+        f"{list_some([f'{new_name} → {old_name}' for new_name, old_name in renamed.items()], MAX_NAMES_LISTED)}."
     )
 
 

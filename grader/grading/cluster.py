@@ -112,16 +112,16 @@ class Cluster:
             items = submission.qdot_metadata.items()
             claims = {name: claim if isinstance(claim, str | None) else True for name, claim in items}
             submission = replace(submission, qdot_metadata=claims)
-        marked = self._try_to_mark(student, submission)
-        if marked is not None:
-            return marked
+        marks = self._try_to_mark(student, submission)
+        if marks is not None:
+            return marks
         with self._retry_lock:
             return self._try_to_mark(student, submission)
 
     def _try_to_mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         try:
             future = self._client.submit(mark_on_worker, self._brief, student, submission, pure=False)
-            marked, worker, warning = self._wait_for(future)
+            marks, worker, warning = self._wait_for(future)
         except QdotError:
             raise
         except Exception as error:
@@ -134,7 +134,7 @@ class Cluster:
         if warning and warning not in self._reported_warnings:
             self._reported_warnings.add(warning)
             note(f"worker {worker}: {warning}")
-        return marked
+        return marks
 
     def _wait_for(self, future: "Future") -> tuple[NotebookMarks, str, str]:
         while True:
@@ -222,11 +222,11 @@ def _prepare(brief: WorkerBrief) -> None:
     Raises QdotError if the assignment requires a stricter sandbox than this machine can enforce.
     """
     _drop_at_exit()
-    strict = brief.assignment.sandbox == "strict"
-    findings = guarantees.probe(quick=not strict)
-    if strict and not findings.is_strict:
+    must_be_strict = brief.assignment.sandbox == "strict"
+    findings = guarantees.probe(quick=not must_be_strict)
+    if must_be_strict and not findings.is_strict:
         raise QdotError(guarantees.explain_refusal(findings))
-    grader = Grader(brief.assignment, Sandbox(brief.limits, strict=strict), ClassAnswers(brief.assignment))
+    grader = Grader(brief.assignment, Sandbox(brief.limits, strict=must_be_strict), ClassAnswers(brief.assignment))
     _worker_state.update(name=brief.content_digest, grader=grader, warning=guarantees.describe_weakness(findings))
     _start_timer()
 

@@ -86,5 +86,5 @@ class ClassAnswers:
 def _digest_values(values: np.ndarray) -> bytes:
     """Return a digest of values; they are rounded first, so that rounding errors don't change it."""
     with np.errstate(all="ignore"):
-        rounded = np.nan_to_num(np.round(values * ROUNDING_FACTOR), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
-    return hashlib.sha256(rounded.astype(np.int64).tobytes()).digest()
+        rounded_values = np.nan_to_num(np.round(values * ROUNDING_FACTOR), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
+    return hashlib.sha256(rounded_values.astype(np.int64).tobytes()).digest()

@@ -55,18 +55,18 @@ def final_result(
     """
     result_if_counting = partial(_result_if_counting, assignment, student, overrides)
     results = {i: result_if_counting(graded, graded.marked) for i, graded in enumerate(notebooks) if graded.marked}
-    chosen = max(results, key=lambda i: _max_possible_points(results[i]))
-    result = results[chosen]
+    chosen_index = max(results, key=lambda i: _max_possible_points(results[i]))
+    result = results[chosen_index]
     if len(notebooks) == 1:
         return result
-    other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen]
+    other_files = [graded.file for i, graded in enumerate(notebooks) if i != chosen_index]
     reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        tied_count = sum(graded.received == notebooks[chosen].received for graded in notebooks)
+        tied_count = sum(graded.received == notebooks[chosen_index].received for graded in notebooks)
         tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
         reason = ", the last" if tied_count == 1 else tie_reason
     listing = list_some(other_files, MAX_FILES_LISTED)
-    note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen].file} counts{reason}, not {listing}"
+    note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file} counts{reason}, not {listing}"
     if assignment.attempts.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempts.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]
@@ -143,8 +143,8 @@ def _subtract_share(points: float, share: Fraction) -> float:
     >>> _subtract_share(0.7, Fraction(1, 10))
     0.63
     """
-    exact = Fraction(str(points))
-    return float(exact - round(exact * share, 4))
+    exact_points = Fraction(str(points))
+    return float(exact_points - round(exact_points * share, 4))
 
 
 def _max_possible_points(result: Result) -> Fraction:

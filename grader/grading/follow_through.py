@@ -88,8 +88,8 @@ def find_follow_through(
     context = _Context(problem, answers, wrong_parts, f"{seed}/follow", is_copied)
     results: list[FollowThrough] = []
     for rows_of_parts, wrong_names in context.find_sources(part):
-        derived = context.derive(part, rows_of_parts)
-        judgement = None if derived is None else context.judge(part, derived, answer)
+        derived_answer = context.derive(part, rows_of_parts)
+        judgement = None if derived_answer is None else context.judge(part, derived_answer, answer)
         if judgement is not None and judgement.share > 0:
             non_attempt = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
             results.append(FollowThrough(judgement, wrong_names[0], non_attempt))
@@ -141,9 +141,13 @@ class _Context:
             return None
         if parsed_answer is None or parsed_answer.refusal is not None:
             for rows_of_parts, wrong_names in self.find_sources(part):
-                derived = self.derive(part, rows_of_parts)
-                if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
-                    return derived, wrong_names
+                derived_answer = self.derive(part, rows_of_parts)
+                if (
+                    derived_answer is not None
+                    and not isinstance(derived_answer, np.ndarray)
+                    and self.is_as_hard(derived_answer, reference)
+                ):
+                    return derived_answer, wrong_names
         elif name in self.wrong_parts:
             if parsed_answer.rows and self.is_usable(part, parsed_answer, reference):
                 return (parsed_answer.rows, [name])
@@ -188,12 +192,12 @@ class _Context:
     def _is_copy(self, part: Part, rows: Rows) -> bool:
         """Return whether rows equal the answer to another part at random configurations."""
         values = self._evaluate(rows)
-        for name, other in self.answers.items():
-            is_short = bool(other.rows) and len(other.text) <= 10 * MAX_NODES
-            if name == part.name or not is_short or not self._is_known(other):
+        for name, other_answer in self.answers.items():
+            is_short = bool(other_answer.rows) and len(other_answer.text) <= 10 * MAX_NODES
+            if name == part.name or not is_short or not self._is_known(other_answer):
                 continue
             with suppress(ParseError):  # its entries contain statements or blanks
-                other_values = self._evaluate(other.rows or ())
+                other_values = self._evaluate(other_answer.rows or ())
                 if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
                     return True
         return False
@@ -203,20 +207,20 @@ class _Context:
 
     def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
         """Return whether rows depend on as many joints as a reference, and don't have clearly more zeros."""
-        traits, expected = self._compute_traits(rows), self._compute_traits(reference)
-        return traits.is_as_full(expected) and traits.joint_count >= expected.joint_count
+        traits, expected_traits = self._compute_traits(rows), self._compute_traits(reference)
+        return traits.is_as_full(expected_traits) and traits.joint_count >= expected_traits.joint_count
 
     def _compute_traits(self, rows: Rows) -> "Traits":
         """Return the traits of an answer, found at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
         values_at_samples = evaluate(program, self.values, SAMPLE_COUNT)[0]
-        largest = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
+        largest_value = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
             with np.errstate(all="ignore"):
                 changes = np.abs(evaluate(program, values, SAMPLE_COUNT)[0] - values_at_samples)
-                return not np.all(changes <= tolerance * largest)
+                return not np.all(changes <= tolerance * largest_value)
 
         joints = {q.name for q in self.problem.chain.q}
         used_symbols = {name for name in set().union(*map(find_names, entries)) if isinstance(roles[name], str)}
@@ -224,7 +228,7 @@ class _Context:
         influential_symbols = {name for name, values in moved_values.items() if differs(values, 1e-9)}
         values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
         is_finite, is_periodic = bool(np.isfinite(values_at_samples).all()), not differs(values_after_turn, 1e-6)
-        nonzero_count = int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest))
+        nonzero_count = int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest_value))
         counts = len(influential_symbols & joints), len(influential_symbols - joints), nonzero_count
         return Traits(is_finite, is_periodic, *counts)
 
@@ -275,8 +279,8 @@ class _Context:
         return None if rows is None else _determinant(rows)
 
     def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
-        largest = float(np.abs(values).max(initial=0.0))
-        if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
+        largest_value = float(np.abs(values).max(initial=0.0))
+        if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest_value) < len(values):
             return None
         if part.answer.counts_up_to_a_factor:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
@@ -284,7 +288,7 @@ class _Context:
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
         tolerance = part.rounding.relative or number.tolerance if part.rounding else number.tolerance
-        return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest)
+        return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest_value)
 
 
 def _substitute(w: Working, numeric_rows: Mapping[str, np.ndarray]) -> Working:

@@ -120,18 +120,20 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
     certain_paths, doubtful_paths = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
-    removed = [*certain_paths, *_find_files_named_after(folder, student.id)]
+    removed_paths = [*certain_paths, *_find_files_named_after(folder, student.id)]
     shortened = dict(_shorten_tables(folder, student.id))
-    if not removed and not shortened:
+    if not removed_paths and not shortened:
         return None
     # Files in the cache don't name their student; qdot can recreate both the cache and the report.
-    removed += [path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()]
-    inside = {path for top in removed if top.is_dir() for path in top.rglob("*")}
-    handled_paths = {*removed, *inside, *shortened}
+    removed_paths += [
+        path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()
+    ]
+    inside = {path for top in removed_paths if top.is_dir() for path in top.rglob("*")}
+    handled_paths = {*removed_paths, *inside, *shortened}
     advice = "it may belong to this student or to another one"
     mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful_paths]
     mentions += _find_mentions(folder, student, handled_paths)
-    return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
+    return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed_paths)), shortened, tuple(mentions))
 
 
 def _find_files_named_after(folder: Path, student: str) -> list[Path]:

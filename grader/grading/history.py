@@ -87,10 +87,16 @@ def store_previous_results(assignment: Assignment, results: Sequence[Result]) ->
     by_student = {result.student: result for result in results}
     folder = assignment.folder / "graded" / "history"
     remove_leftovers(folder / f"{result.student}.jsonl" for _, result in _read_previous_lines(assignment))
-    for line, was in _read_previous_lines(assignment):
-        now = by_student.get(was.student)
-        if now is None or _noticeable_content(was) != _noticeable_content(_round_trip(now)):
-            _append_to_history(folder / f"{was.student}.jsonl", json.loads(line), describe_reasons(was, now))
+    for line, previous_result in _read_previous_lines(assignment):
+        current_result = by_student.get(previous_result.student)
+        if current_result is None or _noticeable_content(previous_result) != _noticeable_content(
+            _round_trip(current_result)
+        ):
+            _append_to_history(
+                folder / f"{previous_result.student}.jsonl",
+                json.loads(line),
+                describe_reasons(previous_result, current_result),
+            )
 
 
 def _append_to_history(path: Path, previous_result: object, reason: str) -> None:
@@ -137,9 +143,9 @@ def describe_reasons(previous: Result, current: Result | None) -> str:
     reasons = _find_grading_reasons(previous, current)
     if previous.overrides != current.overrides:
         reasons.append("override")
-    received = [result.submission and result.submission.received for result in (previous, current)]
+    received_times = [result.submission and result.submission.received for result in (previous, current)]
     late_rules = [result.late and (result.late.due, result.late.penalty) for result in (previous, current)]
-    if received[0] == received[1]:
+    if received_times[0] == received_times[1]:
         if late_rules[0] != late_rules[1]:
             reasons.append("late rule")
     elif previous.late != current.late and not reasons:
@@ -158,10 +164,11 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
             earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
             is_known = (current.submission.file, current.submission.received) in earlier_attempts
             reasons.append("another attempt counts" if is_known else "new submission")
-    before, after = previous.made_from, current.made_from
-    if before != MarkingVersions() and before.assignment != after.assignment:  # results of an older qdot lack it
+    previous_versions, current_versions = previous.made_from, current.made_from
+    # results of an older qdot lack the versions
+    if previous_versions != MarkingVersions() and previous_versions.assignment != current_versions.assignment:
         reasons.append("assignment changed")
-    if (before.engine, before.grader) != (after.engine, after.grader):
+    if (previous_versions.engine, previous_versions.grader) != (current_versions.engine, current_versions.grader):
         reasons.append("grader changed")
     return reasons
 
@@ -231,8 +238,8 @@ def describe_mark_changes(previous_results: Mapping[str, Result], results: Seque
     rows = [(each.student, each.part or "total", each.before, each.after, each.reason) for each in changes]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
-        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {before:>{widths[2]}} → {after:<{widths[3]}}  {reason}"
-        for student, part, before, after, reason in rows
+        f"{student:<{widths[0]}}  {part:<{widths[1]}}  {old_mark:>{widths[2]}} → {new_mark:<{widths[3]}}  {reason}"
+        for student, part, old_mark, new_mark, reason in rows
     ]
     old_sum, new_sum = (sum_points(result.score for result in run) for run in (previous_results.values(), results))
     students, change = len({each.student for each in changes}), sum_points((new_sum, -old_sum))

@@ -86,9 +86,9 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
     The share is the same in every call.
     """
     seed = f"{problem.id}/{part.name}"
-    parsed = read_answer(problem, part, text, seed)
-    answer = AnswerToCredit(problem, part, parsed, seed)
-    judgement = give_partial_credit(answer, judge_parsed(problem, part, parsed, seed))
+    parsed_answer = read_answer(problem, part, text, seed)
+    answer = AnswerToCredit(problem, part, parsed_answer, seed)
+    judgement = give_partial_credit(answer, judge_parsed(problem, part, parsed_answer, seed))
     return Fraction(judgement.share).limit_denominator(1000)
 
 
@@ -116,9 +116,9 @@ class _ProblemMarking:
         seed = self.seeds[part.name]
         try:
             with self.allowance.judging.spend():
-                parsed = self.parsed_answers[part.name] = read_answer(self.problem, part, text, points_seed)
-                judgement = judge_parsed(self.problem, part, parsed, seed)
-                answer = AnswerToCredit(self.problem, part, parsed, seed)
+                parsed_answer = self.parsed_answers[part.name] = read_answer(self.problem, part, text, points_seed)
+                judgement = judge_parsed(self.problem, part, parsed_answer, seed)
+                answer = AnswerToCredit(self.problem, part, parsed_answer, seed)
                 return give_partial_credit(answer, judgement, self.rules.is_copied)
         except OutOfTime:
             return _out_of_time_judgement(self.allowance.judging)
@@ -127,12 +127,12 @@ class _ProblemMarking:
 
     def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
-        followed = self._judge_follow_through(part)
+        follow_through = self._judge_follow_through(part)
         judgement = self.judgements[part.name]
         answer = FUNCTION_TEXT if text is not None and is_function_table(text) else text
         if judgement.outcome in WRONG_OR_PARTIAL:
-            diagnosis, group, attempt = self._explain(part, followed)
-            verdict = _verdict_by_points(part, judgement, answer, diagnosis, followed, self.rules.credit)
+            diagnosis, group, attempt = self._explain(part, follow_through)
+            verdict = _verdict_by_points(part, judgement, answer, diagnosis, follow_through, self.rules.credit)
             return replace(verdict, group=group, attempt=attempt)
         points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
@@ -143,25 +143,27 @@ class _ProblemMarking:
 
         If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
         """
-        names = [other.name for other in self.problem.parts]
+        names = [other_part.name for other_part in self.problem.parts]
         wrong_parts = [name for name in names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
         earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
         if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
-        followed, seed, is_copied = None, self.seeds[part.name], self.rules.is_copied
+        follow_through, seed, is_copied = None, self.seeds[part.name], self.rules.is_copied
         answers, attempts = self.parsed_answers, self.attempt_parts
         try:
             with self.allowance.judging.spend():
-                followed = find_follow_through(self.problem, part, answers, earlier_parts, seed, is_copied, attempts)
+                follow_through = find_follow_through(
+                    self.problem, part, answers, earlier_parts, seed, is_copied, attempts
+                )
         except OutOfTime:
             self.judgements[part.name] = _out_of_time_judgement(self.allowance.judging)
         except RecursionError:  # formulas nested deeper than in any real answer
             return None
         except Exception as error:
             self.judgements[part.name] = _failure_judgement(error)
-        if followed is not None and followed.non_attempt in self.undecided_parts:
+        if follow_through is not None and follow_through.non_attempt in self.undecided_parts:
             self.judgements[part.name] = _out_of_time_judgement(self.allowance.diagnosing)
-        return followed
+        return follow_through
 
     def _explain(self, part: Part, followed: FollowThrough | None) -> tuple[Diagnosis | None, str | None, bool | None]:
         """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""

@@ -157,29 +157,29 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
     are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single nonzero number
     earns nothing.
     """
-    part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
-    expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
-    is_numeric = not set().union(*map(find_names, expected)) & varying
-    if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected) == 1):
+    part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying
+    expected_entries = [entry for row in part.answer.trees(domain.roles) for entry in row]
+    is_numeric = not set().union(*map(find_names, expected_entries)) & varying_names
+    if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
         return None
-    wrong_indices = list(range(len(expected)))
+    wrong_indices = list(range(len(expected_entries)))
     if judgement.entries is not None:
         wrong_indices = [k for k, same in enumerate(chain.from_iterable(judgement.entries)) if not same]
-    expected = [expected[k] for k in wrong_indices]
+    expected_entries = [expected_entries[k] for k in wrong_indices]
     if parsed.table is not None:
-        factor = _find_factor_of_values(parsed.table, wrong_indices, expected, answer.problem)
+        factor = _find_factor_of_values(parsed.table, wrong_indices, expected_entries, answer.problem)
     elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):
         return None
     else:
         entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
-        factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
+        factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
         may_lack_divisor = factor is None and part.effective_credit.is_by_mistakes
         det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
         if det is not None:
-            expected = [multiply_nodes(entry, det) for entry in expected]
-            factor = find_constant_factor(entries, expected, domain, varying, seed, part.rounding)
+            expected_entries = [multiply_nodes(entry, det) for entry in expected_entries]
+            factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
             factor = factor and replace(factor, changes_size=True)
-    if factor is None or (factor.changes_size and not set().union(*map(find_names, expected)) & varying):
+    if factor is None or (factor.changes_size and not set().union(*map(find_names, expected_entries)) & varying_names):
         return None
     words = [("the sign" if part.shape is None else "signs")] * factor.is_negative
     words += ["a common factor"] * factor.changes_size
@@ -245,14 +245,14 @@ def _credit_factors(answer: AnswerToCredit) -> ShareAndReason | None:
         return None
     counts = range(MAX_WRONG_FACTORS + 1)
     error_counts = sorted(product(counts, counts), key=lambda pair: (max(pair), pair))[1:]
-    for missing, surplus in error_counts:
-        share = share_of_product(len(expected_factors), missing, surplus)
-        if share and _is_product_without(answer, given_factors, expected_factors, missing, surplus):
-            right, factors = len(expected_factors) - missing, count_noun(len(expected_factors), "factor")
-            others = f", and {count_noun(surplus, 'factor')} too many" if surplus > missing else ""
+    for missing_count, surplus_count in error_counts:
+        share = share_of_product(len(expected_factors), missing_count, surplus_count)
+        if share and _is_product_without(answer, given_factors, expected_factors, missing_count, surplus_count):
+            right, factors = len(expected_factors) - missing_count, count_noun(len(expected_factors), "factor")
+            addition = f", and {count_noun(surplus_count, 'factor')} too many" if surplus_count > missing_count else ""
             return (
                 share,
-                f"{right} of the {factors} that depend on the joints {'is' if right == 1 else 'are'} right{others}",
+                f"{right} of the {factors} that depend on the joints {'is' if right == 1 else 'are'} right{addition}",
             )
     return None
 
@@ -301,11 +301,11 @@ def _credit_except_signs(answer: AnswerToCredit) -> ShareAndReason | None:
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.blanks):
         return None
-    expected = np.array([float(value) for value in part.answer.as_matrix()])
+    expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
     tolerance = np.array(part.answer_as(Number).allowed_errors(part.rounding))
-    error = np.minimum(np.abs(values - expected), np.abs(values + expected))
-    if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= tolerance) or np.any(error > tolerance):
+    error = np.minimum(np.abs(values - expected_numbers), np.abs(values + expected_numbers))
+    if not np.all(np.isfinite(values)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
         return None
     return share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False), "only signs are wrong"
 

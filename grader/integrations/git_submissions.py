@@ -99,28 +99,30 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # a killed run may have left folders
         shutil.rmtree(leftover, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work:
-        fetched = Path(work, "submitted")
-        fetched.mkdir()
+        fetched_folder = Path(work, "submitted")
+        fetched_folder.mkdir()
         with ThreadPoolExecutor(MAX_PARALLEL) as threads:
-            collected = list(threads.map(lambda each: _collect_one(assignment, host, fetched, *each), repositories))
-        for each in collected:
+            collected_repositories = list(
+                threads.map(lambda each: _collect_one(assignment, host, fetched_folder, *each), repositories)
+            )
+        for each in collected_repositories:
             if each.unreached:
                 note(f"{each.student}: qdot can't fetch {each.repository}, so there is no mark: {each.unreached}")
             elif each.left_out:
                 note(f"{each.student}: {each.repository} has nothing to grade: {each.left_out}")
-        unreached = [(each.student, each.unreached) for each in collected if each.unreached]
-        if len(unreached) == len(collected):
+        unreached_students = [(each.student, each.unreached) for each in collected_repositories if each.unreached]
+        if len(unreached_students) == len(collected_repositories):
             raise QdotError("no repository could be fetched; check the names in repositories.csv and the token")
-        if unreached:
-            table = csv_text([("student", "why"), *unreached])
-            (fetched / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
-        submitted = assignment.folder / "submitted"
-        if submitted.exists():
-            submitted.rename(Path(work, "before"))
-        fetched.rename(submitted)
-    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, collected)])
+        if unreached_students:
+            table = csv_text([("student", "why"), *unreached_students])
+            (fetched_folder / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
+        submitted_folder = assignment.folder / "submitted"
+        if submitted_folder.exists():
+            submitted_folder.rename(Path(work, "before"))
+        fetched_folder.rename(submitted_folder)
+    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, collected_repositories)])
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
-    return collected
+    return collected_repositories
 
 
 def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
@@ -140,21 +142,25 @@ def _collect_one(
 ) -> CollectedRepository:
     """Fetch a student's repository into `fetched`/STUDENT, and return a description of it."""
     until = find_cutoff(assignment, student)
-    collected = CollectedRepository(student.id, repository, counts_until="" if until is None else until.isoformat())
+    collected_repository = CollectedRepository(
+        student.id, repository, counts_until="" if until is None else until.isoformat()
+    )
     folder = fetched / student.id
     try:
         head = _run_git(host, "ls-remote", "--symref", host.repository_url(repository), "HEAD").split()
         if head[:1] != ["ref:"]:
             raise _NothingToGrade("nothing was pushed to it")
-        collected = replace(collected, branch=head[1].removeprefix("refs/heads/"))
-        push = _find_counting_push(host, repository, collected.branch, until, accepts_late=assignment.late is None)
-        collected = replace(collected, commit=push.commit, pushed=push.received.isoformat())
+        collected_repository = replace(collected_repository, branch=head[1].removeprefix("refs/heads/"))
+        push = _find_counting_push(
+            host, repository, collected_repository.branch, until, accepts_late=assignment.late is None
+        )
+        collected_repository = replace(collected_repository, commit=push.commit, pushed=push.received.isoformat())
         _fetch_commit(host, repository, push, folder)
     except (_NothingToGrade, _HostUnreachable, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
         field_name = "left_out" if isinstance(error, _NothingToGrade) else "unreached"
-        return replace(collected, **{field_name: printable(str(error))})
-    return collected
+        return replace(collected_repository, **{field_name: printable(str(error))})
+    return collected_repository
 
 
 def _find_counting_push(
@@ -230,7 +236,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
 
     The feedback is a commit without a parent that depends only on its content, so unchanged feedback isn't sent again.
     """
-    graded, results = read_last_results(assignment)
+    graded_assignment, results = read_last_results(assignment)
     by_student = {result.student: result for result in results}
 
     def push_feedback(student: str, repository: str) -> CollectedRepository:
@@ -238,18 +244,20 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
             page = assignment.folder / "graded" / "feedback" / f"{student}.html"
             error_text = ""
             try:
-                Path(work, "README.md").write_text(make_summary(graded, [by_student[student]]), encoding="utf-8")
+                Path(work, "README.md").write_text(
+                    make_summary(graded_assignment, [by_student[student]]), encoding="utf-8"
+                )
                 shutil.copyfile(page, Path(work, "feedback.html"))
                 _push_folder(host, repository, work)
             except (OSError, _HostUnreachable) as error:
                 error_text = str(error)
         return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=error_text)
 
-    submitted = assignment.folder / "submitted"
-    graded_students = [name for name in by_student if (submitted / name).is_dir()]
-    fetched = [each for each in _read_repositories(assignment, host) if each[0] in graded_students]
+    submitted_folder = assignment.folder / "submitted"
+    graded_students = [name for name in by_student if (submitted_folder / name).is_dir()]
+    fetched_repositories = [each for each in _read_repositories(assignment, host) if each[0] in graded_students]
     with ThreadPoolExecutor(MAX_PARALLEL) as threads:
-        pushed = list(threads.map(lambda each: push_feedback(*each), fetched))
+        pushed = list(threads.map(lambda each: push_feedback(*each), fetched_repositories))
     for each in pushed:
         if each.unreached:
             note(f"{each.student}: qdot can't push the feedback to {each.repository}: {each.unreached}")
@@ -285,14 +293,14 @@ def main(arguments: list[str] | None = None) -> int:
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    unreached = sum(bool(item.unreached) for item in repositories)
+    failed_count = sum(bool(item.unreached) for item in repositories)
     left_out = sum(bool(item.left_out) for item in repositories)
-    done_count = len(repositories) - unreached - left_out
+    done_count = len(repositories) - failed_count - left_out
     if options.task == "collect":
-        say(f"{done_count} repositories fetched, {left_out} without work to grade, {unreached} could not be fetched")
+        say(f"{done_count} repositories fetched, {left_out} without work to grade, {failed_count} could not be fetched")
         return 0
-    say(f"feedback pushed to {done_count} repositories, {unreached} failed")
-    return int(bool(unreached))
+    say(f"feedback pushed to {done_count} repositories, {failed_count} failed")
+    return int(bool(failed_count))
 
 
 if __name__ == "__main__":

@@ -106,21 +106,27 @@ def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
     """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
-    others = metadata.get("previous_submissions") or ()
-    graded = [
-        other_submission for other_submission in others if isinstance(other_submission.get("score"), (int, float, str))
+    other_submissions = metadata.get("previous_submissions") or ()
+    graded_submissions = [
+        other_submission
+        for other_submission in other_submissions
+        if isinstance(other_submission.get("score"), (int, float, str))
     ]
-    earlier = [other_submission for other_submission in graded if not other_submission.get("autograder_error")]
-    now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
+    earlier_submissions = [
+        other_submission for other_submission in graded_submissions if not other_submission.get("autograder_error")
+    ]
+    submission_time = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # Each submission without a time gets a different time, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     times = [
         parse_time(other_submission.get("submission_time")) or epoch + i * ONE_DAY
-        for i, other_submission in enumerate(earlier)
+        for i, other_submission in enumerate(earlier_submissions)
     ]
-    counting_indices = policy.select_counting([*times, now])
-    is_counting = len(earlier) in counting_indices
-    best_score = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)
+    counting_indices = policy.select_counting([*times, submission_time])
+    is_counting = len(earlier_submissions) in counting_indices
+    best_score = max(
+        (float(earlier_submissions[i]["score"]) for i in counting_indices if i < len(earlier_submissions)), default=0.0
+    )
     if is_counting and best_score <= results.score:
         return results
     score = format_points(results.score)

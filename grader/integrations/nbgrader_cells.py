@@ -26,7 +26,7 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     """
     parts = {make_grade_id(part): part for part in points}
     marks = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
-    unplaced, restored = dict(marks), list[Cell]()
+    unplaced_marks, restored_cells = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for index, cell in enumerate(cells):
         name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
@@ -36,11 +36,15 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
             continue
         if cell.get("id") in ids:
             cell["id"] = f"changed-{index}"
-        restored.append(cell)
-        if (part in points or name.endswith(ANSWER_SUFFIX)) and answer_name in unplaced and cell["cell_type"] == "code":
+        restored_cells.append(cell)
+        if (
+            (part in points or name.endswith(ANSWER_SUFFIX))
+            and answer_name in unplaced_marks
+            and cell["cell_type"] == "code"
+        ):
             cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
-            restored.append(unplaced.pop(answer_name))
-    return [*restored, *unplaced.values()]
+            restored_cells.append(unplaced_marks.pop(answer_name))
+    return [*restored_cells, *unplaced_marks.values()]
 
 
 def _metadata_text(metadata: object, name: str) -> str:
@@ -65,14 +69,14 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
     unchanged.
     """
     by_name = {make_grade_id(row.part): row for row in rows}
-    unplaced = dict(by_name)
+    unplaced_marks = dict(by_name)
     for cell in cells:
         if cell["cell_type"] != "code":
             continue
         cell["outputs"], cell["execution_count"] = [], None
         metadata = cell["metadata"].get("nbgrader") or {}
         if metadata.get("grade"):
-            row = unplaced.pop(metadata["grade_id"], None)
+            row = unplaced_marks.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
                 raise QdotError(f"{metadata['grade_id']}: {_describe_mismatch(row)}")
             cell["outputs"] = make_outputs(row)
@@ -80,8 +84,8 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
             row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
                 metadata["checksum"] = nbgrader.compute_checksum(cell)
-    if unplaced:
-        raise QdotError(f"{', '.join(unplaced)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
+    if unplaced_marks:
+        raise QdotError(f"{', '.join(unplaced_marks)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
 
 
 MAX_LINE_LENGTH = 76
