@@ -671,7 +671,7 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     hint = "" if is_transposed and not is_vector else f"; write it as in {_example_of_shape(expected)}"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
-    guess = " (transposed?)" if is_transposed and expected[0] != expected[1] and not is_vector else ""
+    guess = "; is it transposed?" if is_transposed and expected[0] != expected[1] and not is_vector else ""
     raise _Refusal(f"your answer is {shape[0]} x {shape[1]}, but it must be {expected[0]} x {expected[1]}{guess}{hint}")
 
 

@@ -49,7 +49,7 @@ _DEPENDENT_PHRASE_PATTERNS = (
     (r"\bclaimed, but no (singular configuration)$", r"your answer includes a configuration that is not a \1"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
-_MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)", ""),)
+_MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)|; is it transposed\?", ""),)
 """Patterns that name a mistake in the reason why an answer could not be parsed, with their replacements."""
 
 
