@@ -46,7 +46,10 @@ class TooLong(QdotError):
 
 @dataclass(frozen=True)
 class Structure:
-    """A chain with symbols for all lengths and angles that may vary, and one arm's value of each symbol."""
+    """The structure of an arm: a chain with symbols for all lengths and angles that may vary, and their values.
+
+    Arms that differ only in the values share the chain, so that results are derived once for all of them.
+    """
 
     chain: Chain
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]

@@ -281,7 +281,7 @@ class Question:
 
     @property
     def derivation_sources(self) -> tuple[tuple[str, ...], ...]:
-        """The sets of questions from whose answers this one can be derived, in the order for the grader to try."""
+        """The sets of questions from whose answers this one can be derived, in the order in which they are tried."""
         if self.source_questions is not None:
             return self.source_questions
         return (self.needs,) if self.needs else ()

@@ -152,7 +152,7 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 INVERSE_SOURCES = (("jacobian",), ("jacobian", "determinant"))
 RATE_SOURCES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_SOURCES)
-"""The sets of questions from whose answers the inverse can be derived, and those for numeric joint rates."""
+"""The sets of questions from whose answers the inverse can be derived, and from which numeric joint rates can."""
 
 QUESTIONS = (
     Question(

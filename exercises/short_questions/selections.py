@@ -143,7 +143,10 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
 
 
 def _list_equal_forms(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
-    """Return a formula unchanged and with sums of angles expanded; a determinant also as products of entries."""
+    """Return equal forms of a formula: unchanged, with products expanded, and with sums of angles expanded, too.
+
+    A 2 x 2 determinant is also returned as products of entries. Forms that are too long are left out.
+    """
     expanded = sp.expand(sp.expand_trig(formula))
     forms = [formula, expanded, sp.expand(formula)]
     if quantity is not None and quantity.name == "determinant" and generic.n == 2:
