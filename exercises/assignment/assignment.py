@@ -425,7 +425,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
 def _has_twist_order(convention: str, family: Family) -> bool:
     """Return whether arms are described by their axes, so that their twists have an order.
 
-    If `convention` is "", it is the first convention for a family, and the convention of its file for a robot.
+    If `convention` is "", a family has the first convention, and a robot has the convention of its file.
     """
     default = CONVENTIONS[0] if family.textbook_arm is None else family.textbook_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)

@@ -31,7 +31,7 @@ def read_decimals(
 
 
 def _parse_rounding(setting: int | str) -> Rounding | None:
-    """Return the tolerance; None for "exact", with which every question keeps its own rule."""
+    """Return the tolerance; None for "exact", which leaves every question's rule unchanged."""
     if setting == "exact":
         return None
     if isinstance(setting, int):

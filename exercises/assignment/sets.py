@@ -16,7 +16,7 @@ from qdot.exercises.writing.render import template_folder
 class ProblemSet:
     """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` says how to release it; it is empty if the set is for notebooks. `variation` is the default
+    `note` says how to release the set; the note is empty if the set is for notebooks. `variation` is the default
     variation of its problems.
     """
 

@@ -59,8 +59,8 @@ PROGRESS_INTERVAL = 60.0
 def progress(title: str, total: int) -> Iterator["ProgressCounter"]:
     """Show on standard error how many of `total` items the block has done.
 
-    On a terminal, this is a bar with the rate and the remaining time. Elsewhere, such as in a CI log, it is one line
-    a minute.
+    A terminal shows a bar with the rate and the remaining time. Any other output, such as a CI log, gets one line a
+    minute.
     """
     if not sys.stderr.isatty():
         yield ProgressCounter(title, total)

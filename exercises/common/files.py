@@ -44,7 +44,7 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, dur
     """Write `content` to a temporary file and rename it to `path`; on failure, `path` is unchanged. Raises QdotError.
 
     If `durable`, the content and then the new name are synced to the disk before this returns, so that both survive a
-    power failure. Files that a rerun regenerates don't need that (see `flush_disks_after`).
+    power failure. Files that a rerun regenerates need not be `durable` (see `flush_disks_after`).
 
     If `path` is a symbolic link, its target is written. A device, a pipe or /dev/stdout is written directly, because a
     rename would replace it for every program on the machine.

@@ -47,7 +47,7 @@ def canonical_name(variation: str) -> str:
 
 
 def name_variation(names: Sequence[str]) -> str:
-    """Return the name of the variation with these axes; without axes, it is "chapter". Raises QdotError.
+    """Return the name of the variation with these axes; without axes, the name is "chapter". Raises QdotError.
 
     >>> name_variation(["zeros"]), name_variation([])
     ('+zeros', 'chapter')

@@ -34,7 +34,7 @@ def _ignore(*_: object) -> None:
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """A request for an export. If a platform picks problems from a bank, it gets `variant_count` of each problem.
+    """A request for an export. A bank of problems gets `variant_count` variants of each problem.
 
     For paper: `sheet` is the kind of sheet (one of SHEETS), `has_solutions` adds worked solutions, and `paper_size` is
     the paper size (one of PAGES). Sheets are for everybody on the roster, or in several `version_count` without names.

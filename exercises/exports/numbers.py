@@ -225,7 +225,8 @@ def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matri
 def _choose_configuration(correct: np.ndarray, wrong_results: Sequence[catalogue.PredictedAnswer]) -> int | None:
     """Return the index of the best configuration, or None if none is usable.
 
-    The best one has the fewest tiny entries. Among equals, it distinguishes the most mistakes.
+    The best configuration has the fewest tiny entries. If several have equally few, the best one distinguishes the most
+    mistakes.
     """
     max_entry = np.abs(correct).max(axis=(0, 1))
     max_values = np.nan_to_num(np.abs(correct)).max(axis=-1)

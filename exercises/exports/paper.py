@@ -68,7 +68,8 @@ def _write_files(
 ) -> Generator[ExportedFile, None, None]:
     """Yield a file for each sheet, and then one for the class.
 
-    For a key, the last file has the answers by question. Otherwise it has all sheets, and only if `has_class_file`.
+    For a key, the last file has the answers by question. For other kinds of sheets, the last file has all sheets, and
+    it is only written if `has_class_file`.
     """
     check_sheet(order)
     private = order.sheet in STAFF_SHEETS or order.has_solutions

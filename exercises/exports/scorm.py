@@ -121,7 +121,7 @@ def _make_bank_files(order: ExportRequest) -> _Files:
             level == FEEDBACK[-1],
         )  # fmt: skip
         if failures:
-            raise QdotError(f"{failures[0]}. Nothing is exported")  # each passed before, so this is a bug
+            raise QdotError(f"{failures[0]}. Nothing is exported")  # each problem passed before, so this is a bug
         for _ in range(len(assignment.slots) * order.variant_count - len(bank_problems)):
             order.on_step()
         files = _read_bank(Path(folder), assignment.hints)

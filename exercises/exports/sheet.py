@@ -119,7 +119,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _SheetRequest:
-    """A request for the sheet of a student or version. If `problems` is None, generate those of the student."""
+    """A request for the sheet of a student or version. If `problems` is None, the student's problems are generated."""
 
     file_stem: str
     name: str

@@ -1,6 +1,6 @@
 """Export of STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
 
-Each part is a question of its own, because STACK limits the time for one question. The variants of a part are separate
+Each part is a separate question, because STACK limits the time for one question. The variants of a part are separate
 questions in one category, from which a quiz picks one at random. STACK could also pick a variant by a seed, but then
 all variants would share a response tree. Its nodes could not recognise mistakes, because the same answer results from
 different mistakes for different arms.

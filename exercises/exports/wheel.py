@@ -64,7 +64,7 @@ def list_versions() -> str:
 
 
 def _find_dependencies(package: Distribution) -> list[Distribution]:
-    """Return the installed dependencies of a package, without those of its extras."""
+    """Return the installed dependencies of a package, without the dependencies of its extras."""
     dependencies = []
     for line in package.requires or ():
         name, _, marker = line.partition(";")

@@ -128,7 +128,7 @@ class _KeyMaker(AnswerVisitor[Json]):
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
         key = _numbers_key(answer) | {"mistakes": mistakes}
-        if answer.shape == (1, 1):  # many other mistakes give the same number if it has few digits
+        if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise_mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]

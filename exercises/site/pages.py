@@ -119,7 +119,7 @@ def docs_folder() -> Path | None:
 
 
 def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
-    """Return the static imports of an entry, which the page preloads in parallel with it."""
+    """Return the static imports of an entry; the page preloads them in parallel with the entry."""
     names = manifest[source].get("imports", ())
     files = [file for name in names for file in (str(manifest[name]["file"]), *_imports(manifest, name))]
     return list(dict.fromkeys(files))

@@ -220,7 +220,7 @@ def _label(name: str, chain: Chain) -> str:
 
 
 LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
-"""Difference in metres below which two lengths are equal, and the factor that then changes a symbol's length."""
+"""Difference in metres below which two lengths count as equal, and the factor by which one of them is then changed."""
 
 
 def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:

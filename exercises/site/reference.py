@@ -20,7 +20,7 @@ class Command:
 
 
 def list_commands(program: Any, name: str) -> Iterator[Command]:
-    """Yield a program's commands (Click's objects), including those of groups, in the order of its help."""
+    """Yield a program's commands (Click's objects), including commands in groups, in the order of the help."""
     if hasattr(program, "commands"):
         for command_name, command in program.commands.items():
             yield from list_commands(command, f"{name} {command_name}")

@@ -160,7 +160,7 @@ def _list_tasks(
 ) -> list[VerificationTask]:
     """Return a task for each problem to verify.
 
-    The problems are those named by `problems_or_folders`, or those of the family with the seeds. Several families share
+    The problems are either named by `problems_or_folders`, or given by the family and the seeds. Several families share
     the number of seeds evenly, each beginning at the first seed. Raises QdotError.
     """
     if not family and not problems_or_folders:

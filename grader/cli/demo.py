@@ -35,7 +35,7 @@ NAMES = (
 )  # fmt: skip
 
 Edit = Callable[[str, Part], str]
-"""A function that changes the Python text of the reference answer to that of a student's answer."""
+"""A function that returns the Python text of a student's answer, given the Python text of the reference answer."""
 
 
 def _is_symbolic(part: Part) -> bool:

@@ -192,7 +192,7 @@ def _name_inherited(predicted: PredictedAnswer, cause: Cause) -> Diagnosis:
 def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis:
     """Return the most frequent of the fitting mistakes, or the first two if they are equally frequent.
 
-    If a single mistake in the finished formulas is likelier, it is returned instead.
+    If a single mistake in the finished formulas is likelier, that mistake is returned instead.
     """
     in_numbers, first_prediction = answer.numeric, max(predictions, key=variant_frequency)
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
@@ -263,7 +263,7 @@ def _shape(rows: Rows) -> tuple[int, int]:
 
 
 def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
-    """Yield the entries of the reference, first in the form of the worked solution, then in the form compared."""
+    """Yield the entries of the reference, as written in the worked solution, and then as used for comparison."""
     if not part.answer.is_numeric and part.answer.entries() and part.type != "number":
         roles = problem.domain().roles
         worked_form = as_matrix(parse_formula(answer_code(problem, part), roles))

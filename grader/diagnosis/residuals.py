@@ -74,7 +74,7 @@ def _find_links_with_sum(
 
 
 def _describe_links(w: Working, links: Sequence[int]) -> str:
-    """Return the contributions of links in words; index n stands for the vector to P in its own frame."""
+    """Return the contributions of links in words; index n stands for the vector from the last frame's origin to P."""
     link_names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
     link_words = link_names[0] if len(link_names) == 1 else f"{', '.join(link_names[:-1])} and {link_names[-1]}"
     return f"the contribution{'s' if len(link_names) > 1 else ''} of {link_words}"

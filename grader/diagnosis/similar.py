@@ -119,7 +119,7 @@ def _sort_text(node: Node, subtree_counts: Counter[str]) -> str:
 
 
 def compute_similarity(first: CanonicalForm, second: CanonicalForm) -> float:
-    """Return the share of common subtrees, from 0 to 1; it is 1 if only the order of terms and factors differs."""
+    """Return the share of common subtrees, from 0 to 1; 1 if only the order of terms and factors differs."""
     if first.text == second.text:
         return 1.0
     first_pieces, second_pieces = Counter(dict(first.subtree_counts)), Counter(dict(second.subtree_counts))

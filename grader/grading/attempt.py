@@ -114,7 +114,8 @@ class Grader:
 def grade_safely(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
     """Grade one notebook like `grade_attempt`; if qdot fails, only this notebook is UNGRADED.
 
-    Raises QdotError if the machine can't run any notebook at all: this is reported once and not for each student.
+    Raises QdotError if the machine can't run any notebook at all, so that this is reported only once and not for each
+    student.
     """
     start_time = time.process_time()
     try:

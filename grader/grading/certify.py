@@ -118,7 +118,7 @@ def find_former_students(assignment: Assignment) -> list[str]:
 
 
 def list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:
-    """Return a student's problems: first those in the assignment's slots, then those in slots since removed."""
+    """Return a student's problems: first the problems in current slots, then the problems in removed slots."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
 

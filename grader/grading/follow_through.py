@@ -61,7 +61,7 @@ class FollowThrough:
 
 
 RowsByPart = Mapping[str, Rows]
-"""The rows of each earlier part: those of the student's answer if it is wrong, otherwise those of the reference."""
+"""The rows of each earlier part: the student's rows if that answer is wrong, otherwise the reference's rows."""
 
 
 IsCopied = Callable[[Part, Rows], bool]

@@ -203,7 +203,7 @@ def _verdict_by_points(
     part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: FollowThrough | None,
     credit: Fraction,
 ) -> Verdict:  # fmt: skip
-    """Return the verdict on a wrong answer, with its own points or those for follow-through, whichever are more."""
+    """Return the verdict on a wrong answer, with the points for the answer or for follow-through, if these are more."""
     points = share_of_points(part.points, judgement.share)
     verdict = Verdict(part.name, judgement, points, part.points, answer, diagnosis)
     if followed is None:

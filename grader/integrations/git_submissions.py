@@ -91,7 +91,7 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
 
 
 def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
-    """Fetch every student's repository into submitted/STUDENT, and list those that could not be fetched in a table.
+    """Fetch every student's repository into submitted/STUDENT; write a table of the repositories not fetched.
 
     Raises QdotError if no repository could be fetched; previously fetched files then remain.
     """
@@ -278,8 +278,9 @@ def _push_folder(host: Host, repository: str, folder: str) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Collect repositories or hand back feedback; return the exit code.
 
-    It is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. A repository that
-    can't be fetched doesn't stop the grading of others; `qdot grade` then exits with 2, because a mark is missing.
+    The exit code is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. A
+    repository that can't be fetched doesn't stop the grading of others; `qdot grade` then exits with 2, because a mark
+    is missing.
     """
     program, description = "python -m qdot.grader.integrations.git_submissions", (__doc__ or "").splitlines()[0]
     parser = argparse.ArgumentParser(prog=program, description=description)

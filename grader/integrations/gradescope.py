@@ -1,8 +1,9 @@
 """Grade as Gradescope's autograder: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
 
-ROOT is /autograder by default. It reads submission_metadata.json and submission/, and writes results/results.json. If
-there can be no mark (an unknown student, a failure of qdot itself), it writes no results and exits with code 2:
-Gradescope then reports that the autograder failed, gives no points, and shows the reason to the staff.
+ROOT is /autograder by default. The program reads submission_metadata.json and submission/, and writes
+results/results.json. If there can be no mark (an unknown student, a failure of qdot itself), it writes no results and
+exits with code 2: Gradescope then reports that the autograder failed, gives no points, and shows the reason to the
+staff.
 """
 
 import argparse
@@ -85,7 +86,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
 
 
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
-    """Return the student named in the submitted notebook's metadata, as a set; it is empty without a notebook."""
+    """Return the set of students whom the notebook's metadata name: one student, or nobody without a notebook."""
     files = find_student_files(assignment, submission)
     if files is None or files.ungraded_reason:
         return set()

@@ -226,7 +226,7 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
         return text
 
     def _chosen(self) -> str:
-        """Return the letters of the ticked options; the element lists them in qdot's order, with its own keys."""
+        """Return the letters of the ticked options; the element's keys differ, but the order is qdot's."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
         ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
         return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
@@ -266,7 +266,7 @@ def _explain_unreadable(problem: Problem, part: Part, answer_text: str) -> str:
 
 
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
-    """Return the feedback on an answer; it has no correct values, because students may try a variant again."""
+    """Return the feedback on an answer, without correct values, because students may try a variant again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     sentence = _OUTCOME_SENTENCES[outcome]
     if verdict.followed_from is not None:

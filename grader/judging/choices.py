@@ -90,7 +90,7 @@ _LABEL_BEFORE_LETTER = re.compile(
 
 
 def find_option(text: str, options: Sequence[str]) -> int | None:
-    """Return the index of the option with this letter or text; None if there is no such option, or several."""
+    """Return the index of the option with this letter or text; None if no option or several options match."""
     plain = _strip_label(text)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)

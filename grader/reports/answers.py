@@ -25,7 +25,7 @@ MAX_CHARACTERS, MAX_NODES = 4000, 2000
 MAX_SHOWN_CHARACTERS = 2000
 """Maximum number of characters shown of an answer's text."""
 MAX_WIDTH = 40.0
-"""Maximum width of a formula on the page, in em; a wider one is broken into lines, or scrolls if it can't be broken."""
+"""Maximum width of a formula on the page, in em; a wider formula is broken into lines or, if need be, scrolls."""
 MIN_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 

@@ -18,7 +18,7 @@ from qdot.grader.reports.class_view import select_graded
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
 
 CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
-"""The creation time recorded in every workbook; it is constant so that the same results give the same bytes."""
+"""The creation time recorded in every workbook; the time is constant so that the same results give the same bytes."""
 MAX_CELL_LENGTH = 32_000
 """Maximum number of characters written to a cell; Excel allows 32,767."""
 

@@ -19,7 +19,7 @@ FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
 
 PAGE_END = b"</html>\n"
-"""The end of every complete page; it is missing if a power failure interrupted writing."""
+"""The end of every complete page; a page lacks this end if a power failure interrupted writing."""
 
 
 def write_reports(

@@ -1,9 +1,9 @@
 """Runs a notebook's cells in a separate process with limits, and returns its answers as text.
 
-A `Sandbox` has one forking process (`contained`), which forks once for each notebook. It is started by its path with
-`-I`, with an almost empty environment and without any module of qdot. Every notebook has its own pipes to the grader:
-whatever arrives there counts as that notebook's, and the forking process does not see it. If a notebook kills the
-forking process, its reports so far remain valid, and the next notebook gets a new process.
+A `Sandbox` has one forking process (`contained`), which forks once for each notebook. This process is started by its
+path with `-I`, with an almost empty environment and without any module of qdot. Every notebook has its own pipes to the
+grader: whatever arrives there counts as that notebook's, and the forking process does not see it. If a notebook kills
+the forking process, its reports so far remain valid, and the next notebook gets a new process.
 """
 
 import contextlib

@@ -162,7 +162,7 @@ def _copy_links(path: str, mountpoint: str) -> str:
 
 
 def make_folder(measures: Measures, parent: str) -> str:
-    """Return a new empty folder for a notebook; in a private root, it is a file system of limited size."""
+    """Return a new empty folder for a notebook; in a private root, this folder is a file system of limited size."""
     if measures.is_applied("namespaces"):
         data = f"size={MAX_DISK_BYTES},nr_inodes={MAX_FILES},mode=755"
         kernel.mount("qdot", NOTEBOOK_FOLDER, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
