@@ -524,8 +524,8 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
 def _check_identifier(where: str, identifier: str) -> None:
     if not identifier:
         raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
-    forbidden = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    is_unusable = forbidden or identifier.startswith((".", "-")) or len(identifier) > 100
+    forbidden_characters = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
+    is_unusable = forbidden_characters or identifier.startswith((".", "-")) or len(identifier) > 100
     if is_unusable or is_changed_by_windows(identifier):
         rule = IDENTIFIER_RULE if is_unusable else WINDOWS_NAME_RULE
         raise QdotError(f"{where}: {identifier!r} can't be an identifier, because qdot names folders after it; {rule}")

@@ -46,9 +46,9 @@ def init_assignment(
     if roster is not None:
         read_roster(roster, MISSING_ROSTER_HINT)
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
-    existing = [name for name in names if (folder / name).exists()]
-    if existing:
-        raise QdotError(f"{folder} already has {', '.join(existing)}; choose another folder")
+    existing_names = [name for name in names if (folder / name).exists()]
+    if existing_names:
+        raise QdotError(f"{folder} already has {', '.join(existing_names)}; choose another folder")
     context = {
         "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
         "default_variation": DEFAULT_VARIATION,

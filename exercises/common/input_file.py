@@ -250,12 +250,12 @@ def read_table(
 def _rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
     """Return the rows of a CSV file that are not empty, each with the line on which it begins. Raises QdotError."""
     text = read_table_text(path, missing_hint)
-    begins: list[int] = []
+    row_lines: list[int] = []
     try:
-        return list(csv_rows(text, begins))
+        return list(csv_rows(text, row_lines))
     except csv.Error as error:
         hint = "close each double quote, and double it inside a cell" if '"' in text else 'save it as "CSV UTF-8"'
-        raise QdotError(f"{path}: line {begins[-1]}: qdot can't parse this ({error}); {hint}") from None
+        raise QdotError(f"{path}: line {row_lines[-1]}: qdot can't parse this ({error}); {hint}") from None
 
 
 SEPARATORS = ",;\t"
@@ -309,7 +309,7 @@ def _header(path: Path, line: int, row: list[str], first_column: str, example_he
         other_columns = f"then {', '.join(example_header.split(',')[1:])}, …"
         requirement = f"must be {first_column!r} ({other_columns})"
         raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, but {requirement}")
-    twice = [name for name in header if name and header.count(name) > 1]
-    if twice:
-        raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give them different names")
+    repeated_names = [name for name in header if name and header.count(name) > 1]
+    if repeated_names:
+        raise QdotError(f"{path}: line {line}: two columns are called {repeated_names[0]!r}; give them different names")
     return header

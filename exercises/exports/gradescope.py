@@ -25,8 +25,8 @@ def export_gradescope(order: ExportRequest) -> Generator[ExportedFile, None, Non
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
     files |= {name: content, "versions.txt": list_versions()}
-    modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
-    yield ExportedFile("autograder.zip", make_zip(files, modes), is_private=True)
+    permissions = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
+    yield ExportedFile("autograder.zip", make_zip(files, permissions), is_private=True)
     yield ExportedFile("README.md", render("exports/gradescope-readme.md.j2", **context))
     for student, notebook in notebooks.iterate_notebooks():
         yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", notebook)

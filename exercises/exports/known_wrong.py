@@ -97,14 +97,14 @@ def make_domain(problem: Problem) -> Domain:
 
 def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
     """Yield one numeric wrong answer per mistake: finite, of the expected shape, and different from earlier ones."""
-    accepted, mistake_names = [correct], set[str]()
+    accepted_answers, mistake_names = [correct], set[str]()
     for wrong in candidates:
         answer = wrong.answer
         if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
-        is_new = all(have_different_values(answer, earlier_answer) for earlier_answer in accepted)
+        is_new = all(have_different_values(answer, earlier_answer) for earlier_answer in accepted_answers)
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
-            accepted.append(answer)
+            accepted_answers.append(answer)
             mistake_names.add(wrong.mistake.name)
             yield wrong
 
@@ -181,10 +181,10 @@ def _fill_with_arm_numbers(
         else:
             answer = fill(mistake.answer)
         if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
-            equal = compare_entry_by_entry(problem, answer, reference)
-            if not all(equal):
+            entries_equal = compare_entry_by_entry(problem, answer, reference)
+            if not all(entries_equal):
                 feedback = name_chapter(mistake.feedback)
-                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, feedback, answer, equal)
+                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, feedback, answer, entries_equal)
 
 
 def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:
@@ -206,14 +206,15 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     wrong_answers = _select_distinct(compute_answer(working, part), predict_wrong_answers(working, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
-    accepted = [expected_numbers]
+    accepted_values = [expected_numbers]
     for wrong in wrong_answers:
         values = wrong.answer[..., 0].ravel()
         is_new = all(
-            (np.abs(values - earlier_values) > CLEAR_TOLERANCES * tolerances).any() for earlier_values in accepted
+            (np.abs(values - earlier_values) > CLEAR_TOLERANCES * tolerances).any()
+            for earlier_values in accepted_values
         )
-        if is_new and len(accepted) <= max_count:
-            accepted.append(values)
+        if is_new and len(accepted_values) <= max_count:
+            accepted_values.append(values)
             is_correct = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback = name_chapter(wrong.sentence)
@@ -228,12 +229,12 @@ def list_tolerances(part: Part) -> list[float]:
 def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
     """Yield wrong sets, one per mistake, all with different conditions."""
     answer = part.answer_as(ConditionSet)
-    accepted, mistake_names = [_list_conditions(answer)], set[str]()
+    accepted_conditions, mistake_names = [_list_conditions(answer)], set[str]()
     for mistake, mistaken in generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, ConditionSet) and mistake.name not in mistake_names:
             conditions = _list_conditions(mistaken.answer)
-            if conditions and conditions not in accepted:
-                accepted.append(conditions)
+            if conditions and conditions not in accepted_conditions:
+                accepted_conditions.append(conditions)
                 mistake_names.add(mistake.name)
                 feedback = name_chapter(mistake.sentence(mistaken.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)

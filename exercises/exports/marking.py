@@ -155,8 +155,8 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     entries, credit = part.answer.as_matrix(), part.effective_credit
     counted = [entry for entry in entries if entry != 0] or list(entries)
     is_varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
-    varies, is_single = any(is_varying), part.answer.is_one_line
-    if is_single and not varies:
+    has_varying_entries, is_single = any(is_varying), part.answer.is_one_line
+    if is_single and not has_varying_entries:
         return
     if credit.rule == "columns" and entries.cols > 1:
         count = sum(any(entries.col(k)) for k in range(entries.cols))
@@ -166,16 +166,16 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         yield f"Each of the {len(counted)} {kind}entries: {_format_partial_points(part, Fraction(1, len(counted)))}."
         if kind:
             yield "Each zero that is answered with something else deducts as much."
-    if varies and not all(is_varying):
+    if has_varying_entries and not all(is_varying):
         yield "No points if no right entry depends on the configuration."
     sign_words = "the sign is" if is_single else "signs are"
     share = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
-    if varies:
+    if has_varying_entries:
         share_of_both = _format_partial_points(part, 1 - 2 * SIGN_OR_FACTOR_COST)
         yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {share_of_both}."
     else:
         yield f"If only {sign_words} wrong: {share}."
-    if credit.is_by_mistakes and (varies or part.answer.expected_units):
+    if credit.is_by_mistakes and (has_varying_entries or part.answer.expected_units):
         yield f"If one other mistake explains everything that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
     if is_product(part) and credit.rule in ("", "factors"):
         yield "Each missing, wrong or extra factor with joint variables halves the points; at most two are allowed."

@@ -136,10 +136,10 @@ def _write_category_filter(folder: Json) -> str:
 def _describe_attempts(assignment: Assignment) -> Json:
     """Return the settings for attempts: their number (0 is unlimited), which one counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
-    closes = 0 if due_date is None else int(with_zone(due_date).timestamp())
+    closing_time = 0 if due_date is None else int(with_zone(due_date).timestamp())
     if policy.best_of is None:
-        return {"attempts": 0, "counts": LAST_ATTEMPT, "apart": 0, "closes": closes}
-    return {"attempts": policy.best_of, "counts": HIGHEST_ATTEMPT, "apart": policy.min_interval, "closes": closes}
+        return {"attempts": 0, "counts": LAST_ATTEMPT, "apart": 0, "closes": closing_time}
+    return {"attempts": policy.best_of, "counts": HIGHEST_ATTEMPT, "apart": policy.min_interval, "closes": closing_time}
 
 
 def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:

@@ -72,19 +72,19 @@ def _write_files(
     it is only written if `has_class_file`.
     """
     check_sheet(order)
-    private = order.sheet in STAFF_SHEETS or order.has_solutions
+    is_private = order.sheet in STAFF_SHEETS or order.has_solutions
     stem = f"{order.sheet}{'-versions' if order.version_count else ''}{'-solutions' if order.has_solutions else ''}"
     written_sheets: list[Sheet] = []
     for sheet in make_sheets(order):
-        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(order, [sheet], ()), private)
+        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(order, [sheet], ()), is_private)
         written_sheets.append(sheet)
     if not written_sheets:  # everybody was left out
         return
     if order.sheet == "key":
         answers = list_answers_by_question(written_sheets)
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, (), answers), private)
+        yield ExportedFile(f"{stem}-all.{file_type}", write(order, (), answers), is_private)
     elif has_class_file:
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, written_sheets, ()), private)
+        yield ExportedFile(f"{stem}-all.{file_type}", write(order, written_sheets, ()), is_private)
 
 
 def list_answers_by_question(class_sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:

@@ -127,12 +127,13 @@ def _make_uuid(assignment: Assignment, name: str) -> str:
 
 def _make_assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
     """Return a homework with new variants for practice, and an exam with one variant. The best attempt counts."""
-    tries = assignment.attempts.best_of or DEFAULT_ATTEMPTS
+    attempt_count = assignment.attempts.best_of or DEFAULT_ATTEMPTS
     points_by_question = {make_question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
     homework = [
-        {"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in points_by_question.items()
+        {"id": qid, "autoPoints": points, "triesPerVariant": attempt_count}
+        for qid, points in points_by_question.items()
     ]
-    exam = [{"id": qid, "autoPoints": [points] * tries} for qid, points in points_by_question.items()]
+    exam = [{"id": qid, "autoPoints": [points] * attempt_count} for qid, points in points_by_question.items()]
     return {
         "homework": _make_assessment(assignment, "Homework", homework),
         "exam": _make_assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},

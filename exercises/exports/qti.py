@@ -32,9 +32,9 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     resources = []
     variants_by_slot: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
-    tries, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
+    attempt_count, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
     for item in make_items_without_hidden_solutions(order):
-        files[f"items/{item.key}.xml"] = _render_item(item, tries)
+        files[f"items/{item.key}.xml"] = _render_item(item, attempt_count)
         pictures = markup.find_pictures((*item.body, *item.solution))
         item_images = {markup.name_picture_file(picture): markup.make_svg_file(picture) for picture in pictures}
         images |= {f"images/{name}": content for name, content in item_images.items()}
@@ -49,7 +49,13 @@ def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     ]
     ident = f"qdot-{assignment.key}"
     points = markup.format_decimal(sum(points_by_question.values()))
-    test_context = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
+    test_context = {
+        "ident": ident,
+        "title": assignment.title,
+        "sections": sections,
+        "tries": attempt_count,
+        "points": points,
+    }
     test = render("exports/qti-test.xml.j2", **test_context)
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))

@@ -23,8 +23,8 @@ _DEFINITIONS = [" ".join(text.split()) for text in FUNCTIONS_FILE.read_text(enco
 
 def _select_functions(names: str) -> tuple[str, ...]:
     """Return the definitions of these functions in the order of the file, without their line breaks."""
-    starts = tuple(f"qdot_{name}(" for name in names.split())
-    return tuple(definition for definition in _DEFINITIONS if definition.startswith(starts))
+    function_beginnings = tuple(f"qdot_{name}(" for name in names.split())
+    return tuple(definition for definition in _DEFINITIONS if definition.startswith(function_beginnings))
 
 
 FORMULA_FUNCTIONS = _select_functions("count read number values close agree same parallel along signed amiss")

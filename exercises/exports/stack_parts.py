@@ -374,12 +374,12 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | str:
     points = _sample_points(problem, reference, pivot)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    same = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
+    same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     return StackPart(
         part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
-        ["said: qdot_values(qdot_read(ans1));", same], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
+        ["said: qdot_values(qdot_read(ans1));", same_line], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
         [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST], typing_help=explain_typing(problem),
     )  # fmt: skip
 

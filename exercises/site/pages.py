@@ -160,8 +160,8 @@ def make_pages(context: PageContext) -> Iterator[Page]:
 
 def _documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
     groups = arrange_pages(docs)
-    lead = render("site/docs.html.j2", groups=groups, translate=translate_message)
-    yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
+    overview_body = render("site/docs.html.j2", groups=groups, translate=translate_message)
+    yield Page("docs/index.html", "Documentation", overview_body, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             path = docs / f"{entry.name}.md"

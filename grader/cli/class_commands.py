@@ -69,8 +69,8 @@ def generate(
             failed_slots.extend(result.failed_slots)
             for slot in result.failed_slots:
                 note(str(slot))
-            if result.failed_slots and (old := notebook_path(assignment, result.student)).exists():
-                note(f"{old} belongs to an older version of the assignment; do not distribute it")
+            if result.failed_slots and (old_path := notebook_path(assignment, result.student)).exists():
+                note(f"{old_path} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
         release_results = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
@@ -81,8 +81,8 @@ def generate(
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
     for message in (*describe_redraws(assignment, release_results), *describe_shared_answers(release_results)):
         note(message)
-    if former := find_former_students(release_results):
-        names = list_some(former, 3)
+    if former_students := find_former_students(release_results):
+        names = list_some(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
     raise_failed_slots(release_results, failed_slots)
 
@@ -263,8 +263,8 @@ def doctor(as_json: JsonOption = False) -> None:
     for guarantee in findings.guarantees:
         say(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")
         say(f"{'':<11} a notebook {guarantee.promise}")
-        for achieved in guarantee.achieved:
-            say(f"{'':<11} the probe {achieved}")
+        for achievement in guarantee.achieved:
+            say(f"{'':<11} the probe {achievement}")
     say("")
     for remedy in guarantees.list_remedies(findings):
         say(remedy)

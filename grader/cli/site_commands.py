@@ -80,9 +80,11 @@ def build_site(
         problems, titles = _problems_of_families(families, variants, variation, frames)
         course, default_level = "", FEEDBACK[-1]
     else:
-        loaded = load_assignment(assignment)
-        problems, titles = _problems_of_assignment(loaded, variants or VARIANTS_PER_PROBLEM, variation, frames, jobs)
-        course, default_level = loaded.title, loaded.feedback
+        loaded_assignment = load_assignment(assignment)
+        problems, titles = _problems_of_assignment(
+            loaded_assignment, variants or VARIANTS_PER_PROBLEM, variation, frames, jobs
+        )
+        course, default_level = loaded_assignment.title, loaded_assignment.feedback
     level = feedback or default_level
     commands = render_reference(context.find_root().command)
     jobs = min(jobs, len(problems))

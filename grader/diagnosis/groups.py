@@ -286,10 +286,16 @@ def _sums(name_by_value: Mapping[Fraction, Node]) -> NumbersAndNodes:
     """Yield a + b, a - b > 0, 2 a and 2 a b for lengths a and b."""
     yield from _double((value, node) for value, node in name_by_value.items())
     yield from _double(_products(name_by_value, 2))
-    for larger, smaller in permutations(name_by_value, 2):
-        if larger > smaller:
-            yield larger + smaller, Node("+", (name_by_value[larger], name_by_value[smaller]))
-            yield larger - smaller, Node("-", (name_by_value[larger], name_by_value[smaller]))
+    for larger_length, smaller_length in permutations(name_by_value, 2):
+        if larger_length > smaller_length:
+            yield (
+                larger_length + smaller_length,
+                Node("+", (name_by_value[larger_length], name_by_value[smaller_length])),
+            )
+            yield (
+                larger_length - smaller_length,
+                Node("-", (name_by_value[larger_length], name_by_value[smaller_length])),
+            )
 
 
 def _double(pairs: NumbersAndNodes) -> NumbersAndNodes:

@@ -243,7 +243,9 @@ class _Fingerprinter:
     def _collect(self, pieces: Iterator[frozenset[ConditionFingerprint]]) -> SetFingerprint:
         distinct_pieces = set(pieces)
         # Drop pieces that a wider piece contains.
-        widest_pieces = {piece for piece in distinct_pieces if not any(wider < piece for wider in distinct_pieces)}
+        widest_pieces = {
+            piece for piece in distinct_pieces if not any(wider_piece < piece for wider_piece in distinct_pieces)
+        }
         values = frozenset(piece for piece in widest_pieces if all(joint for joint, _ in piece))
         return SetFingerprint(values, frozenset(widest_pieces) - values)
 

@@ -160,9 +160,9 @@ class Cluster:
                 self._last_seen, self._had_workers = now, True
             elif now > self._last_seen + (WORKER_RETURN_TIMEOUT if self._had_workers else FIRST_WORKER_TIMEOUT):
                 command = f"dask worker {self._address} --nthreads 1 --nworkers auto"
-                lost = f"all workers of {self._address} have left; {RESUME_HINT}"
+                loss_message = f"all workers of {self._address} have left; {RESUME_HINT}"
                 missing = f"the Dask scheduler at {self._address} has no workers; start some: {command}"
-                raise QdotError(lost if self._had_workers else missing)
+                raise QdotError(loss_message if self._had_workers else missing)
 
 
 @contextmanager

@@ -191,8 +191,10 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
     row_starts: list[int] = []
     for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
         pass
-    starts = [max((begin for begin in row_starts if begin <= number), default=0) for number in range(1, len(lines) + 1)]
-    other_lines = [line for line, start in zip(lines, starts, strict=True) if start not in line_numbers]
+    row_beginnings = [
+        max((begin for begin in row_starts if begin <= number), default=0) for number in range(1, len(lines) + 1)
+    ]
+    other_lines = [line for line, start in zip(lines, row_beginnings, strict=True) if start not in line_numbers]
     return "".join(other_lines).encode(encoding)
 
 

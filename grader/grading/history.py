@@ -188,9 +188,13 @@ def find_mark_changes(previous_results: Mapping[str, Result], results: Sequence[
             changes += _find_changes_of_student(student, previous_results[student], result)
         else:
             changes.append(MarkChange(student, "", "–", _points_text(result.score), "new on the roster"))
-    for student, was in previous_results.items():
+    for student, previous_result in previous_results.items():
         if student not in current_results:
-            changes.append(MarkChange(student, "", _points_text(was.score), "–", describe_reasons(was, None)))
+            changes.append(
+                MarkChange(
+                    student, "", _points_text(previous_result.score), "–", describe_reasons(previous_result, None)
+                )
+            )
     return changes
 
 

@@ -128,14 +128,14 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     if entries is None:
         return judgement, share
     reference = answer.part.answer.as_matrix()
-    varies = _entries_that_vary(answer)
+    varying_flags = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
     if answer.part.effective_credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(are_correct)
         reason = f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
         judgement = replace(judgement, reason=reason)
-    if share and any(varies) and not any(map(and_, chain.from_iterable(entries), varies)):
+    if share and any(varying_flags) and not any(map(and_, chain.from_iterable(entries), varying_flags)):
         reason = f"none of the entries that depend on the configuration is right; {judgement.reason}"
         return replace(judgement, reason=reason), Fraction(0)
     return judgement, share
@@ -164,7 +164,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
         return None
     wrong_indices = list(range(len(expected_entries)))
     if judgement.entries is not None:
-        wrong_indices = [k for k, same in enumerate(chain.from_iterable(judgement.entries)) if not same]
+        wrong_indices = [k for k, is_correct in enumerate(chain.from_iterable(judgement.entries)) if not is_correct]
     expected_entries = [expected_entries[k] for k in wrong_indices]
     if parsed.table is not None:
         factor = _find_factor_of_values(parsed.table, wrong_indices, expected_entries, answer.problem)

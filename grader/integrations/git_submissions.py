@@ -141,9 +141,9 @@ def _collect_one(
     assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str
 ) -> CollectedRepository:
     """Fetch a student's repository into `fetched`/STUDENT, and return a description of it."""
-    until = find_cutoff(assignment, student)
+    cutoff = find_cutoff(assignment, student)
     collected_repository = CollectedRepository(
-        student.id, repository, counts_until="" if until is None else until.isoformat()
+        student.id, repository, counts_until="" if cutoff is None else cutoff.isoformat()
     )
     folder = fetched / student.id
     try:
@@ -152,7 +152,7 @@ def _collect_one(
             raise _NothingToGrade("nothing was pushed to it")
         collected_repository = replace(collected_repository, branch=head[1].removeprefix("refs/heads/"))
         push = _find_counting_push(
-            host, repository, collected_repository.branch, until, accepts_late=assignment.late is None
+            host, repository, collected_repository.branch, cutoff, accepts_late=assignment.late is None
         )
         collected_repository = replace(collected_repository, commit=push.commit, pushed=push.received.isoformat())
         _fetch_commit(host, repository, push, folder)

@@ -103,8 +103,10 @@ def _part_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLe
     scores: PrairieLearnData = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = list_input_names(part), verdict.judgement.entries
     if shows_entries and part.answer.is_numeric and len(names) > 1 and entries is not None:
-        matches = [same for row in entries for same in row]
-        scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, matches, strict=True)}
+        matches = [is_correct for row in entries for is_correct in row]
+        scores |= {
+            name: {"score": int(is_correct), "weight": 0} for name, is_correct in zip(names, matches, strict=True)
+        }
     return scores
 
 
@@ -273,7 +275,9 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
         earlier_title = ASKED[problem[verdict.followed_from].kind].title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
-        wrong_entries = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
+        wrong_entries = [
+            f"({i}, {j})" for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1) if not is_correct
+        ]
         return f"{sentence} Wrong entries: {', '.join(wrong_entries)}."
     return sentence
 

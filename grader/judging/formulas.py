@@ -93,7 +93,7 @@ def judge_compared_matrix(
     `unknown_symbols_message` says which symbols of the answer are unknown; it is empty if there are none.
     """
     columns = len(reference[0])
-    is_correct = [same and not blank for same, blank in zip(comparison.is_correct, blanks, strict=True)]
+    is_correct = [is_equal and not blank for is_equal, blank in zip(comparison.is_correct, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(is_correct):
         judgement = correct_judgement(comparison.certificate)
@@ -112,7 +112,7 @@ def _describe_count(
 ) -> str:
     """Return a phrase with the number of correct entries; entries that are zero in the reference don't count."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
-    correct_count = sum(same and not zero for same, zero in zip(is_correct, zeros, strict=True))
+    correct_count = sum(is_right and not zero for is_right, zero in zip(is_correct, zeros, strict=True))
     total = len(zeros) - sum(zeros)
     description = f"{total} nonzero {noun}" if any(zeros) else f"{total} {noun}"
     spoiled_count, verb = count_spoiled_zeros(is_correct, zeros, blanks), "is" if correct_count == 1 else "are"
@@ -169,7 +169,7 @@ def judge_numbers(
         reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
         share = share_of_entries(is_correct, zeros, blanks)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
-    return replace(judgement, entries=tuple((same,) for same in is_correct))
+    return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
 
 
 def judge_direction(

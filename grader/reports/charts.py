@@ -125,14 +125,14 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
 
     def draw(axes: "Axes") -> None:
         rows = range(len(parts))
-        starts = [0.0] * len(parts)
+        bar_starts = [0.0] * len(parts)
         for outcome, (word, colour, hatch) in OUTCOMES.items():
             totals = [max(1, sum(count.values())) for count in counts]
             widths = [100 * count[outcome] / total for count, total in zip(counts, totals, strict=True)]
             if any(widths):
                 style: Any = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
-                axes.barh(rows, widths, left=starts, height=0.68, label=word, **style)
-            starts = [start + width for start, width in zip(starts, widths, strict=True)]
+                axes.barh(rows, widths, left=bar_starts, height=0.68, label=word, **style)
+            bar_starts = [start + width for start, width in zip(bar_starts, widths, strict=True)]
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the students who submitted")

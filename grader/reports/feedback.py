@@ -118,13 +118,13 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     parts_with_own_error = (
         part for part in parts if part.result.outcome in WRONG_OR_PARTIAL and not part.result.followed_from
     )
-    to_review = sorted((*parts_with_own_error, *unanswered), key=parts.index)
+    parts_to_review = sorted((*parts_with_own_error, *unanswered), key=parts.index)
     if parts and len(unanswered) == len(parts):
-        notes, to_review = [ALL_UNANSWERED, *notes], []
+        notes, parts_to_review = [ALL_UNANSWERED, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
-        obstacle=make_visible(result.obstacle or ""), notes=notes, to_review=to_review,
+        obstacle=make_visible(result.obstacle or ""), notes=notes, to_review=parts_to_review,
         overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
     )  # fmt: skip
 

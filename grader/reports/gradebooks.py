@@ -100,12 +100,14 @@ def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
     cells = {student.id: dict(student.other_columns) for student in roster}
     filled = {name for row in cells.values() for name, cell in row.items() if cell.strip()}
-    columns = {head: next(filter(filled.__contains__, names), "") for head, names in CANVAS_COLUMNS.items()}
-    is_known = any(columns[head] for head in ("ID", "SIS User ID", "SIS Login ID"))
+    columns = {
+        canvas_name: next(filter(filled.__contains__, names), "") for canvas_name, names in CANVAS_COLUMNS.items()
+    }
+    is_known = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
     students: Identities = {}
     for student in roster:
         row = cells[student.id]
-        identity = {head: row.get(name, "") for head, name in columns.items()}
+        identity = {canvas_name: row.get(name, "") for canvas_name, name in columns.items()}
         if not is_known:
             identity["SIS Login ID"] = student.id
         students[student.id] = [student.name or student.id, *identity.values()], row.get(title.lower(), "")
@@ -167,12 +169,12 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
 
 
 def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
-    heads = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
+    header_by_key = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
     for key in MOODLE_KEYS[:-1]:
         for name in MOODLE_COLUMNS[key]:
             if any(name == column for column, _ in roster[0].other_columns):
-                yield heads[key], [dict(student.other_columns).get(name, "") for student in roster]
-    yield heads["email"], [student.email for student in roster]
+                yield header_by_key[key], [dict(student.other_columns).get(name, "") for student in roster]
+    yield header_by_key["email"], [student.email for student in roster]
 
 
 def _identifies_everybody(values: Sequence[str]) -> bool:

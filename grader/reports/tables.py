@@ -112,9 +112,9 @@ def count_overridden(result: Result) -> int:
 def _describe_override(name: str, override: AppliedOverride) -> str:
     if override.points is None:
         return f"{name}: {override.comment}"
-    was = "ungraded" if override.was is None else format_points(override.was)
+    previous_points = "ungraded" if override.was is None else format_points(override.was)
     comment = f", {override.comment}" if override.comment else ""
-    return f"{name}: {format_points(override.points)} (was {was}){comment}"
+    return f"{name}: {format_points(override.points)} (was {previous_points}){comment}"
 
 
 def list_group_notes(result: Result) -> list[str]:

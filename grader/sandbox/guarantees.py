@@ -102,7 +102,7 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     if not hasattr(os, "fork"):
         guarantees = tuple(Guarantee(name, promise.text, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
         return Findings(guarantees, {"system": REFUSED})
-    achieved: dict[str, list[str]] = {name: [] for name in GUARANTEES}
+    achievements: dict[str, list[str]] = {name: [] for name in GUARANTEES}
     limits = Limits(seconds=10, memory=1 << 30)
     started = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
     with _make_targets() as targets, started as sandbox:
@@ -111,25 +111,25 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
         def record_line(line: dict[str, Any]) -> None:
             tested_guarantees.add(line["guarantee"])
             if line["achieved"]:
-                achieved[line["guarantee"]].append(line["achieved"])
+                achievements[line["guarantee"]].append(line["achieved"])
 
         probe_targets = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
         end = sandbox.exchange({"attempts": probe_targets}, record_line)
         unbegun_reason = sandbox.not_started_reason
         if sandbox.has_left_processes:
-            achieved["processes"].append("left processes running")
+            achievements["processes"].append("left processes running")
         lacking_measures = sandbox.unavailable_measures
         for number in range(len(SEPARATE_ATTEMPTS)) if end in EXPECTED_ENDS[quick] else ():
             if sandbox.exchange({"attempts": {**probe_targets, "seconds": 0, "alone": number}}, record_line) == "lost":
-                achieved["processes"].append("killed the process that starts notebooks")
+                achievements["processes"].append("killed the process that starts notebooks")
         if sandbox.has_left_files:
-            achieved["files"].append("left files behind")
+            achievements["files"].append("left files behind")
     if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
         reason = f": {unbegun_reason}" if unbegun_reason else ""
         raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
-    if end == "overtime" and not achieved["time"]:
-        achieved["time"].append("computed until it was killed from outside")
-    guarantees = tuple(_make_guarantee(name, achieved[name], lacking_measures) for name in GUARANTEES)
+    if end == "overtime" and not achievements["time"]:
+        achievements["time"].append("computed until it was killed from outside")
+    guarantees = tuple(_make_guarantee(name, achievements[name], lacking_measures) for name in GUARANTEES)
     return Findings(guarantees, lacking_measures)
 
 
@@ -139,13 +139,13 @@ EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
 
 def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
     """Return a guarantee with what enforces it, judging by what the probe achieved."""
-    available = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
-    if "namespaces" not in unavailable_measures and "quota" in available:
-        available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
-    means = tuple(MEASURES[measure][0] for measure in available)
+    available_measures = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
+    if "namespaces" not in unavailable_measures and "quota" in available_measures:
+        available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
+    measure_names = tuple(MEASURES[measure][0] for measure in available_measures)
     is_watched = GUARANTEES[name].is_watched and "watch" not in unavailable_measures
     by = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
-    return Guarantee(name, GUARANTEES[name].text, by, means, tuple(achieved))
+    return Guarantee(name, GUARANTEES[name].text, by, measure_names, tuple(achieved))
 
 
 @contextlib.contextmanager
@@ -154,7 +154,7 @@ def _make_targets() -> Iterator[dict[str, Any]]:
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
-        socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local,
+        socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local_socket,
     ):
         file, writable = Path(folder, "secret.txt"), Path(folder, "open")
         file.write_text("the secret", encoding="utf-8")
@@ -162,8 +162,8 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable, 0o777)):  # a notebook may run as any user
             path.chmod(mode)
         address = f"\0qdot-{os.getpid()}" if sys.platform == "linux" else str(Path(folder, "socket"))
-        local.bind(address)
-        local.listen()
+        local_socket.bind(address)
+        local_socket.listen()
         port = server.getsockname()[1]
         yield {"file": str(file), "open": str(writable), "port": port, "abstract": address, "pid": os.getpid()}
 

@@ -71,10 +71,12 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
         """Run the cells that lacked a name again after all others, because students can run cells in any order."""
         return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
 
-    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.failed_imports})}
+    stop_notes = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.failed_imports})}
     answers = Answers(result, notes=notebook.notes)
-    answers.notes += _find_first_stop(notebook, stops)
-    answers.forbidden_stops += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
+    answers.notes += _find_first_stop(notebook, stop_notes)
+    answers.forbidden_stops += [
+        stop_notes[index] for index in sorted(errors) if errors[index].startswith("PermissionError")
+    ]
     answers.notes += [
         _describe_lost_symbol(name, *replacement) for name, replacement in result.replaced_symbols.items()
     ]
@@ -88,7 +90,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
         if name in result.answers:
             _note_several_values(answers, part, name, notebook)
         else:
-            answers.reasons[name] = _explain_missing(part, name, notebook, result, stops)
+            answers.reasons[name] = _explain_missing(part, name, notebook, result, stop_notes)
     return answers
 
 

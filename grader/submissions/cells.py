@@ -90,8 +90,8 @@ def printable_name(name: str) -> str:
     >>> print(printable_name("a\nb.ipynb"))
     a�b.ipynb
     """
-    printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
-    return printable if len(printable) <= 120 else f"{printable[:80]}…{printable[-30:]}"
+    printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
+    return printable_text if len(printable_text) <= 120 else f"{printable_text[:80]}…{printable_text[-30:]}"
 
 
 def read_cells(name: str, data: bytes) -> Content:
@@ -202,8 +202,8 @@ def _parse_notebook(label: str, text: str) -> Content:
     kinds = [cell.get("cell_type") == "code" for cell in raw_cells]
     cells = map(Cell, map(_cell_text, raw_cells), parts, kinds)
     items = [item for entry in metadata for item in entry.items()]
-    foreign = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
-    return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign)))
+    foreign_keys = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
+    return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign_keys)))
 
 
 _CONFLICT_MARKER = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
@@ -279,8 +279,8 @@ def _split_script(text: str) -> Iterator[Cell]:
         return
     if headers[0][0]:
         yield Cell("\n".join(lines[: headers[0][0]]))
-    ends = [number for number, _ in headers[1:]] + [len(lines)]
-    for (number, header), end in zip(headers, ends, strict=True):
+    cell_ends = [number for number, _ in headers[1:]] + [len(lines)]
+    for (number, header), end in zip(headers, cell_ends, strict=True):
         body, is_text = lines[number + 1 : end], re.search(r"\[(markdown|md|raw)\]", header)
         if is_text:
             body = [re.sub(r"^# ?", "", line) for line in body]
@@ -290,8 +290,8 @@ def _split_script(text: str) -> Iterator[Cell]:
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
     """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell."""
     begins_cell = [n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#") for n in range(len(lines))]
-    starts = [number for number in _find_statements(text, lines) if begins_cell[number]]
-    for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+    cell_starts = [number for number in _find_statements(text, lines) if begins_cell[number]]
+    for begin, end in zip(cell_starts, [*cell_starts[1:], len(lines)], strict=True):
         first_line = begin
         while first_line and lines[first_line - 1].startswith("#") and not lines[first_line].startswith("# +"):
             first_line -= 1
@@ -303,8 +303,10 @@ def _find_statements(text: str, lines: list[str]) -> list[int]:
     """Return the indices of the lines on which statements begin; guess by indentation if the script can't be parsed."""
     tree = parse_python(text, MAX_SCRIPT_CHARACTERS)
     if tree is not None:
-        starts = (min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body)
-        return sorted({number - 1 for number in starts})
+        statement_starts = (
+            min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body
+        )
+        return sorted({number - 1 for number in statement_starts})
     continuation = r"[\s#)\]}]|(else|elif|except|finally)\b"
     return [number for number, line in enumerate(lines) if line and not re.match(continuation, line)]
 

@@ -368,12 +368,12 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
     likely = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
     if len(likely) <= MAX_NOTEBOOKS:
         return tuple(likely) or tuple(files[:1]), ""
-    newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
+    newest_files = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
     note = (
         f"{len(likely)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {likely[0].name} and the "
         f"{MAX_NOTEBOOKS - 1} newest of the others"
     )
-    return tuple(path for path in likely if path in newest), note
+    return tuple(path for path in likely if path in newest_files), note
 
 
 def _modification_time(path: Path) -> int:

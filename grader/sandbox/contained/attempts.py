@@ -44,11 +44,11 @@ def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], No
     number = targets["alone"]
     for attempt in ATTEMPTS if number is None else (SEPARATE_ATTEMPTS[number],):
         try:
-            achieved = attempt.achievement if attempt.action(targets) is not False else ""
+            achievement = attempt.achievement if attempt.action(targets) is not False else ""
         except Exception:
-            achieved = ""
+            achievement = ""
         for guarantee in attempt.guarantees.split():
-            report({"guarantee": guarantee, "achieved": achieved})
+            report({"guarantee": guarantee, "achieved": achievement})
     if not targets["seconds"]:
         report({"done": True})
     while time.process_time() < targets["seconds"] + 1:  # compute until killed
@@ -170,11 +170,11 @@ def _leave_nested_folders(_: dict[str, Any]) -> bool:
 
 def _signal_by_descriptor(_: dict[str, Any]) -> bool:
     """Have the kernel kill the process that starts notebooks, by making it the owner of a pipe that gets data."""
-    reading, writing = os.pipe()
-    fcntl.fcntl(reading, fcntl.F_SETOWN, os.getppid())
-    fcntl.fcntl(reading, fcntl.F_SETSIG, signal.SIGKILL)
-    fcntl.fcntl(reading, fcntl.F_SETFL, os.O_ASYNC)
-    os.write(writing, b"x")
+    reading_end, writing_end = os.pipe()
+    fcntl.fcntl(reading_end, fcntl.F_SETOWN, os.getppid())
+    fcntl.fcntl(reading_end, fcntl.F_SETSIG, signal.SIGKILL)
+    fcntl.fcntl(reading_end, fcntl.F_SETFL, os.O_ASYNC)
+    os.write(writing_end, b"x")
     time.sleep(0.1)
     return False
 

@@ -74,7 +74,7 @@ class Measures:
 
 def run_in_child(action: Callable[[], str | None]) -> str:
     """Run an action in a child process, and return the action's text. Raises OSError if it fails."""
-    reading, writing = os.pipe()
+    reading_end, writing_end = os.pipe()
     pid = os.fork()
     if pid == 0:
         outcome = b"!the process ended"
@@ -83,10 +83,10 @@ def run_in_child(action: Callable[[], str | None]) -> str:
         except BaseException as error:
             outcome = b"!" + (str(error) or type(error).__name__).encode()[:500]
         finally:
-            os.write(writing, outcome)
+            os.write(writing_end, outcome)
             os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as pipe:
+    os.close(writing_end)
+    with os.fdopen(reading_end, "rb") as pipe:
         text = pipe.read().decode(errors="replace") or "!the process that tried it was killed"
     os.waitpid(pid, 0)
     if text[0] == "!":
