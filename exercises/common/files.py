@@ -148,8 +148,10 @@ def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
 
 
 LOCKED_BYTE = 1 << 30
-"""The byte of a file that is locked on Windows; this byte is beyond the content, because other processes can't read a
-locked byte."""
+"""The byte of a file that is locked on Windows.
+
+The byte is beyond the content, because other processes can't read a locked byte.
+"""
 
 
 def _lock_on_windows(handle: int, wait: bool) -> None:

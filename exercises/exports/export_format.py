@@ -15,8 +15,10 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEET_KINDS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers. The last two are for
-staff."""
+"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers.
+
+The last two kinds are for staff.
+"""
 PAPER_SIZES = ("a4", "letter")
 """Sizes of paper."""
 

@@ -28,8 +28,10 @@ Cell = dict[str, Any]
 SCHEMA_VERSION = 3
 """The version of nbgrader's metadata in the notebooks."""
 ANSWER_SUFFIX = "-answer"
-"""The suffix of an answer cell's name. The cell with the marks has the name without this suffix; the gradebook shows
-that name."""
+"""The suffix of an answer cell's name.
+
+The cell with the marks has the name without this suffix; the gradebook shows that name.
+"""
 MARKS_COMMENT = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
 

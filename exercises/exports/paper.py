@@ -16,8 +16,10 @@ from qdot.exercises.writing.typst import escape_typst, to_typst
 STAFF_SHEETS = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version: one for each student. A student's own sheet has one
-column."""
+"""Number of columns to tick on the marking sheet of a version: one for each student.
+
+A student's own sheet has one column.
+"""
 FORMULA_WIDTH_SHARE = 0.8
 """The share of a page's width that a formula may take beside a name."""
 END_WEIGHT = 60
