@@ -43,7 +43,7 @@ class Judgement:
 class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the feedback for the student (`says`).
 
-    If no mistake is named, the feedback tells the student what to look at. `cause` is a single mistake (its name and
+    If no mistake is named, the feedback says the student what to look at. `cause` is a single mistake (its name and
     the values in its message) that explains the whole answer. If the mistake was already found in an earlier part,
     `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and where they were
     made, including inherited ones.
