@@ -141,7 +141,7 @@ class Cluster:
             try:
                 reply: tuple[NotebookMarks, str, str] = future.result(timeout=1)
                 return reply
-            except TimeoutError:
+            except (TimeoutError, UnboundLocalError):  # the latter if the wait of `distributed.utils.sync` is cancelled
                 self._look_for_workers()
 
     def _look_for_workers(self) -> None:

@@ -297,10 +297,11 @@ def main(arguments: list[str] | None = None) -> int:
     failed_count = sum(bool(item.unreached) for item in repositories)
     left_out = sum(bool(item.left_out) for item in repositories)
     done_count = len(repositories) - failed_count - left_out
+    repositories_text = f"{done_count} {'repository' if done_count == 1 else 'repositories'}"
     if options.task == "collect":
-        say(f"{done_count} repositories fetched, {left_out} without work to grade, {failed_count} could not be fetched")
+        say(f"{repositories_text} fetched, {left_out} without work to grade, {failed_count} could not be fetched")
         return 0
-    say(f"feedback pushed to {done_count} repositories, {failed_count} failed")
+    say(f"feedback pushed to {repositories_text}, {failed_count} failed")
     return int(bool(failed_count))
 
 

@@ -118,10 +118,10 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     git("init", "--quiet", "--bare", github.bare("course/hw-cy"))
     assert collect(assignment) == 0
     printed = capsys.readouterr()
-    assert printed.out == "1 repositories fetched, 1 without work to grade, 1 could not be fetched\n"
+    assert printed.out == "1 repository fetched, 1 without work to grade, 1 could not be fetched\n"
     for_bo, for_cy = printed.err.splitlines()
-    assert "bo: course/hw-bo" in for_bo and "404 Not Found" in for_bo
-    assert "cy: course/hw-cy" in for_cy and TOKEN not in printed.err
+    assert for_bo.startswith("bo: ") and "course/hw-bo" in for_bo and "404 Not Found" in for_bo
+    assert for_cy.startswith("cy: ") and "course/hw-cy" in for_cy and TOKEN not in printed.err
     row = collected(assignment)["bo"]
     assert "404 Not Found" in row["unreached"] and not row["left_out"]
 
@@ -134,7 +134,7 @@ def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     assert statuses(code=2) == ["graded", "ungraded", "missing"]
     assert "answers 404" in (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
     assert collect(assignment, command="hand-back") == 0
-    assert capsys.readouterr().out.startswith("1 repositories")
+    assert capsys.readouterr().out.startswith("feedback pushed to 1 repository,")
     github.pushes["course/hw-bo"] = bos
     assert collect(assignment) == 0
     assert statuses(code=0) == ["graded", "graded", "missing"]
