@@ -315,7 +315,7 @@ MODIFIED, AT = HEAD + 'convention = "modified-dh"\n', "point = [1, 0, 0]\n"
         (HEAD + 'convention = "crag"\n' + ROW, 'line 2: convention = "crag": expected "dh" or "modified-dh"'),
         *((f'{HEAD}convention = "{other}"\n{ROW}', f'did you mean "{ours}"?') for other, ours in OTHER_NAMES.items()),
         (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": expected "radians" or "degrees"'),
-        (HEAD + 'angles = "degrees"\n' + row(alpha='"pi/2"'), "in degrees"),
+        (HEAD + 'angles = "degrees"\n' + row(alpha='"pi/2"'), "pi is not allowed"),
         (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "the angles must be numbers"),
         (MODIFIED + row(alpha='"alpha1"'), "the first alpha rotates the base"),
         (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "{position = [x, y, z]}"),

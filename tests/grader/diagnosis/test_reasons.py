@@ -123,7 +123,7 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
 @pytest.mark.parametrize(
     ("student", "shape", "said"),
     [
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, but it must be 2 x 3 (transposed*"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "*3 x 2, but it must be 2 x 3; is it transposed*"),
         ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "*3 x 2, but it must be 2 x 2; *[[][[]a, b], [[]c, d]]"),
         ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "*3 x 2, but it must be 2 x 4; * 2 rows of 4"),
         ("[1, 2]", (1, 3), "*2 x 1, but it must be 1 x 3; *[[][[]a, b, c]]"),
