@@ -26,9 +26,9 @@ from urllib.parse import urlencode
 from urllib.request import HTTPCookieProcessor, OpenerDirector, build_opener
 
 import sympy as sp
-from qdot.exercises.answer_types.formulas import type_rows
 
 from qdot.exercises.answer_types import LETTERS, Answer, ConditionSet, Letters, Matching, Number
+from qdot.exercises.answer_types.formulas import type_rows
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
