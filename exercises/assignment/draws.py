@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.redrawn import MAX_DRAWS, REDRAWN_FILE, Redraw, write_redrawn
 from qdot.exercises.common.errors import QdotError, count_noun
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.verify.certificate import FULL_RANK
 
@@ -193,7 +193,7 @@ def certify_class(
     """
     given_up: list[FailedSlot] = []
     state = assignment, partial(certify_with, find_failures)
-    with closing(ordered_map(_certify_student, students, jobs, keep_state, (state,))) as results:
+    with closing(map_in_order(_certify_student, students, jobs, keep_state, (state,))) as results:
         for student, (redraws, failed_slots) in zip(students, results, strict=True):
             if redraws:
                 assignment = record_redraws(assignment, student, redraws)

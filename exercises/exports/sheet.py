@@ -9,7 +9,7 @@ from functools import partial
 
 from qdot.exercises.assignment.draws import FailedSlot, certify_with, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.boxes import (
     AnswerBox,
@@ -138,7 +138,7 @@ def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
     else:
         requests = [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     assignment = order.assignment
-    with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
+    with closing(map_in_order(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
         for request, (sheet, redraws, failed_slots) in zip(requests, results, strict=True):
             order.on_step()
             for failure in failed_slots:

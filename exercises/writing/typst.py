@@ -14,7 +14,7 @@ from markdown_it.token import Token
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
-from qdot.exercises.formula.printers.typst import typst_math, typst_string
+from qdot.exercises.formula.printers.typst import typst_string, typst_text
 from qdot.exercises.writing import markup
 from qdot.exercises.writing.fit import fit_formula, formula_width, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
@@ -50,13 +50,13 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         laid_out = parse_latex(latex)
         words = typst_string(speak(laid_out))
         if not block and not is_too_wide_inline(laid_out, width_share * TYPST_WIDTH):
-            return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
+            return f"#formula({words}, ${typst_text(laid_out)}$){match.group(2) or ''}"
         fitted = fit_formula(laid_out, width_share * TYPST_WIDTH)
         size = min(100, int(100 * width_share * TYPST_WIDTH / formula_width(fitted)))
         if block:
-            return f"#formulas({words}, $ {typst_math(fitted)} $, {size}%){match.group(2) or ''}"
+            return f"#formulas({words}, $ {typst_text(fitted)} $, {size}%){match.group(2) or ''}"
         punctuation = f' "{match.group(2)[1:]}"' if match.group(2) else ""
-        return f"#formulas({words}, $ {typst_math(fitted)}{punctuation} $, {size}%)"
+        return f"#formulas({words}, $ {typst_text(fitted)}{punctuation} $, {size}%)"
 
     special: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
     body = markup.write_tokens(tokens, markup.MARKUP["typst"], special)

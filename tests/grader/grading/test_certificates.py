@@ -278,7 +278,7 @@ def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
         "qdot.exercises.notebook.notebook.statement", lambda *_: "Another wording."
     )  # as of a later version
     monkeypatch.setattr("qdot.exercises.notebook.notebook.prompt", lambda *_: "Another question's wording.")
-    monkeypatch.setattr("qdot.grader.grading.certify.qdot_version", lambda: "9.1")
+    monkeypatch.setattr("qdot.grader.grading.certify.find_qdot_version", lambda: "9.1")
     assert verified(folder)[0] == 0
 
 
