@@ -1,7 +1,6 @@
 """Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
-from qdot.exercises.formula.algebra import TWO
-from qdot.exercises.formula.trees import Node
+from qdot.exercises.formula.trees import Node, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY, compile_pattern
 
 METRE = "m"
@@ -38,7 +37,7 @@ def remove_metres(tree: Node) -> Node:
 
 
 def _is_metre(node: Node) -> bool:
-    is_square = node.kind == "^" and node.args[1] == TWO
+    is_square = node.kind == "^" and node.args[1] == make_number(2)
     return (node.args[0] if is_square else node).value == METRE
 
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isnan, nan, prod
 
-from qdot.exercises.formula.algebra import ZERO
-from qdot.exercises.formula.trees import Node, fold
+from qdot.exercises.formula.trees import ZERO, Node, fold
 
 MAX_NOISE = 1e-12
 """A term with a smaller coefficient is a rounding error, even if it has many digits or other terms are small."""

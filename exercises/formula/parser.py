@@ -14,12 +14,21 @@ from functools import lru_cache
 from itertools import pairwise
 
 from qdot.exercises.formula import names, trees
-from qdot.exercises.formula.algebra import ONE, ZERO, number
 from qdot.exercises.formula.metres import METRE, remove_metres
 from qdot.exercises.formula.names import ARITY, FUNCTIONS, SHORTHAND, NamePart, normalize_name, split_name
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.products import evaluate_matrices
-from qdot.exercises.formula.trees import EQUATION_CHAIN, Node, ParseError, combine_from_left, find_names, make_rows
+from qdot.exercises.formula.trees import (
+    EQUATION_CHAIN,
+    ONE,
+    ZERO,
+    Node,
+    ParseError,
+    combine_from_left,
+    find_names,
+    make_number,
+    make_rows,
+)  # fmt: skip
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -661,7 +670,7 @@ def _convert_unit(value: Node, unit: str) -> Node:
     """Return a value converted to metres or radians."""
     factor = _UNITS[unit]
     if factor.startswith("/"):
-        return Node("/", (value, number(int(factor[1:]))))
+        return Node("/", (value, make_number(int(factor[1:]))))
     return _make_call("radians", (value,)) if factor else value
 
 
@@ -689,7 +698,7 @@ def _make_part_node(piece: NamePart) -> Node:
 
 def _make_call(name: str, args: tuple[Node, ...]) -> Node:
     if name == "radians":
-        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), number(180)))
+        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), make_number(180)))
     return Node("call", args, name)
 
 

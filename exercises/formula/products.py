@@ -3,8 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from qdot.exercises.formula import trees
-from qdot.exercises.formula.algebra import ONE
-from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fold, make_rows
+from qdot.exercises.formula.trees import ONE, Node, ParseError, combine_from_left, fold, make_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]

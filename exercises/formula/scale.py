@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ZERO, multiply_nodes, negate
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, Nodes, replace_names
+from qdot.exercises.formula.trees import ZERO, Node, Nodes, replace_names
 
 EXTRA_POINTS = 6
 
@@ -46,15 +45,15 @@ def find_constant_factor(
     with np.errstate(all="ignore"):
         ratios = evaluated[: len(reference)] / evaluated[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed = [negate(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
+    signed = [-entry if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
     if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).is_correct):
         return ConstantFactor(is_negative=True, changes_size=False)
     # a prime marks the symbols of the second configuration
     extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying}})
     renamed = {name: Node("name", value=f"{name}'") for name in varying}
     answered, expected = (replace_names(tree, renamed) for tree in (entries[pivot], signed[pivot]))
-    products = [multiply_nodes(entry, expected) for entry in entries]
-    expected_products = [multiply_nodes(entry, answered) for entry in signed]
+    products = [entry * expected for entry in entries]
+    expected_products = [entry * answered for entry in signed]
     if not all(compare_entries(products, expected_products, extended_domain, f"{seed}/moved").is_correct):
         return None
     finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from qdot.exercises.formula.algebra import number
 from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, replace_names
+from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, make_number, replace_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 
 WHOLE_NUMBER_NAMES: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
-WHOLE_NUMBER_VALUES = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range(-6, 7))
+WHOLE_NUMBER_VALUES = tuple(make_number(k) if k >= 0 else -make_number(-k) for k in range(-6, 7))
 """The whole numbers from -6 to 6."""
 _MAX_PIECES = 500
 _MAX_NODES, _MAX_STEPS = 100_000, 6000

@@ -23,6 +23,12 @@ class Node:
     """A node of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
 
     Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
+
+    The operators + - * / ** combine nodes or integers, and leave out operands 0 and 1 that change nothing:
+
+    >>> x, y = Node("name", value="x"), Node("name", value="y")
+    >>> node_text(0 + x * y**2), node_text(-(x / ONE))
+    ('(x*(y^2))', '(-x)')
     """
 
     kind: str
@@ -34,7 +40,48 @@ class Node:
         has_same_args = len(args) == len(self.args) and all(map(is_, args, self.args))
         return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
+    def __add__(self, addend: "Node | int") -> "Node":
+        addend = _to_node(addend)
+        return addend if self == ZERO else self if addend == ZERO else Node("+", (self, addend))
 
+    __radd__ = __add__
+
+    def __sub__(self, subtrahend: "Node | int") -> "Node":
+        subtrahend = _to_node(subtrahend)
+        return self if subtrahend == ZERO else -subtrahend if self == ZERO else Node("-", (self, subtrahend))
+
+    def __neg__(self) -> "Node":
+        return self if self == ZERO else self.args[0] if self.kind == "neg" else Node("neg", (self,))
+
+    def __mul__(self, factor: "Node | int") -> "Node":
+        if factor == -1:
+            return -self
+        factor = _to_node(factor)
+        if ZERO in (self, factor):
+            return ZERO
+        return factor if self == ONE else self if factor == ONE else Node("*", (self, factor))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: "Node | int") -> "Node":
+        divisor = _to_node(divisor)
+        return ZERO if self == ZERO else self if divisor == ONE else Node("/", (self, divisor))
+
+    def __pow__(self, exponent: "Node | int") -> "Node":
+        exponent = _to_node(exponent)
+        return ONE if exponent == ZERO else self if exponent == ONE else Node("^", (self, exponent))
+
+
+def make_number(value: int | Fraction) -> Node:
+    """Return a node for a number."""
+    return Node("number", value=Fraction(value))
+
+
+def _to_node(value: Node | int) -> Node:
+    return value if isinstance(value, Node) else make_number(value)
+
+
+ZERO, ONE = make_number(0), make_number(1)
 Nodes = Sequence[Node]
 
 EQUATION_CHAIN = "="
