@@ -42,9 +42,6 @@ CAN_BLOCK_SIGNALS = hasattr(signal, "pthread_sigmask")
 if HAS_FORK_SERVER:
     from multiprocessing import forkserver
 
-MIN_ITEMS_FOR_CHUNKS = 500
-"""Minimum number of items for sending them to the processes in chunks."""
-
 
 def map_in_order(
     work: Callable[[State, Item], Result], items: Sequence[Item], jobs: int, setup: Setup[State],
@@ -69,14 +66,11 @@ def map_in_order(
         finally:
             _close_state(state)
         return
-    chunk = 1
-    if len(items) >= MIN_ITEMS_FOR_CHUNKS and result_if_lost is None:
-        chunk = max(1, min(16, len(items) // (8 * jobs)))
     run_pool = functools.partial(_run_pool, work, setup, arguments)
     done_count = 0
     while done_count < len(items):
         try:
-            with closing(run_pool(items[done_count:], jobs, chunk)) as results:
+            with closing(run_pool(items[done_count:], jobs)) as results:
                 for result in results:
                     done_count += 1
                     yield result
@@ -100,7 +94,7 @@ def _run_alone(
     """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
-            (result,) = run_pool([item], jobs=1, chunk=1)
+            (result,) = run_pool([item], jobs=1)
             return result
         except BrokenProcessPool:
             continue
@@ -109,7 +103,7 @@ def _run_alone(
 
 def _run_pool(
     work: Callable[[State, Item], Result], setup: Setup[State], arguments: tuple[Any, ...], items: Sequence[Item],
-    jobs: int, chunk: int,
+    jobs: int,
 ) -> Generator[Result, None, None]:  # fmt: skip
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
@@ -131,7 +125,7 @@ def _run_pool(
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    results = pool.map(functools.partial(_run_item, work), items, chunksize=chunk)
+                    results = pool.map(functools.partial(_run_item, work), items)
             yield from results
         except BrokenProcessPool:
             raise
