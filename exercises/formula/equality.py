@@ -361,7 +361,7 @@ class _NumericComparison:
             yours, expected = self.student_values[entry, point], self.reference_values[entry, point]
         else:
             point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)
-        at = {name: _round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
+        at = {name: round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
         return EntryDifference(entry, at, *show_difference(yours, expected))
 
     def _find_tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
@@ -382,7 +382,8 @@ def _compute_term_scales(magnitudes: np.ndarray) -> np.ndarray:
     return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest)
 
 
-def _round_to_six_digits(value: float) -> float:
+def round_to_six_digits(value: float) -> float:
+    """Return a number with six digits, which is the same on every machine."""
     return float(f"{value:.6g}")
 
 
@@ -407,4 +408,4 @@ def to_json_number(value: complex) -> float | str:
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):
         return f"{value.real:.6g} + {value.imag:.6g}i"
-    return _round_to_six_digits(value.real)
+    return round_to_six_digits(value.real)

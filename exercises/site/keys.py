@@ -35,7 +35,7 @@ from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Dir
 from qdot.exercises.arm.derivation_graph import Working, numeric_working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
-from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_constant, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
@@ -178,7 +178,9 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
             samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
             values = [np.real(evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0]) for sample in samples]
             if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
-                factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in values[1] - values[0]]
+                factors[name] = [
+                    [round_to_six_digits(value) + 0.0 for value in entry] for entry in values[1] - values[0]
+                ]
     return factors
 
 
@@ -197,7 +199,7 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
     correct: list[list[float | None]] = []
     for k in range(SAMPLED_POINT_COUNT):
         point = {name: float(points[name][k]) for name in symbols}
-        point |= {name: _round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
+        point |= {name: round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
         row, values = list(point.values()), list(map(_to_double, _evaluate_entries(program, point, used_names)))
         if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
             rows_of_points.append(row)
@@ -288,7 +290,7 @@ def _select_likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float
             by_rounded[rounded_values] = chance, mistake, values
     max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(right_rounded))
     for _, mistake, values in islice(by_rounded.values(), max_count):
-        yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+        yield {**mistake, "values": [round_to_six_digits(value) + 0.0 for value in values]}
 
 
 def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
@@ -448,11 +450,6 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
 
 def _make_stream(problem: Problem, part: Part) -> Stream:
     return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
-
-
-def _round_to_six_digits(value: float) -> float:
-    """Return a sampled value with six digits, which is the same on every machine."""
-    return float(f"{float(value):.6g}")
 
 
 def _to_double(value: Any) -> float | None:
