@@ -1,8 +1,8 @@
 """Make the keys for grading in a browser: values of the correct answer and of known mistakes at some configurations.
 
-A key contains numbers, no formulas. Configurations have two decimals, so that a counterexample can be checked by hand.
-Correct values are computed with many digits and written with 15, those of mistakes with 6. So a key has the same bytes
-on every machine.
+A key contains numbers, no formulas. The first configurations have two decimals, so that a counterexample can be checked
+by hand. Correct values are computed with many digits and written with 15 digits, those of mistakes with 6 digits. So a
+key has the same bytes on every machine. The forms of a key:
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
@@ -52,15 +52,15 @@ from qdot.exercises.short_questions.values import RateDetails
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
-"""Number of configurations in a key, and number of sampled ones; the first of them have simple numbers.
+"""Number of configurations in a key, and number of sampled configurations.
 
 More are sampled, because the answer may be undefined at some of them."""
 MAX_ENTRY = 1e8
-"""Maximum of an entry: if one is larger, the arm is nearly singular, and rounding makes formulas indistinguishable."""
+"""Maximum of an entry; a larger entry means a nearly singular arm, whose rounding hides differences of formulas."""
 MIN_POINT_COUNT, FINGERPRINT_POINT_COUNT = 3, 2
 """Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
 MAX_MISTAKES, MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS = 60, 160, 500
-"""Maximum number of mistakes in formulas, of mistakes in numeric answers, and of all numbers in the latter."""
+"""Maximum number of mistakes in formulas, of mistakes in a numeric answer, and of all numbers of the latter."""
 ALWAYS_INCLUDED = (
     *catalogue.NUMERIC_MISTAKES, "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
@@ -70,8 +70,9 @@ THROUGHOUT_MISTAKES = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Mistakes that a student makes everywhere in the finished formulas, the likely ones first; only some are included."""
+"""Mistakes that a student makes everywhere in the finished formulas, the likely mistakes first."""
 MAX_THROUGHOUT_MISTAKES = 16
+"""Maximum number of variants of these mistakes."""
 CONFIGURATIONS_PER_PIECE = 6
 """Number of configurations on each piece of a singular set."""
 GOLDEN_RATIO = 0.6180339887498949
@@ -81,7 +82,7 @@ DIGITS = 30
 
 
 def weight(index: int) -> float:
-    """Return the weight of an entry in the fingerprint ("print") of an answer.
+    """Return the weight of entry number `index` (from 0) in the fingerprint ("print") of an answer.
 
     >>> weight(0), round(weight(1), 6)
     (1.0, 1.618034)
@@ -96,7 +97,7 @@ def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
 
 @dataclass(frozen=True)
 class _KeyMaker(AnswerVisitor[Json]):
-    """Makes the key for each form of answer."""
+    """Makes the key of a part; each method handles one form of answer."""
 
     problem: Problem
     part: Part
@@ -127,7 +128,10 @@ class _KeyMaker(AnswerVisitor[Json]):
 
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer))
-        key = _make_numbers_key(answer) | {"mistakes": mistakes}
+        key: Json = {
+            "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
+            "right": [_to_double(float(value)) for value in answer.reference], "mistakes": mistakes,
+        }  # fmt: skip
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise_mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
@@ -135,7 +139,12 @@ class _KeyMaker(AnswerVisitor[Json]):
         return key
 
     def conditions(self, answer: ConditionSet) -> Json:
-        return _make_set_key(self.problem, self.part, answer)
+        joints, symbols = _list_variables(self.problem)
+        pieces = _sample_pieces(self.problem, self.part, answer)
+        return {
+            "type": "configurations", "joints": joints, "symbols": symbols, "pieces": pieces,
+            "conditions": _count_pieces(self.problem, answer), "mistakes": [],
+        }  # fmt: skip
 
     def letters(self, answer: Letters) -> Json:
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
@@ -156,7 +165,7 @@ class _KeyMaker(AnswerVisitor[Json]):
 
 
 def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
-    """Return the key of a part without its mistakes, and its configurations."""
+    """Return the key of a part without the mistakes, and the configurations in the key."""
     key = make_values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _make_stream(problem, part))
     reference = part.answer.as_matrix()
     symbols_by_entry = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
@@ -185,7 +194,7 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
 
 
 def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
-    """Return the key of formulas in the symbols of the domain, without mistakes.
+    """Return the key of formulas (texts of the entries of a matrix with this shape), without mistakes.
 
     Raises ValueError if the formulas are defined at too few configurations.
     """
@@ -218,6 +227,7 @@ def _evaluate_entries(program: Program, point: Mapping[str, float], used: Sequen
 
 
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
+    """Yield the records of the known mistakes that lead to different wrong answers in formulas."""
     if not is_derived(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
@@ -235,7 +245,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
 
 
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
-    """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
+    """Yield the records of mistakes that are made everywhere in the finished formulas, the likely mistakes first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(answer_code(problem, part), problem.domain().roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
@@ -255,10 +265,12 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _predict_wrong_answers(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
+def _predict_wrong_answers(
+    working: Working, part: Part, known_answers: Collection[object]
+) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
     for wrong in catalogue.predict_wrong_answers(working, part):
-        if len(seen) > MAX_MISTAKES:
+        if len(known_answers) > MAX_MISTAKES:
             break
         yield wrong
     else:
@@ -269,31 +281,35 @@ def _predict_wrong_answers(working: Working, part: Part, seen: Collection[object
 
 
 NumericMistakes = Iterator[tuple[float, Json, list[float]]]
-"""Wrong numbers, each with how likely its mistake is, and the record of the mistake."""
+"""For each wrong answer: how likely its mistake is, the record of the mistake, and the wrong numbers."""
 
 
 def _find_wrong_unit_vectors(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
-    """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
+    """Yield the unit vectors that mistakes lead to, each with the sign for which it is nearer to the correct vector."""
     for chance, mistake, values in _find_derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
 
 
 def _select_likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
-    """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
-    right_rounded = _round_digits(correct)
-    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    """Yield the record of the likeliest mistake for every different wrong answer."""
+    correct_texts = _round_to_texts(correct)
+    answer_by_texts: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
-        rounded_values = _round_digits(values)
-        is_wrong = len(rounded_values) == len(right_rounded) and rounded_values != right_rounded
-        if is_wrong and (rounded_values not in by_rounded or by_rounded[rounded_values][0] < chance):
-            by_rounded[rounded_values] = chance, mistake, values
-    max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(right_rounded))
-    for _, mistake, values in islice(by_rounded.values(), max_count):
+        texts = _round_to_texts(values)
+        is_wrong = len(texts) == len(correct_texts) and texts != correct_texts
+        if is_wrong and (texts not in answer_by_texts or answer_by_texts[texts][0] < chance):
+            answer_by_texts[texts] = chance, mistake, values
+    max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(correct_texts))
+    for _, mistake, values in islice(answer_by_texts.values(), max_count):
         yield {**mistake, "values": [round_to_six_digits(value) + 0.0 for value in values]}
 
 
 def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+    """Return the fingerprint of an answer (rows, columns, points): a number for each point, as text.
+
+    If `up_to_a_factor`, it is the fingerprint of the unit vector, without its sign.
+    """
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
@@ -318,24 +334,18 @@ def _record_mistake(mistake: str, sentence: str, missing: str = "") -> Json:
 # --- numbers ---
 
 
-def _make_numbers_key(answer: Number) -> Json:
-    return {
-        "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
-        "right": [_to_double(float(value)) for value in answer.reference],
-    }  # fmt: skip
-
-
 def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
-    """Return the numeric answers that mistakes lead to, each with its likeliest mistake.
+    """Return the records of the mistakes that lead to different wrong numbers.
 
     For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
     """
-    answers = chain(_list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part))
+    answers = _list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part)
     derived_answers = _find_derived_mistakes(problem, part, precise)
-    return _select_likeliest_mistakes(chain(answers, derived_answers), map(float, answer.reference))
+    return _select_likeliest_mistakes(chain(*answers, derived_answers), map(float, answer.reference))
 
 
 def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
+    """Yield the wrong numbers of mistakes that are defined for this question alone."""
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
@@ -343,6 +353,7 @@ def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
 
 
 def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
+    """Yield the wrong numbers that follow from a mistake in the derivation."""
     derived_part, numbers_of_answer = _find_derived_part(part)
     if derived_part is None:
         return
@@ -353,7 +364,7 @@ def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) 
 
 
 def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
-    """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
+    """Yield wrong speeds that students compute from the components of a velocity; nothing for other questions."""
     if part.kind != "speed":
         return
     derived_part, _ = _find_derived_part(part)
@@ -367,6 +378,7 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> Working:
+    """Return the derivation in numbers, at the configuration and the joint rates of a question."""
     rates = part.details.rates if isinstance(part.details, RateDetails) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
     values = sample_configurations(problem.chain, part, problem.domain(), 1, _make_stream(problem, part)) | rate_values
@@ -382,11 +394,11 @@ def _norm(answer: np.ndarray) -> np.ndarray:
 
 
 _CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _norm)}
-"""Numeric short questions: the chapter's question that each belongs to, and how to get the number from its answer."""
+"""For each numeric short question: the chapter's question behind it, and how the answer of that gives the number."""
 
 
 _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
-"""Mistakes in an answer of joint rates, which no short question asks for."""
+"""Mistakes in joint rates; no short question asks for joint rates."""
 
 
 def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
@@ -397,19 +409,12 @@ def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], 
     return replace(part, kind=kind), numbers_of_answer
 
 
-def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
+def _round_to_texts(values: Iterable[float]) -> tuple[str, ...]:
+    """Return numbers with four digits; numbers with equal texts count as the same answer."""
     return tuple(f"{value + 0.0:.3e}" for value in values)
 
 
 # --- sets of configurations ---
-
-
-def _make_set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
-    joints, symbols = _list_variables(problem)
-    return {
-        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _sample_pieces(problem, part, answer),
-        "conditions": _count_pieces(problem, answer), "mistakes": [],
-    }  # fmt: skip
 
 
 def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
@@ -427,7 +432,7 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
 
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
-    """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
+    """Return configurations on each piece of the singular set; each is a row with the values of all symbols."""
     (joints, symbols), domain, stream = _list_variables(problem), problem.domain(), _make_stream(problem, part)
     space, keys = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
@@ -443,9 +448,6 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
             ]
             keys.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
     return keys
-
-
-# ---
 
 
 def _make_stream(problem: Problem, part: Part) -> Stream:
