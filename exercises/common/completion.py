@@ -1,4 +1,4 @@
-"""Complete names from a registry when a user presses Tab. If no name fits, the shell completes file names."""
+"""Complete names when a user presses Tab in a shell. If no name fits, the shell completes file names."""
 
 from collections.abc import Callable, Iterable
 
@@ -8,8 +8,9 @@ def complete_names(
 ) -> Callable[[str], list[str]]:
     """Return a function that lists the possible completions of a partly typed value.
 
-    If `separator` is given, the value is a list of names with this separator, and the last name is completed. `suffix`
-    is appended to each name. A registry may be a function, which is called only when a shell asks for completions.
+    A registry is a collection of names, or a function that returns one; the function is called only if a shell asks for
+    completions. If `separator` is given, the value is a list of names, and the last name is completed. `suffix` is
+    appended to each name.
 
     >>> complete_names(["position", "jacobian"], separator=",")("rank,ja"), complete_names(["scara"], suffix="/1")("s")
     (['rank,jacobian'], ['scara/1'])

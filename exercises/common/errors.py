@@ -1,4 +1,4 @@
-"""Define `QdotError`, the one exception whose message is for the user, and build common messages."""
+"""Define `QdotError`, the one exception whose message is for the user, and make common messages."""
 
 import errno
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ def make_name_error(kind: str, name: str, known: list[str] | tuple[str, ...]) ->
 
 
 def count_noun(number: int, noun: str) -> str:
-    """Return a number with a regular noun.
+    """Return a number with a noun in the singular or plural; the plural must end with s.
 
     >>> count_noun(1, "student"), count_noun(3, "student")
     ('1 student', '3 students')

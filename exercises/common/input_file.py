@@ -1,7 +1,7 @@
 """Read TOML and CSV files that people write, with error messages that name the file, the line and the key.
 
-Every message has one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line is
-omitted if it is unknown, and the value if it is long.
+Every message has the form FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line number
+is omitted if it is unknown, and the value if it is long.
 """
 
 import codecs
@@ -54,8 +54,8 @@ def read_text(path: Path, missing_hint: str = "") -> str:
 def read_table_text(path: Path, missing_hint: str = "") -> str:
     """Return the text of a CSV file in any of the encodings that Excel writes. Raises QdotError.
 
-    They are UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken to
-    be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
+    Excel writes UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken
+    to be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
     """
     content = _read_bytes(path, missing_hint)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
@@ -119,7 +119,7 @@ class TomlFile:
         return self._describe_location(key_path[:-1], key_path)
 
     def _describe_location(self, key_path: KeyPath, line_path: KeyPath) -> str:
-        """Return the file, the line of `line_path` and the place, in a form such as "joint 2: alpha"."""
+        """Return the file, the line of `line_path` and the keys of `key_path`, as in FILE: line 7: joint 2: alpha."""
         number = self.find_line_number(line_path)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
         for key_or_index in key_path:
@@ -132,7 +132,7 @@ class TomlFile:
     def check_keys(
         self, key_path: KeyPath, known: Sequence[str], required: Sequence[str] = (), top_level_keys: Sequence[str] = ()
     ) -> None:
-        """Raise QdotError if a table has an unknown key, or else if it lacks a required key.
+        """Raise QdotError if a table has a key that is not known, or else if it lacks a required key.
 
         `top_level_keys` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it
         a key of that table, and the message says so.
@@ -283,7 +283,7 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _parse_header(path: Path, line: int, row: list[str], first_column: str, example_header: str) -> list[str]:
-    """Return the column names in lower case."""
+    """Return the column names in lower case. Raises QdotError if the first one is wrong, or if two are equal."""
     header = [name.strip().lower() for name in row]
     if header[0] != first_column:
         other_columns = f"then {', '.join(example_header.split(',')[1:])}, …"
