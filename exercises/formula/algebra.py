@@ -5,20 +5,21 @@ from collections.abc import Callable, Sequence
 from qdot.exercises.formula.trees import ONE, ZERO, Node, ParseError, make_number, split_signed_terms
 
 Matrix = Sequence[Sequence[Node]]
+"""The rows of a matrix of trees."""
 
 
 def apply_function(function: str, a: Node) -> Node:
-    """Return the node for a function applied to a, as in sin(a)."""
+    """Return the node for a function of a, such as sin(a)."""
     return Node("call", (a,), function)
 
 
 def split_terms(sum_node: Node) -> list[Node]:
-    """Return the terms of a sum without expanding products."""
+    """Return the terms of a sum, each with its sign, without expanding products."""
     return [-term if sign < 0 else term for term, sign in split_signed_terms(sum_node)]
 
 
 def expand_terms(node: Node, max_count: int) -> list[Node] | None:
-    """Return the terms after expanding sums and products, or None if there are more than `max_count`."""
+    """Return the terms of a tree in which products of sums are expanded, or None if there are more than `max_count`."""
     if node.kind not in ("+", "-", "*", "neg"):
         return [node]
     arg_terms = [expand_terms(arg, max_count) for arg in node.args]

@@ -10,20 +10,20 @@ from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 ANGLE_DIVISOR = 8
-"""theta is represented by w = exp(i theta / ANGLE_DIVISOR); theta/2, theta/4 and theta/8 are then powers of w."""
+"""An angle theta is represented by w = exp(i theta / ANGLE_DIVISOR), so that exp(i theta/2) etc. are powers of w."""
 
 AngleCoefficients = dict[str, Fraction]
-"""A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""
+"""A sum of names and of pi: it maps each name to its rational factor; "" is the key of the constant term."""
 AngleOrImaginary = tuple[AngleCoefficients, bool]
-"""An angle, and whether it is multiplied by i."""
+"""An angle, and whether the angle is multiplied by i."""
 
 MAX_BITS = 10_000
-"""Maximum size of an angle's factors, because products of long numbers could use up the memory."""
+"""Maximum number of bits of an angle's factors, because products of long numbers could use up the memory."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """The value exp(i angle) as a product of powers of each name's w and of the root of unity.
+    """The value exp(i angle) as a product of powers of the w of each name, and of the root of unity.
 
     `powers` has pairs (name, exponent of its w); `root_exponent` is the exponent of the root of unity.
     """
@@ -35,7 +35,7 @@ class Phase:
 def make_phase(angle: AngleCoefficients) -> Phase | None:
     """Return exp(i angle).
 
-    Return None if a factor is not a multiple of 1/8, or the constant is not a multiple of half a degree.
+    Return None if a name's factor is not a multiple of 1/8, or if the rest is not a multiple of a quarter of a degree.
     """
     powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():
@@ -51,7 +51,7 @@ def make_phase(angle: AngleCoefficients) -> Phase | None:
 
 
 def find_angles(steps: Sequence[Step]) -> list[AngleOrImaginary | None]:
-    """Return for each step of a program its angle, and whether it is multiplied by i; None for other steps."""
+    """Return for each step of a program the angle that it computes, or None if it computes no angle."""
     angles: list[AngleOrImaginary | None] = []
     for op, operands, constant in steps:
         args = [angle for angle in (angles[i] for i in operands) if angle is not None]
@@ -60,6 +60,7 @@ def find_angles(steps: Sequence[Step]) -> list[AngleOrImaginary | None]:
 
 
 def _angle_of_step(op: str, args: Sequence[AngleOrImaginary], constant: Any) -> AngleOrImaginary | None:
+    """Return the angle that a step computes, given the angles that are its operands."""
     if op == "number":
         return {"": constant}, False
     if op == "name" and constant != "E":
@@ -100,7 +101,7 @@ def _is_long(number: Fraction) -> bool:
 
 
 def find_multiple_of_pi(node: Node) -> Fraction | None:
-    """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for anything else.
+    """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for any other tree.
 
     >>> find_multiple_of_pi(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)

@@ -1,9 +1,9 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
 Let w = exp(i theta / 8) for every angle theta. Take sines and cosines of angles, of sums, halves, quarters and eighths
-of angles, and of these plus multiples of half a degree. They are quotients of polynomials in the w, with coefficients
-in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and of symbols.
-Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
+of angles, and of these plus multiples of a quarter of a degree. They are quotients of polynomials in the w, with
+coefficients in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and
+of symbols. Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
 
 Modulo a prime p = 1 (mod 1440) the integers contain 1440th roots of unity, so that the functions can be evaluated
 without rounding. A prime and a root are chosen by the system's random generator for several answers at a time; a point

@@ -1,7 +1,7 @@
 """Parse the LaTeX that qdot itself writes (in printers/latex, in templates, with each language's decimals) as a layout.
 
-Any other LaTeX is refused by name, so that a test over all families notices what a printer can't express. LaTeX typed
-by students is an answer, and is parsed for its meaning (`notation`).
+Any other LaTeX is an error that names the command, so that a test over all families finds formulas that no printer can
+express. LaTeX typed by students is an answer; it is parsed for its meaning (`notation`).
 """
 
 import re
@@ -43,7 +43,7 @@ def parse_latex(latex: str) -> Layout:
 
 
 class _Reader:
-    """Parses tokens from the first to the last; they are stored in reverse order."""
+    """Parses tokens; they are stored in reverse order, so that the next token is the last in the list."""
 
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
@@ -57,7 +57,7 @@ class _Reader:
         return self.tokens.pop()
 
     def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
-        """Return the row of all pieces up to a token that begins with one of `end_tokens`, or to the end."""
+        """Return the row of all pieces before a token that begins with one of `end_tokens`, or before the end."""
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(end_tokens or ("}",)):
@@ -68,6 +68,7 @@ class _Reader:
         return Layout("row", "", tuple(pieces))
 
     def read_script(self, base: Layout) -> Layout:
+        """Return a base with the subscript, superscript and primes that follow."""
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
             sign = self.take()
@@ -85,7 +86,7 @@ class _Reader:
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:
-        """Return a group in braces as a row, or else the next sign; for a number, only its first digit."""
+        """Return the next argument: a group in braces as a row, or a single sign, such as a number's first digit."""
         sign = self.tokens[-1] if self.tokens else ""
         if sign.isdigit() and len(sign) > 1:
             self.tokens[-1:] = [sign[1:], sign[0]]

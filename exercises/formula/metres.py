@@ -37,14 +37,16 @@ def remove_metres(tree: Node) -> Node:
 
 
 def _is_metre(node: Node) -> bool:
+    """Return whether a factor is m or m^2."""
     is_square = node.kind == "^" and node.args[1] == make_number(2)
     return (node.args[0] if is_square else node).value == METRE
 
 
 def _has_unit(node: Node, is_last: bool) -> bool:
-    """Return whether m is the unit of the factors before it.
+    """Return whether an m is the unit of the factors `node` before it.
 
-    It is after a number, a fraction or a list. At the end of a product it is after anything but a whole number.
+    It is their unit if the last factor is a number, a fraction or a list. At the end of a product (`is_last`), it is
+    their unit unless the last factor stands for a whole number.
     """
     last = node.args[1] if node.kind == "*" else node
     if is_last:

@@ -17,7 +17,7 @@ _TOO_LONG = "the matrix products are too long; write out their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
-    """Carry out all operations on matrices in a tree, so that no matrix is an operand. Raises ParseError.
+    """Return a tree in which the results replace all operations on matrices. Raises ParseError.
 
     >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=2), Node("name", value="x")
@@ -28,15 +28,15 @@ def evaluate_matrices(tree: Node) -> Node:
     operations = (node for node in trees.iterate_nodes(tree) if node.kind in _OPERATIONS or node.kind == "eq")
     if not any(arg.kind == "list" for node in operations for arg in node.args):
         return tree
-    total = 0
+    node_count = 0
 
     def carry_out(node: Node, args: Sequence[Node]) -> Node:
-        nonlocal total
+        nonlocal node_count
         is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
         result = _equate_entries(args) if is_equation else _carry_out_operation(node, args)
         if node.kind in _OPERATIONS and result.kind == "list":
-            total += trees.count_nodes(result, _MAX_NODES - total)
-            if total >= _MAX_NODES:
+            node_count += trees.count_nodes(result, _MAX_NODES - node_count)
+            if node_count >= _MAX_NODES:
                 raise ParseError(_TOO_LONG)
         return result
 
@@ -44,6 +44,7 @@ def evaluate_matrices(tree: Node) -> Node:
 
 
 def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
+    """Return the result of an operation on matrices; any other node is returned with these arguments."""
     if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
         args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
     is_list = [arg.kind == "list" for arg in args]
@@ -85,7 +86,7 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
 
 
 def _equate_entries(args: Sequence[Node]) -> Node:
-    """Return an equation of two vectors or matrices as one equation for each entry, with a name on the left."""
+    """Return an equation of two vectors or matrices as an equation for each entry, with a name on the left side."""
     if trees.is_list_of_one(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
     sides = [_matrix_rows(arg) for arg in args]
@@ -98,6 +99,7 @@ def _equate_entries(args: Sequence[Node]) -> Node:
 
 
 def _multiply(left: Rows, right: Rows) -> Node:
+    """Return the product of two matrices."""
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
@@ -109,7 +111,7 @@ def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
 
 
 def _power(rows: Rows, exponent: Node) -> Node:
-    """Return the transpose, or the inverse by cofactors, of a matrix."""
+    """Return the transpose of a matrix for the exponent T, and the inverse (by cofactors) for the exponent -1."""
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
         return make_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
@@ -123,6 +125,7 @@ def _power(rows: Rows, exponent: Node) -> Node:
 
 
 def _minor(rows: Rows, i: int, j: int) -> Node:
+    """Return the determinant without row i and column j."""
     return _determinant([[entry for c, entry in enumerate(row) if c != j] for r, row in enumerate(rows) if r != i])
 
 

@@ -1,4 +1,4 @@
-r"""Parse tables: entries in lines, in columns with tabs or gaps, as in Matlab's [a b; c d], or as in 0,5; 1,25.
+r"""Convert tables to lists: entries in lines, in columns with tabs or gaps, as in Matlab's [a b; c d] or 0,5; 1,25.
 
 These separators may have another meaning (a sum continues in the next line, a space is a product). So a table is tried
 only if a text does not have the expected shape, and accepted only if every row has the expected number of entries.
@@ -26,7 +26,7 @@ _SplitRow = Callable[[str], list[str]]
 
 
 def convert_table(text: str, shape: tuple[int, int]) -> str | None:
-    r"""Return a table as the text of a list of rows; None for another shape, or if the table is ambiguous.
+    r"""Return a table as the text of a list of rows; None if it has another shape (rows, columns) or is ambiguous.
 
     >>> [convert_table(text, (2, 2)) for text in ("a1\ta2\n0\t1", "[a1 -a2; 0 1]", "a1, 0,5\n0, 1")]
     ['[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]']
@@ -43,7 +43,7 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
 
 
 def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
-    """Yield the cells of a text for each combination of row separator (lines, semicolons) and entry separator."""
+    """Yield the cells of a text for each combination of a row separator (lines, semicolons) and an entry separator."""
     lines = text.split("\n")
     is_markdown = any(map(_MARKDOWN_RULE.fullmatch, lines))
     lines = [_TABLE_FRAME.sub("", line) for line in lines if not _MARKDOWN_RULE.fullmatch(line)]
@@ -63,7 +63,7 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
         rows_of_text = [row for row in re.split(separator, inner) if row.strip(SPACES)]
         for split in (_keep_whole_line, *_ROW_SPLITTERS) if columns == 1 else _ROW_SPLITTERS:
             cells = [_split_entries(row, split) for row in rows_of_text]
-            # a single row is accepted as the expected column; commas without spaces already make a list
+            # a single row is accepted as a column, but commas without spaces make a list already
             is_column = columns == 1 and len(cells) == 1 and split is not _split_at_commas
             yield [[cell] for cell in cells[0]] if is_column else cells
 
@@ -80,18 +80,19 @@ _ROW_SPLITTERS: tuple[_SplitRow, ...] = (_MATLAB_GAP.split, _split_at_commas, _L
 
 
 def _split_entries(line: str, split_row: _SplitRow) -> list[str]:
-    """Return the entries of a row, with decimal commas as points; the last entry may be followed by a comma."""
+    """Return the entries of a row, with points instead of decimal commas. The last entry may have a comma after it."""
     cells = split_row(line.strip(SPACES).removesuffix(",").strip(SPACES))
     return [_DECIMAL_COMMA.sub(".", cell) for cell in cells]
 
 
 def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
+    """Return whether cells have a shape, and each contains a single entry."""
     rows, columns = shape
     return len(cells) == rows and all(len(row) == columns and all(map(_is_single_entry, row)) for row in cells)
 
 
 def convert_numbers(text: str, count: int) -> str | None:
-    """Return the text of a list of numbers that are separated by more than a comma, else None.
+    """Return numbers as the text of a list; None for other texts, and for numbers separated by commas alone.
 
     >>> convert_numbers("0,5; -1,25", 2), convert_numbers("0,5, -1,25", 2), convert_numbers("0,5,-1,25", 2)
     ('[0.5, -1.25]', '[0.5, -1.25]', None)
@@ -112,7 +113,7 @@ def convert_numbers(text: str, count: int) -> str | None:
 
 
 def _find_named_numbers(text: str) -> list[str]:
-    """Return named numbers, as in x = 0,5 and y = 1; an empty list if the text contains anything else."""
+    """Return equations with decimal points for named numbers, as in x = 0,5 y = 1; [] for any other text."""
     numbers, position = list[str](), 0
     while position < len(text):
         match = _NAMED_NUMBER.match(text, position)
@@ -130,11 +131,12 @@ def _is_number(entry: str) -> bool:
 
 
 def _write_cells(cells: list[list[str]]) -> str:
+    """Return the text of a list of rows, or of a list of entries if there is one column."""
     rows = [", ".join(cell.strip(SPACES) for cell in row) for row in cells]
     return "[" + ", ".join(rows if len(cells[0]) == 1 else [f"[{row}]" for row in rows]) + "]"
 
 
 def _is_single_entry(cell: str) -> bool:
-    """Return whether a cell is one entry: no separators, no number with two points, and all brackets closed."""
+    """Return whether a cell is a single entry: it has no separators, no number with two points, no open bracket."""
     has_closed_brackets = all(cell.count(opening) == cell.count(closing) for opening, closing in ("()", "[]", "{}"))
     return has_closed_brackets and bool(cell.strip(SPACES)) and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)
