@@ -112,8 +112,12 @@ def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool
 def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:
     """Return a printed formula.
 
-    `printers` has a function for each kind of piece; it is called with the piece and the printed inner pieces.
+    `printers` has a function for each kind of piece; it is called with the piece and its printed inner pieces. These
+    are the cells of each row, in a list, for a matrix and for aligned equations.
     """
+    if piece.kind in ("matrix", "aligned"):
+        rows = ([print_layout(cell, printers) for cell in cells.inner] for cells in piece.inner)
+        return printers[piece.kind](piece, *rows)
     return printers[piece.kind](piece, *(print_layout(part, printers) for part in piece.inner))
 
 

@@ -1,7 +1,7 @@
-"""Print formulas as MathML, which browsers show without a script and other programs can read.
+"""Print formulas as MathML, which browsers show without a script, and which other programs can read.
 
-Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, brackets
-around a matrix are therefore drawn as its border, and the alignment is given as a style.
+Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, the
+brackets of a matrix are therefore drawn as the border of a table, and columns are aligned by a style.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,20 +23,20 @@ _FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED_SIZE_BRACKETS = frozenset("(){}[]|")
-"""Brackets that keep their size whatever they enclose."""
+"""Brackets whose size doesn't depend on what they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
 _MAY_HAVE_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
 _SPACED_FUNCTIONS = (*_MAY_HAVE_BARE_ARGUMENT, *(Layout("word", f"arc{word.text}") for word in _MAY_HAVE_BARE_ARGUMENT))
 _FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
-"""Ends of a factor before a function's name, and beginnings of an argument without brackets; both need a space."""
+"""Ends of a factor before a function's name, and beginnings of an argument without brackets; a space separates them."""
 _BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
 """Pieces after which a plus or minus is the sign of the next number."""
 
 
 def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
-    r"""Return a formula as a MathML element for a browser; `is_displayed` sets it on lines of its own.
+    r"""Return a formula as a MathML element for a browser; if `is_displayed`, the formula has a line of its own.
 
-    `percent` is its size, which is reduced if it is too wide for a page.
+    `percent` is the size of the formula; a formula that is too wide for a page needs a smaller size.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> mathml_text(parse_latex("a_{1}"))
@@ -51,15 +51,16 @@ def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     return _cached_writer(False, is_displayed).element(formula)
 
 
-def _char_markup(char: str) -> str:
+def _escape_char(char: str) -> str:
+    """Return a character in MathML."""
     char = _CHARS.get(char, char)
     return char if char.isascii() and (char.isalnum() or char in "[];") else f"&#x{ord(char):05X};"
 
 
 class _Writer:
-    """Prints layouts, on lines of their own if `is_displayed`; pieces are cached.
+    """Prints layouts, with workarounds for browsers if `is_for_browser`; printed pieces are cached.
 
-    If `is_for_browser`, it adds workarounds for browsers.
+    If `is_displayed`, a formula has a line of its own.
     """
 
     def __init__(self, is_for_browser: bool, is_displayed: bool) -> None:
@@ -105,7 +106,7 @@ class _Writer:
         return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
 
     def fence(self, brackets: str, inside: Layout) -> str:
-        contents = (f">{_char_markup(sign)}</mo>" if sign != "." else " />" for sign in brackets)
+        contents = (f">{_escape_char(sign)}</mo>" if sign != "." else " />" for sign in brackets)
         sides = zip(("pre", "post"), contents, strict=True)
         opening, closing = (_FENCE.format(side) + content for side, content in sides)
         return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
@@ -129,13 +130,13 @@ class _Writer:
 
 
 def _print_letters(text: str) -> str:
-    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_char_markup, text))}</mi>"
+    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_escape_char, text))}</mi>"
 
 
 _LEAVES: dict[str, Callable[[str], str]] = {
     **dict.fromkeys(("letter", "word"), _print_letters),
     "number": lambda text: f"<mn>{text}</mn>",
-    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_char_markup(text)}</mo>",
+    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_escape_char(text)}</mo>",
     "text": lambda text: f"<mtext>{escape(text, quote=False).replace(' ', _NO_BREAK_SPACE)}</mtext>",
     "space": lambda text: f'<mspace width="{SPACES[text]:g}em" />' if text != " " else _TEXT_SPACE,
 }
@@ -148,7 +149,7 @@ _TEMPLATES = {
 
 
 def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:
-    """Return a row with space around functions, and with a sign at the beginning of a term attached to that term."""
+    """Return the printed pieces with space around functions, and with the sign of a number attached to the number."""
     spaced = list(printed_pieces)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:

@@ -53,15 +53,17 @@ def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> string
 
 
 def _make_bracket(bracket: str, height: int) -> stringPict:
+    """Return the box of a bracket that is as high as what it encloses."""
     if height == 1 or bracket not in _TALL_BRACKETS:
         return stringPict(bracket)
     top, side, bottom = _TALL_BRACKETS[bracket]
     return stringPict("\n".join((top, *[side] * (height - 2), bottom)), (height - 1) // 2)
 
 
-def _print_script(piece: Layout, base: stringPict, below: stringPict, above: stringPict) -> stringPict:
+def _print_script(piece: Layout, base: stringPict, subscript: stringPict, superscript: stringPict) -> stringPict:
+    """Return a script in small characters; if there are none, after _ or ^, in brackets if it is long."""
     texts = []
-    for box, table, mark in (below, _SUBSCRIPT_TABLE, "_"), (above, _SUPERSCRIPT_TABLE, "^"):
+    for box, table, mark in (subscript, _SUBSCRIPT_TABLE, "_"), (superscript, _SUPERSCRIPT_TABLE, "^"):
         text = box.picture[0].replace(" ", "")
         if text == "∘":
             text = "°"
@@ -72,8 +74,8 @@ def _print_script(piece: Layout, base: stringPict, below: stringPict, above: str
     return _join(base, *(reversed(texts) if piece.inner[2].text == "*" else texts))  # the star of p* comes first
 
 
-def _print_fraction(_: Layout, above: stringPict, below: stringPict) -> stringPict:
-    texts = [box.picture[0].strip() for box in (above, below)]
+def _print_fraction(_: Layout, numerator: stringPict, denominator: stringPict) -> stringPict:
+    texts = [box.picture[0].strip() for box in (numerator, denominator)]
     needs_brackets = [re.search(r" [-+−] |^[-−]", text) is not None for text in texts]
     needs_brackets[1] |= " " in texts[1]
     sides = (f"({text})" if is_bracketed else text for text, is_bracketed in zip(texts, needs_brackets, strict=True))
@@ -91,9 +93,8 @@ def _print_fenced(piece: Layout, inside: stringPict) -> stringPict:
     return _print_row(Layout("row", inner=(opening, *piece.inner, closing)), *boxes)
 
 
-def _print_table(piece: Layout, *_: stringPict) -> stringPict:
-    cells = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
-    grid = _make_grid(cells, piece.kind == "aligned")
+def _print_table(piece: Layout, *rows: list[stringPict]) -> stringPict:
+    grid = _make_grid(rows, piece.kind == "aligned")
     if piece.kind == "aligned":
         return grid
     return _join(_make_bracket("[", grid.height()), grid, _make_bracket("]", grid.height()))
