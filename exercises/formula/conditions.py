@@ -335,13 +335,14 @@ class ConfigurationSpace:
         return is_member
 
     def _holds(self, atom: Atom, values: Configurations, tolerance: float) -> np.ndarray:
+        """Return for each configuration whether an atom holds."""
         if atom.joint is None:
             return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
-        residuals = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
-        difference = values[atom.joint] - residuals.real
+        expected = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
+        difference = values[atom.joint] - expected.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
-        return np.asarray((np.abs(difference) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
+        return np.asarray((np.abs(difference) <= tolerance) & (np.abs(expected.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, containing_pieces: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         """Return whether the numbers typed in `piece` satisfy a piece of `containing_pieces` in double precision.
@@ -349,34 +350,36 @@ class ConfigurationSpace:
         Conditions on joints without a typed number are ignored here, because the search checks them.
         """
         values = {str(atom.joint): evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
-        typed = {joint: value for joint, value in values.items() if value is not None}
-        return any(all(self._satisfies(atom, typed, symbols) for atom in expected) for expected in containing_pieces)
+        typed_values = {joint: value for joint, value in values.items() if value is not None}
+        return any(all(self._satisfies(typed_values, atom, symbols) for atom in atoms) for atoms in containing_pieces)
 
-    def _satisfies(self, atom: Atom, typed_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    def _satisfies(self, typed_values: Mapping[str, Any], atom: Atom, symbols: Mapping[str, Any]) -> bool:
+        """Return whether typed joint values satisfy an atom; an atom on other joints counts as satisfied."""
         if atom.joint is not None:
             expected = evaluate_constant(atom.expression)
             if expected is None or atom.joint not in typed_values:
                 return True
             is_angle = self.domain.roles.get(atom.joint) == "angle"
             return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
-        used = find_names(atom.expression)
-        typed_names = used & set(typed_values)
-        if not typed_names or used & set(self.joints) - typed_names:
+        used_names = find_names(atom.expression)
+        typed_names = used_names & set(typed_values)
+        if not typed_names or used_names & set(self.joints) - typed_names:
             return True
         joint_values = {joint: typed_values[joint] for joint in typed_names}
-        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used - typed_names})
+        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used_names - typed_names})
 
 
 @dataclass(frozen=True)
 class SetComparison:
-    """The result of comparing a claimed set with the reference set.
+    """The result of comparing a claimed set of configurations with the reference set, the singular configurations.
 
-    `is_covered`: for each reference piece, whether the claim contains it; None if it is empty for these lengths.
-    `is_sound`: for each claimed piece, whether the reference contains it; None if it holds nowhere.
-    `missing`: a configuration that is singular but not claimed. `surplus`: one that is claimed but not singular.
-    `configuration_count`: the number of configurations tried.
-    `fewest_configurations`: their number on the piece with the fewest.
-    `is_only_rounded`: whether a claimed value is correct except for rounding.
+    - `is_covered`: for each reference piece, whether the claimed set contains it; None for an empty piece
+    - `is_sound`: for each claimed piece, whether the reference set contains it; None for an empty piece
+    - `missing`: a configuration that is singular but not claimed
+    - `surplus`: a configuration that is claimed but not singular
+    - `configuration_count`: the number of configurations tried
+    - `fewest_configurations`: the number of configurations on the piece with the fewest
+    - `is_only_rounded`: whether a claimed value is correct except for rounding
     """
 
     is_covered: tuple[bool | None, ...]
@@ -395,13 +398,13 @@ class SetComparison:
 
 @np.errstate(all="ignore")  # a search that overflows has not found a zero
 def compare_sets(
-    claimed: Sequence[Piece], reference: Sequence[Piece], space: ConfigurationSpace, seed: str
+    claimed_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
 ) -> SetComparison:
     """Compare a claimed set of configurations with the reference, piece by piece.
 
     `seed` determines the random configurations.
     """
-    used_names = space.collect_names([claimed, reference])
+    used_names = space.collect_names([claimed_pieces, reference_pieces])
     counts: list[int] = []
     is_only_rounded = False
 
@@ -419,7 +422,7 @@ def compare_sets(
             tolerance = tolerance if is_typed else max(tolerance, SEARCH_TOLERANCE)
             is_inside = space.contains(union, values, count, tolerance)
             if is_typed and count and is_inside.all() and space.rounding is None:
-                constants = space.domain.fixed_values()
+                constants = space.domain.list_fixed_values()
                 symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, union, symbols):
                     is_inside, is_only_rounded = np.zeros(count, dtype=bool), is_only_rounded or name == "claimed"
@@ -431,13 +434,13 @@ def compare_sets(
                 example = {name: space.round_value(name, values[name][first_outside]) for name in sorted(values)}
         return is_contained, example
 
-    is_sound, surplus = check_inclusion(claimed, reference, "claimed")
-    for index, (piece, is_contained) in enumerate(zip(claimed, is_sound, strict=True)):
+    is_sound, surplus = check_inclusion(claimed_pieces, reference_pieces, "claimed")
+    for index, (piece, is_contained) in enumerate(zip(claimed_pieces, is_sound, strict=True)):
         # A piece that only seems to be empty, because its conditions come close to zero, doesn't count as sound.
         stream = Stream(f"{seed}/miss/{index}")
         if is_contained is None and space.compute_smallest_residual(piece, used_names, stream) < _NEAR_MISS_RESIDUAL:
             is_sound[index] = False
-    nonempty_pieces = [piece for piece, is_contained in zip(claimed, is_sound, strict=True) if is_contained is not None]
-    is_covered, missing = check_inclusion(reference, nonempty_pieces, "reference")
+    nonempty_pieces = [piece for piece, sound in zip(claimed_pieces, is_sound, strict=True) if sound is not None]
+    is_covered, missing = check_inclusion(reference_pieces, nonempty_pieces, "reference")
     fewest = min(filter(None, counts), default=0)
     return SetComparison(tuple(is_covered), tuple(is_sound), missing, surplus, sum(counts), fewest, is_only_rounded)

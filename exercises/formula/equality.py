@@ -51,15 +51,15 @@ _RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 class Domain:
     """The role of each symbol: a kind of random value, a fixed number, or an array with one number for each point.
 
-    The kinds are "angle" (whole circle), "length" (positive), "signed" (positive or negative), and "travel", the value
-    of a prismatic joint in metres, in both directions, as far as any arm reaches.
+    The kinds are "angle" (whole circle), "length" (positive), "signed" (positive or negative), and "travel". The last
+    is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
 
-    def fixed_values(self) -> dict[str, Fraction | None]:
+    def list_fixed_values(self) -> dict[str, Fraction | None]:
         """Return the value of each name that stands for a number; None for an irrational number, known as a double."""
         return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
@@ -178,7 +178,7 @@ def compare_entries(
     if all(remove_noise(node) is node for node in reference_entries):
         student_entries = [remove_noise(node) for node in student_entries]
     student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
-    constants = domain.fixed_values()
+    constants = domain.list_fixed_values()
     exact_results = exact.compare(student_program, reference_program, constants, seed)
     is_correct = [result.is_equal is True for result in exact_results]
     method, point_count = "exact", max(result.point_count for result in exact_results)
@@ -263,7 +263,7 @@ class _NumericComparison:
         point_count: int,
     ) -> None:
         self.programs, self.values, self.constants, self.point_count = programs, values, constants, point_count
-        self.evaluated_steps = [(each, program.evaluate_steps(each, values, point_count)) for each in programs]
+        self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
         results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
         (self.student_values, size), (self.reference_values, expected_size) = results
         self.scale = _compute_term_scales(expected_size)
@@ -273,7 +273,7 @@ class _NumericComparison:
             self.size = size + expected_size
             self.rounding_error = 10 * _RELATIVE_ROUNDING * self.size
             self.difference = np.abs(self.student_values - self.reference_values)
-        self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(each.steps) for each in programs))
+        self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(p.steps) for p in programs))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
         self.precise_results: dict[tuple[int, int], list[list[Any]]] = {}
 
@@ -291,7 +291,7 @@ class _NumericComparison:
         """Return whether an entry is correct."""
         if self._is_clearly_different(entry).any():
             return False
-        precise_results = [self._agrees_precisely(entry, int(point)) for point in self._points_to_check(entry)]
+        precise_results = [self._agrees_precisely(entry, int(point)) for point in self._choose_points(entry)]
         return False not in precise_results and (True in precise_results or bool(self._is_clearly_allowed(entry).any()))
 
     def _is_clearly_different(self, entry: int) -> np.ndarray:
@@ -305,7 +305,7 @@ class _NumericComparison:
         with np.errstate(all="ignore"):
             return np.asarray(self.difference[entry] + self.rounding_error[entry] <= self.allowed_error[entry])
 
-    def _points_to_check(self, entry: int) -> list[int]:
+    def _choose_points(self, entry: int) -> list[int]:
         """Return the points that need many digits: one of each region, and the points with the worst differences.
 
         Points at which double precision shows that the error is allowed need no more digits.
@@ -358,7 +358,7 @@ class _NumericComparison:
                 return None
             self.remaining_evaluations -= 1
             at = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
-            self.precise_results[point, digits] = [evaluate_precisely(each, at, digits) for each in self.programs]
+            self.precise_results[point, digits] = [evaluate_precisely(p, at, digits) for p in self.programs]
         return self.precise_results[point, digits]
 
     def find_counterexample(self, entry: int) -> EntryDifference:

@@ -38,7 +38,7 @@ def parse_latex(latex: str) -> Layout:
     reader = _Reader(_TOKEN.findall(latex), latex)
     layout = reader.read_row(())
     if reader.tokens:
-        raise reader.unknown_latex_error(reader.tokens[-1])
+        raise reader.make_error(reader.tokens[-1])
     return layout
 
 
@@ -48,12 +48,12 @@ class _Reader:
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
 
-    def unknown_latex_error(self, token: str) -> UnknownLatex:
+    def make_error(self, token: str) -> UnknownLatex:
         return UnknownLatex(f"{token!r} in {self.latex!r}")
 
     def take(self, expected_token: str = "") -> str:
         if not self.tokens or (expected_token and self.tokens[-1] != expected_token):
-            raise self.unknown_latex_error(self.tokens[-1] if self.tokens else "the end")
+            raise self.make_error(self.tokens[-1] if self.tokens else "the end")
         return self.tokens.pop()
 
     def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
@@ -79,7 +79,7 @@ class _Reader:
             else:
                 superscript = self.read_argument()
         if primes > len(PRIMES):
-            raise self.unknown_latex_error("'" * primes)
+            raise self.make_error("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
             superscript = Layout("row", "", (prime, *row_pieces(superscript))) if superscript != EMPTY else prime
@@ -101,7 +101,7 @@ class _Reader:
         if sign[0] == "\\":
             return self.read_command(sign[1:])
         if sign in _REFUSED_SIGNS:
-            raise self.unknown_latex_error(sign)
+            raise self.make_error(sign)
         if sign[0].isdigit():
             return Layout("number", sign.replace("{,}", ","))
         return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
@@ -123,11 +123,11 @@ class _Reader:
             return Layout("fenced", opening.removeprefix("\\") + self.take().removeprefix("\\"), (inside,))
         if name.startswith("begin{"):
             return self.read_table(name[6:-1])
-        raise self.unknown_latex_error(f"\\{name}")
+        raise self.make_error(f"\\{name}")
 
     def read_table(self, name: str) -> Layout:
         if name not in ("bmatrix", "aligned"):
-            raise self.unknown_latex_error(name)
+            raise self.make_error(name)
         rows: list[list[Layout]] = [[]]
         kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
         while True:
@@ -139,5 +139,5 @@ class _Reader:
             elif separator != "&":
                 break
         if separator != rf"\end{{{name}}}":
-            raise self.unknown_latex_error(separator)
+            raise self.make_error(separator)
         return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

@@ -75,7 +75,7 @@ def number(text: str) -> Pieces:
     return (MINUS, Layout("number", text[1:])) if text[0] == "-" else (Layout("number", text),)
 
 
-def scientific(digits: str, power: int) -> Pieces:
+def scientific_number(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
     return (*number(digits), DOT, script(Layout("number", "10"), superscript=row(*number(str(power)))))
 
@@ -135,7 +135,7 @@ def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
     """Return the terms of a sum, each with its sign; sums in at most `max_depth` nested brackets are split, too."""
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
-        depth += _depth_change(piece)
+        depth += _find_depth_change(piece)
         if index and depth <= max_depth and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
             starts.append(index)
     return [tuple(pieces[start:end]) for start, end in zip(starts, [*starts[1:], len(pieces)], strict=True)]
@@ -146,7 +146,7 @@ def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
     rows: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
-        depth += _depth_change(piece)
+        depth += _find_depth_change(piece)
         if piece == separator and not depth:
             rows.append([])
         else:
@@ -154,7 +154,7 @@ def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
     return [tuple(part) for part in rows]
 
 
-def _depth_change(piece: Layout) -> int:
+def _find_depth_change(piece: Layout) -> int:
     """Return 1 for an opening bracket, -1 for a closing bracket (perhaps with a power), 0 for any other piece."""
     bracket = base_of_script(piece)
     return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

@@ -177,11 +177,11 @@ def _remove_final_unit(text: str, known_symbols: AbstractSet[str]) -> str:
     match = _FINAL_UNIT_PATTERN.search(text)
     if match is None or (unit := _normalize_unit(match.group(1))) in known_symbols:
         return text
-    factor, rest = _UNITS[unit], text[: match.start()]
-    is_whole_number = unit in _WHOLE_NUMBER_NAMES and rest.endswith(_BEFORE_WHOLE_NUMBERS)
-    if (factor and rest[:1] in "[{") or "=" in text or is_whole_number:
+    factor, value_text = _UNITS[unit], text[: match.start()]
+    is_whole_number = unit in _WHOLE_NUMBER_NAMES and value_text.endswith(_BEFORE_WHOLE_NUMBERS)
+    if (factor and value_text[:1] in "[{") or "=" in text or is_whole_number:
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
-    return f"({rest}){factor}" if factor else rest
+    return f"({value_text}){factor}" if factor else value_text
 
 
 # --- LaTeX ---

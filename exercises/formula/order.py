@@ -93,8 +93,8 @@ def _contains_motion(term: sp.Expr) -> bool:
 class Product:
     """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
 
-    The sums in `flipped_sums` are printed with the opposite signs, so that no bracket starts with a minus, and that a
-    sum has the same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in
+    The sums in `flipped_sums` are printed with the opposite signs. So no bracket starts with a minus, and a sum has the
+    same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in
     (-s_1 v_x + c_1 v_y)/a_1.
     """
 
@@ -108,10 +108,10 @@ class Product:
 @lru_cache(maxsize=4096)
 def order_product(expression: sp.Expr) -> Product:
     """Return an expression other than a sum as a product with its factors in order."""
-    number, rest = expression.as_coeff_Mul()
+    number, remainder = expression.as_coeff_Mul()
     is_negative = bool(number.is_negative)
     numerator, denominator = list[sp.Expr](), list[sp.Expr]()
-    for factor in sorted(sp.Mul.make_args(rest), key=_make_factor_key):
+    for factor in sorted(sp.Mul.make_args(remainder), key=_make_factor_key):
         if factor.is_Pow and factor.exp.could_extract_minus_sign():
             denominator.append(1 / factor)
         elif factor != 1:

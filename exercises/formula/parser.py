@@ -407,9 +407,9 @@ class _Parser:
 
     def is_column_ahead(self) -> bool:
         """Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
-        return self.peek(1) == "[" or (1, ";") in self.next_bracket_tokens()
+        return self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()
 
-    def next_bracket_tokens(self) -> list[tuple[int, str]]:
+    def list_bracket_tokens(self) -> list[tuple[int, str]]:
         """Return (depth, text) of each token from the bracket that begins here to its closing bracket."""
         depth, tokens_with_depth = 0, list[tuple[int, str]]()
         for _, text, _ in self.tokens[self.position :]:
@@ -528,7 +528,7 @@ class _Parser:
         parts = split_name(typed_name, self.known_symbols)
         symbol = parts[0].names[0] if len(parts) == 1 and parts[0].kind == "name" else ""
         if is_bracket_next and symbol and not {name, symbol} & self.known_symbols and symbol not in _BEFORE_BRACKETS:
-            after_bracket = self.position + len(self.next_bracket_tokens())
+            after_bracket = self.position + len(self.list_bracket_tokens())
             if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket][1] == "=":
                 self.position = after_bracket  # J(q) = …
                 return Node("name", value=symbol)

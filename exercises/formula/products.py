@@ -50,11 +50,11 @@ def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     is_list = [arg.kind == "list" for arg in args]
     if node.kind not in _OPERATIONS or not any(is_list):
         return node.with_args(args)
-    matrices = [_matrix_rows(arg) for arg in args if arg.kind == "list"]
+    matrices = [_list_rows(arg) for arg in args if arg.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
     if node.kind == "^" and is_list == [True, False]:
-        return _power(matrices[0], args[1])
+        return _raise_matrix(matrices[0], args[1])
     if node.kind in "+-" and all(is_list) and _shape(matrices[0]) == _shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
         return make_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
@@ -67,7 +67,7 @@ def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(args))
 
 
-def _matrix_rows(node: Node) -> Rows:
+def _list_rows(node: Node) -> Rows:
     """Return the rows of a list; a list of entries is a column."""
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows or len({len(row) for row in rows}) != 1 or any(entry.kind == "list" for row in rows for entry in row):
@@ -89,7 +89,7 @@ def _equate_entries(args: Sequence[Node]) -> Node:
     """Return an equation of two vectors or matrices as an equation for each entry, with a name on the left side."""
     if trees.is_list_of_one(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
-    sides = [_matrix_rows(arg) for arg in args]
+    sides = [_list_rows(arg) for arg in args]
     shapes = [_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
@@ -110,7 +110,7 @@ def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
     return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
 
 
-def _power(rows: Rows, exponent: Node) -> Node:
+def _raise_matrix(rows: Rows, exponent: Node) -> Node:
     """Return the transpose of a matrix for the exponent T, and the inverse (by cofactors) for the exponent -1."""
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
         return make_rows(zip(*rows, strict=True))

@@ -177,8 +177,8 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     An example is q1 in "q1 = q2 and c1 = 0".
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
-    others = [other for other in piece if other is not atom]
-    return depends_on_joints and any(atom.joint in (o.joint, *find_names(o.expression)) for o in others)
+    others = (other_atom for other_atom in piece if other_atom is not atom)
+    return depends_on_joints and any(atom.joint in (a.joint, *find_names(a.expression)) for a in others)
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:

@@ -116,25 +116,25 @@ class _KeyMaker(AnswerVisitor[Json]):
         return key
 
     def direction(self, answer: Direction) -> Json:
-        key = self.formulas(answer) if answer.tolerance is None else self._direction_in_numbers()
+        key = self.formulas(answer) if answer.tolerance is None else self._make_numeric_direction()
         return key | {"type": "direction", "tolerance": answer.tolerance}
 
-    def _direction_in_numbers(self) -> Json:
+    def _make_numeric_direction(self) -> Json:
         key, _ = _make_formula_key(self.problem, self.part)
         reference = np.array([entry[0] for entry in key["right"]], dtype=float)
         unit_vectors = _find_wrong_unit_vectors(self.problem, self.part, reference)
         mistakes = _select_likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
-        return key | {"mistakes": self._mistakes(mistakes)}
+        return key | {"mistakes": self._collect(mistakes)}
 
     def numbers(self, answer: Number) -> Json:
-        mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer))
+        mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer))
         key: Json = {
             "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
             "right": [_to_double(float(value)) for value in answer.reference], "mistakes": mistakes,
         }  # fmt: skip
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
-            precise_mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
@@ -157,7 +157,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         blames_by_option = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
         return [[_record_mistake(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
-    def _mistakes(self, mistakes: Iterator[Json]) -> list[Json]:
+    def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
         return list(mistakes) if self.with_mistakes else []
 
 
@@ -221,9 +221,9 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
     }  # fmt: skip
 
 
-def _evaluate_entries(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
+def _evaluate_entries(program: Program, point: Mapping[str, float], names: Sequence[str]) -> list[Any]:
     """Return the entries at a configuration with many digits, for exactly the decimals that the page shows."""
-    return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
+    return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in names}, DIGITS)
 
 
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:

@@ -281,5 +281,5 @@ def _number(node: Node) -> _TypesetPiece:
         if size < 1:
             power = len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
         mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
-        return _TypesetPiece(layout.scientific(mantissa, power), _PRODUCT_LEVEL)
+        return _TypesetPiece(layout.scientific_number(mantissa, power), _PRODUCT_LEVEL)
     return _TypesetPiece(number(digits), _ATOM_LEVEL)

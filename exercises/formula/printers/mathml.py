@@ -43,12 +43,12 @@ def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100)
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
-    return _cached_writer(True, is_displayed).element(formula, style)
+    return _cached_writer(True, is_displayed).print_element(formula, style)
 
 
 def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
-    return _cached_writer(False, is_displayed).element(formula)
+    return _cached_writer(False, is_displayed).print_element(formula)
 
 
 def _escape_char(char: str) -> str:
@@ -65,67 +65,69 @@ class _Writer:
 
     def __init__(self, is_for_browser: bool, is_displayed: bool) -> None:
         self.is_for_browser, self.is_displayed = is_for_browser, is_displayed
-        self.piece = lru_cache(2048)(self.print)
+        self.print_piece = lru_cache(2048)(self.print_uncached)
 
-    def element(self, formula: Layout, style: str = "") -> str:
+    def print_element(self, formula: Layout, style: str = "") -> str:
         display = "block" if self.is_displayed else "inline"
-        return f'<math{style} {_NAMESPACE} display="{display}">{self.group(formula)}</math>'
+        return f'<math{style} {_NAMESPACE} display="{display}">{self.print_group(formula)}</math>'
 
-    def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
+    def print_row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side; `opening` is the bracket before them."""
-        printed_pieces = [self.piece(piece) for piece in pieces]
+        printed_pieces = [self.print_piece(piece) for piece in pieces]
         if self.is_for_browser and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
             printed_pieces = _add_spaces_and_signs((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
         return "".join(printed_pieces)
 
-    def group(self, piece: Layout) -> str:
+    def print_group(self, piece: Layout) -> str:
         """Return a row or matrix as a single element, any other piece unchanged."""
         if piece.kind not in ("row", "matrix"):
-            return self.piece(piece)
-        content = self.row(piece.inner) if piece.kind == "row" else self.matrix(piece.inner)
+            return self.print_piece(piece)
+        content = self.print_row(piece.inner) if piece.kind == "row" else self.print_matrix(piece.inner)
         return f"<mrow>{content}</mrow>" if content else "<mrow />"
 
-    def print(self, piece: Layout) -> str:
+    def print_uncached(self, piece: Layout) -> str:
         kind, text, inner = piece
         if kind in _LEAVES:
             return _LEAVES[kind](text)
         if kind in ("fraction", "root", "dotted"):
-            return _TEMPLATES[text].format(*map(self.group, inner))
+            return _TEMPLATES[text].format(*map(self.print_group, inner))
         if kind == "script":
-            return self.script(*inner)
+            return self.print_script(*inner)
         if kind == "fenced":
-            return self.fence(text, inner[0])
+            return self.print_fence(text, inner[0])
         if kind == "matrix":
-            return self.matrix(inner)
-        return self.aligned(piece) if kind == "aligned" else self.group(piece)
+            return self.print_matrix(inner)
+        return self.print_aligned(piece) if kind == "aligned" else self.print_group(piece)
 
-    def script(self, base: Layout, *scripts: Layout) -> str:
-        subscript, superscript = ("" if part == EMPTY else self.group(part) for part in scripts)
+    def print_script(self, base: Layout, *scripts: Layout) -> str:
+        subscript, superscript = ("" if part == EMPTY else self.print_group(part) for part in scripts)
         names = ("under", "over") if self.is_displayed and base.text == "∑" else ("sub", "sup")
         tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
-        return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
+        return f"<{tag}>{self.print_group(base)}{subscript}{superscript}</{tag}>"
 
-    def fence(self, brackets: str, inside: Layout) -> str:
+    def print_fence(self, brackets: str, inside: Layout) -> str:
         contents = (f">{_escape_char(sign)}</mo>" if sign != "." else " />" for sign in brackets)
         sides = zip(("pre", "post"), contents, strict=True)
         opening, closing = (_FENCE.format(side) + content for side, content in sides)
-        return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
+        return f"<mrow>{opening}{self.print_row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
-    def matrix(self, rows: Pieces) -> str:
-        cells = "".join(f"<mtr>{''.join(_cell('', self.row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows)
+    def print_matrix(self, rows: Pieces) -> str:
+        cells = "".join(
+            f"<mtr>{''.join(_make_cell(self.print_row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows
+        )
         if self.is_for_browser:
             return f'<mtable style="{_BRACKETS}">{cells}</mtable>'
         return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
 
-    def aligned(self, table: Layout) -> str:
+    def print_aligned(self, table: Layout) -> str:
         padding = "1.1ex" if table.text else "0.5ex"
         style = ' style="text-align: {}; padding: {} {} {} 0"' if self.is_for_browser else ' columnalign="{}"'
         styles = [style.format(side, padding, gap, padding) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
         spaces = " ".join(("0em", "2em") * (max(len(cells.inner) for cells in table.inner) // 2))
         rows = ""
         for line in table.inner:
-            cells = ("<mi />" * (k % 2) + self.row(cell.inner) for k, cell in enumerate(line.inner))
-            rows += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
+            cells = ("<mi />" * (k % 2) + self.print_row(cell.inner) for k, cell in enumerate(line.inner))
+            rows += f"<mtr>{''.join(map(_make_cell, cells, cycle(styles)))}</mtr>"
         return f'<mtable displaystyle="true" rowspacing="3pt" columnspacing="{spaces}">{rows}</mtable>'
 
 
@@ -161,7 +163,7 @@ def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list
     return spaced
 
 
-def _cell(style: str, content: str) -> str:
+def _make_cell(content: str, style: str = "") -> str:
     return f"<mtd{style}>{content}</mtd>" if content else f"<mtd{style} />"
 
 
