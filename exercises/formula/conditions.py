@@ -45,6 +45,7 @@ _POLISHED_STEP = 1e-8
 """A search for a zero of the gradient has converged if its last step is below this limit."""
 
 _MAX_STEPS = 120
+"""Maximum number of steps of a search."""
 _NEAR_MISS_RESIDUAL = 1e-3
 """Relative residual below which conditions may have a zero, although the search did not find one."""
 _MAX_STORED_VALUES = 5_000_000
@@ -66,9 +67,9 @@ class _CompiledPiece:
         """Set the assigned joints in all configurations; return for each whether the assigned values are real."""
         is_valid = np.ones(_count_points(values), dtype=bool)
         for joint, program in self.assignments:
-            assigned = evaluate(program, values, len(is_valid))[0][0]
-            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < SEARCH_TOLERANCE)
-            values[joint] = np.where(is_valid, assigned.real, 0.0)
+            joint_values = evaluate(program, values, len(is_valid))[0][0]
+            is_valid &= np.isfinite(joint_values) & (np.abs(joint_values.imag) < SEARCH_TOLERANCE)
+            values[joint] = np.where(is_valid, joint_values.real, 0.0)
         return is_valid
 
     def compute_residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +97,7 @@ class _CompiledPiece:
 
         Return for each configuration whether its search converged. A search stops when the steps, not the residuals,
         are tiny, because a residual of 1e-14 is still 1e-7 away from the double zero of sin(theta)^2. If no search
-        converges, as for sqrt(s1^2 + s2^2), all are repeated with the squares of the expressions.
+        converges, as for sqrt(s1^2 + s2^2), all searches are repeated with the squares of the expressions.
         """
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
         is_converged = self._iterate(values, square_residuals=False)
@@ -105,11 +106,13 @@ class _CompiledPiece:
             is_converged = self._iterate(values, square_residuals=True)
         return is_converged
 
-    def _move(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
+    def _subtract_steps(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
+        """Subtract steps (configurations, joints) from the values of the free joints."""
         for k, joint in enumerate(self.free_joints):
             values[joint] = values[joint] - steps[:, k]
 
     def _iterate(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
+        """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_points(values), np.inf)
         # Sizes at the random start, because terms may be small near a zero, as the only term of sin(theta) is.
         typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values)[1])
@@ -124,9 +127,9 @@ class _CompiledPiece:
             derivatives[~is_finite] = 0.0
             steps = _compute_minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
             largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
-            steps *= np.minimum(1.0, 0.7 / largest_change)
+            steps *= np.minimum(1.0, 0.7 / largest_change)  # no joint moves by more than 0.7
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
-            self._move(values, steps)
+            self._subtract_steps(values, steps)
         if not square_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
         residual, _ = self.compute_residuals(values)
@@ -163,10 +166,10 @@ class _CompiledPiece:
                 hessian[:, :, k] = (forward - backward) / 2e-5
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
             hessian[~is_valid] = 0.0
-            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7, hermitian=False), gradient)
+            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7), gradient)
             steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
-            self._move(values, steps)
+            self._subtract_steps(values, steps)
         with np.errstate(all="ignore"):
             is_improved = np.abs(self.compute_residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
             is_polished = (last_steps < _POLISHED_STEP) & is_improved
@@ -179,9 +182,9 @@ class _CompiledPiece:
 
         The complex-step derivative Im f(x + ih) / h contains no difference, so that no digits cancel.
         """
-        nudged = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
-        nudged_zeros, _ = evaluate(self.vanishing, nudged, _count_points(nudged))
-        gradient = nudged_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
+        stepped_values = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
+        stepped_zeros, _ = evaluate(self.vanishing, stepped_values, _count_points(stepped_values))
+        gradient = stepped_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
         return np.where(np.isfinite(gradient), gradient, 0.0)
 
     def is_zero(self, values: Configurations, tolerance: float) -> np.ndarray:
@@ -211,15 +214,14 @@ def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
 
     The value of a tied joint (`is_tied`) can't be assigned; joint - value is one more expression that vanishes.
     """
-    assigned = [atom for atom in piece if atom.joint is not None]
-    tied = [atom for atom in assigned if is_tied(atom, piece, joints)]
-    untied = [atom for atom in assigned if atom not in tied]
-    untied.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
-    zeros = [atom.expression for atom in piece if atom.joint is None]
-    zeros += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied]
-    searched_names = set().union(*map(find_names, zeros)) - {atom.joint for atom in untied}
-    values = [(str(atom.joint), compile_program([atom.expression])) for atom in untied]
-    return _CompiledPiece(values, compile_program(zeros), [joint for joint in joints if joint in searched_names])
+    tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
+    untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
+    untied_atoms.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
+    vanishing = [atom.expression for atom in piece if atom.joint is None]
+    vanishing += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied_atoms]
+    free_names = set().union(*map(find_names, vanishing)) - {atom.joint for atom in untied_atoms}
+    assignments = [(str(atom.joint), compile_program([atom.expression])) for atom in untied_atoms]
+    return _CompiledPiece(assignments, compile_program(vanishing), [joint for joint in joints if joint in free_names])
 
 
 def agree_to_double_precision(value: Any, expected: Any, are_angles: bool) -> bool:
@@ -241,6 +243,7 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
 
 
 def _count_points(values: Configurations) -> int:
+    """Return the number of configurations."""
     return len(next(iter(values.values())))
 
 
@@ -266,7 +269,10 @@ def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> n
 
 
 def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-    """Return the minimum-norm Gauss-Newton steps (points x joints) for residuals (conditions x points)."""
+    """Return the minimum-norm Gauss-Newton steps (configurations, joints).
+
+    The derivatives have the shape (configurations, expressions, joints), the residuals (expressions, configurations).
+    """
     if derivatives.shape[1] > 1:
         return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
     gradients = derivatives[:, 0]

@@ -258,12 +258,7 @@ _LARGEST_ANGLE = 1e60
 
 def _limit_argument(function: Callable[[Any], Any], limit: float) -> Callable[[Any], Any]:
     """Return a function that is undefined (nan) for large arguments."""
-    return lambda x: function(x) if abs(x) < limit else mpmath.nan
-
-
-def _limit_trigonometric_argument(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    limited = _limit_argument(function, _LARGEST_ANGLE)
-    return lambda x: limited(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
+    return lambda x: function(x) if abs(x) < limit and abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
 def _compute_limited_power(x: Any, y: Any) -> Any:
@@ -276,7 +271,7 @@ def _compute_limited_power(x: Any, y: Any) -> Any:
 
 _TRIGONOMETRIC_FUNCTIONS = ("sin", "cos", "tan", "cot", "sec", "csc")
 _MPMATH_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **{name: _limit_trigonometric_argument(getattr(mpmath, name)) for name in _TRIGONOMETRIC_FUNCTIONS},
+    **{name: _limit_argument(getattr(mpmath, name), _LARGEST_ANGLE) for name in _TRIGONOMETRIC_FUNCTIONS},
     **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
