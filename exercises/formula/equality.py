@@ -255,13 +255,9 @@ class _NumericComparison:
     """
 
     def __init__(
-        self,
-        programs: Sequence[Program],
-        allowances: Sequence[tuple[float, float]],
-        values: Mapping[str, np.ndarray],
-        constants: Mapping[str, Fraction | None],
-        point_count: int,
-    ) -> None:
+        self, programs: Sequence[Program], allowances: Sequence[tuple[float, float]],
+        values: Mapping[str, np.ndarray], constants: Mapping[str, Fraction | None], point_count: int,
+    ) -> None:  # fmt: skip
         self.programs, self.values, self.constants, self.point_count = programs, values, constants, point_count
         self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
         results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]

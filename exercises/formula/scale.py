@@ -29,13 +29,9 @@ class ConstantFactor:
 
 
 def find_constant_factor(
-    entries: Nodes,
-    reference: Nodes,
-    domain: Domain,
-    varying: AbstractSet[str],
-    seed: str,
+    entries: Nodes, reference: Nodes, domain: Domain, varying: AbstractSet[str], seed: str,
     rounding: Rounding | None = None,
-) -> ConstantFactor | None:
+) -> ConstantFactor | None:  # fmt: skip
     """Return the constant factor between all entries and the reference, up to signs; None if there is none.
 
     `varying` are the symbols that differ between configurations; all other symbols are constants.

@@ -23,7 +23,7 @@ has that vector as "values". The page itself finds single mistakes in a formula,
 (site/src/grade/slips.ts, set-slips.ts).
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 from typing import Any
@@ -37,7 +37,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_constant, evaluate_precisely
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_constant, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
@@ -209,9 +209,10 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
     for k in range(SAMPLED_POINT_COUNT):
         point = {name: float(points[name][k]) for name in symbols}
         point |= {name: round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
-        row, values = list(point.values()), list(map(_to_double, _evaluate_entries(program, point, used_names)))
+        shown_decimals = {name: mpmath.mpf(repr(point[name])) for name in used_names}  # exactly as on the page
+        values = list(map(_to_double, evaluate_precisely(program, shown_decimals, DIGITS)))
         if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
-            rows_of_points.append(row)
+            rows_of_points.append(list(point.values()))
             correct.append(values)
     if len(correct) < MIN_POINT_COUNT:
         raise ValueError(f"the reference is defined at {len(correct)} of {SAMPLED_POINT_COUNT} configurations: {texts}")
@@ -219,11 +220,6 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
         "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
         "right": [list(entry) for entry in zip(*correct, strict=True)], "mistakes": [],
     }  # fmt: skip
-
-
-def _evaluate_entries(program: Program, point: Mapping[str, float], names: Sequence[str]) -> list[Any]:
-    """Return the entries at a configuration with many digits, for exactly the decimals that the page shows."""
-    return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in names}, DIGITS)
 
 
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
