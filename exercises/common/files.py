@@ -135,14 +135,13 @@ def _make_prefix(path: Path) -> str:
     return f".{path.name[:40]}."
 
 
-def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
+def lock(handle: int, *, wait: bool = True) -> None:
     """Lock an open file until it is closed or the process ends. Raises OSError.
 
-    If `wait` is False and another process holds the lock, the function raises BlockingIOError. Several processes may
-    hold a `shared` lock, except on Windows.
+    If `wait` is False and another process holds the lock, the function raises BlockingIOError.
     """
     if IS_POSIX:
-        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     else:
         _lock_on_windows(handle, wait)
 
