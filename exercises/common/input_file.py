@@ -110,8 +110,8 @@ class TomlFile:
             has_key = key in value if isinstance(value, dict) else isinstance(value, list)
             value = value[key] if has_key else None
         location = self._describe_location(key_path, key_path)
-        is_shown = key_path and value is not None and not isinstance(value, dict) and not _is_list_of_tables(value)
-        text = toml_text(value) if is_shown else ""
+        has_tables = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict) for v in value))
+        text = toml_text(value) if key_path and value is not None and not has_tables else ""
         return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
 
     def describe_key(self, *key_path: str | int) -> str:
@@ -176,10 +176,6 @@ class TomlFile:
             elif key := re.match(r"""\s*["']?([^"'=#\[]+?)["']?\s*=""", line):
                 numbers.setdefault((*table, key[1]), number)
         return numbers
-
-
-def _is_list_of_tables(value: object) -> bool:
-    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
 
 
 def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str], Any] = Decimal) -> TomlFile:

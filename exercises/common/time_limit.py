@@ -71,7 +71,7 @@ def end_watchdog(watchdog: "Watchdog") -> None:
 
 
 class Watchdog:
-    """Raises OutOfTime in the thread that created the watchdog after `seconds` of processor time, until `end` is called.
+    """Raises OutOfTime in the thread that created the watchdog after `seconds` of processor time until `end` is called.
 
     The exception is raised between two Python instructions. One thread, started when it is needed, serves all watchdogs
     of the process, because to start a thread takes longer than most tasks.

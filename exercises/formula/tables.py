@@ -5,7 +5,7 @@ only if a text does not have the expected shape, and accepted only if every row 
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from qdot.exercises.formula.notation import convert_units
 from qdot.exercises.formula.vocabulary import SPACES, VOCABULARY, compile_pattern
@@ -21,8 +21,12 @@ _UNIT_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if fac
 MAX_TABLE_LENGTH = 4000
 """Maximum number of characters of a table."""
 
+_COMMA, _NOTHING = re.compile(","), re.compile("(?!)")
+"""Separators of entries: a comma; and nothing, if a line is a single entry."""
+_ENTRY_SEPARATORS = (_MATLAB_GAP, _COMMA, _LIST_COMMA)
+
 _Cells = list[list[str]]
-_SplitRow = Callable[[str], list[str]]
+"""The texts of the entries, row by row."""
 
 
 def convert_table(text: str, shape: tuple[int, int]) -> str | None:
@@ -51,37 +55,26 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     if all(map(_SPREADSHEET_SIGN.match, lines)):
         lines = [_SPREADSHEET_SIGN.sub(r"\1", line) for line in lines]
     if rows > 1 and not any(_CONTINUED_LINE.match(line) for line in lines[1:]):
-        by_line: tuple[_SplitRow, ...] = (_keep_whole_line,)
+        separators: tuple[re.Pattern[str], ...] = (_NOTHING,)
         if columns > 1:
-            by_line = (_MARKDOWN_BAR.split,) if is_markdown else (_COLUMN_GAP.split, *_ROW_SPLITTERS)
-        for split in by_line:
-            yield [_split_entries(line, split) for line in lines]
+            separators = (_MARKDOWN_BAR,) if is_markdown else (_COLUMN_GAP, *_ENTRY_SEPARATORS)
+        for separator in separators:
+            yield [_split_entries(line, separator) for line in lines]
     if (matlab_match := _MATLAB_ROWS.fullmatch(text.strip(SPACES))) is None:
         return
     inner = matlab_match.group(1) or matlab_match.group(2)
-    for separator in (";", "[;\n]"):
-        rows_of_text = [row for row in re.split(separator, inner) if row.strip(SPACES)]
-        for split in (_keep_whole_line, *_ROW_SPLITTERS) if columns == 1 else _ROW_SPLITTERS:
-            cells = [_split_entries(row, split) for row in rows_of_text]
+    for row_separator in (";", "[;\n]"):
+        row_texts = [row for row in re.split(row_separator, inner) if row.strip(SPACES)]
+        for separator in (_NOTHING, *_ENTRY_SEPARATORS) if columns == 1 else _ENTRY_SEPARATORS:
+            cells = [_split_entries(row, separator) for row in row_texts]
             # a single row is accepted as a column, but commas without spaces make a list already
-            is_column = columns == 1 and len(cells) == 1 and split is not _split_at_commas
+            is_column = columns == 1 and len(cells) == 1 and separator is not _COMMA
             yield [[cell] for cell in cells[0]] if is_column else cells
 
 
-def _keep_whole_line(line: str) -> list[str]:
-    return [line]
-
-
-def _split_at_commas(line: str) -> list[str]:
-    return line.split(",")
-
-
-_ROW_SPLITTERS: tuple[_SplitRow, ...] = (_MATLAB_GAP.split, _split_at_commas, _LIST_COMMA.split)
-
-
-def _split_entries(line: str, split_row: _SplitRow) -> list[str]:
+def _split_entries(line: str, separator: re.Pattern[str]) -> list[str]:
     """Return the entries of a row, with points instead of decimal commas. The last entry may have a comma after it."""
-    cells = split_row(line.strip(SPACES).removesuffix(",").strip(SPACES))
+    cells = separator.split(line.strip(SPACES).removesuffix(",").strip(SPACES))
     return [_DECIMAL_COMMA.sub(".", cell) for cell in cells]
 
 
