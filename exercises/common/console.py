@@ -5,27 +5,13 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
-import typer
-
-from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 
 if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
 
-
-def _make_variation_option(default: str) -> Any:
-    steps, names = ", ".join(VARIATION_STEPS), complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+")
-    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
-    return typer.Option("--variation", help=text, autocompletion=names)
-
-
-VariationOption = Annotated[str, _make_variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
-BankVariationOption = Annotated[str, _make_variation_option("that of assignment.toml")]
-SiteVariationOption = Annotated[str, _make_variation_option("all steps in turn, or that of assignment.toml")]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
