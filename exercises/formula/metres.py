@@ -1,10 +1,9 @@
 """Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
 from qdot.exercises.formula.trees import Node, make_number
-from qdot.exercises.formula.vocabulary import VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import PATTERNS, VOCABULARY
 
 METRE = "m"
-_ANGLE = compile_pattern("angle")
 _NUMBER_KINDS = ("number", "decimal")
 _WHOLE_NUMBER_NAMES: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
@@ -63,7 +62,7 @@ def _contains_angle(product: Node) -> bool:
     stack = [product]
     while stack:
         current = stack.pop()
-        is_angle = current.kind == "name" and _ANGLE.fullmatch(current.value)
+        is_angle = current.kind == "name" and PATTERNS["angle"].fullmatch(current.value)
         if is_angle or current.value in ("pi", *_INVERSES):
             return True
         if current.kind != "call":

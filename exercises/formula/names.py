@@ -5,7 +5,7 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, by each of its accepted names."""
@@ -20,7 +20,6 @@ MAX_NAME_LENGTH = LIMITS["name"]
 
 _CONSTANT_NAMES: dict[str, str] = VOCABULARY["constants"]
 _LETTER_TABLE = str.maketrans(VOCABULARY["letters"])
-_RATE_PATTERN, _SHORTHAND_PATTERN = compile_pattern("rate"), compile_pattern("short")
 _JOINT_SYMBOLS: dict[str, list[str]] = VOCABULARY["joints"]
 """What q, th, t etc. may mean: the first candidate that, with its index, is a symbol of the problem."""
 _JOINT_PATTERN = re.compile(f"({'|'.join(_JOINT_SYMBOLS)})([0-9]{{1,4}})")
@@ -88,11 +87,11 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
     """Return the usual meaning of a name that is not a symbol of the problem, or None."""
-    if (shorthand := _SHORTHAND_PATTERN.fullmatch(name)) is not None:
+    if (shorthand := PATTERNS["short"].fullmatch(name)) is not None:
         function, letter, digits = shorthand.groups()
         if angles := _angles_of_digits(digits, known_symbols, letter or "theta"):
             return NamePart(SHORTHAND[function], angles)
-    rate = _RATE_PATTERN.fullmatch(name)
+    rate = PATTERNS["rate"].fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
         return NamePart("name", (symbol,)) if symbol in known_symbols or not known_symbols else None

@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from typing import Any
 
 from qdot.exercises.formula.names import FUNCTIONS
-from qdot.exercises.formula.vocabulary import LIMITS, SPACES, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, SPACES, VOCABULARY
 
 MAX_NESTING = LIMITS["latex_depth"]
 _MAX_LATEX_LENGTH = LIMITS["latex_characters"]
@@ -20,9 +20,6 @@ _LOOK_ALIKES = str.maketrans(
 _SUPERSCRIPT_CHARACTERS: dict[str, str] = VOCABULARY["superscripts"]
 _SUPERSCRIPT_PATTERN = re.compile(f"[{''.join(_SUPERSCRIPT_CHARACTERS)}]+")
 _SIGN_TABLE = str.maketrans(VOCABULARY["signs"])
-_DOTTED_RATE_PATTERN, _DOLLAR_PATTERN = compile_pattern("rate_with_dot"), compile_pattern("dollars")
-_END_PATTERN = compile_pattern("end")
-"""The semicolon or full stop that ends a statement or a sentence."""
 
 _UNITS: dict[str, str] = VOCABULARY["units"]
 """For each unit, the text that converts a number before it to SI units, such as /100 for cm."""
@@ -58,7 +55,7 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     """
     text = (text if text.isascii() else text.translate(_LOOK_ALIKES)).rstrip(SPACES)
     if len(text) > _LONG_TEXT_LENGTH:
-        text = _SYMBOL_SUM_PATTERN.sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
+        text = PATTERNS["symbols_in_a_row"].sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
     for mark, pattern, replacement in _TYPING_HABITS:
         text = pattern.sub(replacement, text) if mark in text else text
     text = convert_units(text, known_symbols)
@@ -68,16 +65,14 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     text = _SUPERSCRIPT_PATTERN.sub(
         lambda match: f"^({''.join(_SUPERSCRIPT_CHARACTERS[sign] for sign in match.group())})", text
     )
-    text = _DOTTED_RATE_PATTERN.sub("qd", text).translate(_SIGN_TABLE)
-    if (dollar_match := _DOLLAR_PATTERN.fullmatch(text)) is not None:
+    text = PATTERNS["rate_with_dot"].sub("qd", text).translate(_SIGN_TABLE)
+    if (dollar_match := PATTERNS["dollars"].fullmatch(text)) is not None:
         text = dollar_match.group(2)
     if is_latex:
-        text = _LatexReader(_LATEX_TOKEN.findall(text)).read_until(())
-    text = _name_rates_and_entries(_END_PATTERN.sub("", text.rstrip(SPACES)), known_symbols)
+        text = _LatexReader(PATTERNS["latex_token"].findall(text)).read_until(())
+    text_without_end = PATTERNS["end"].sub("", text.rstrip(SPACES))  # a full stop, for example
+    text = _name_rates_and_entries(text_without_end, known_symbols)
     return _remove_final_unit(convert_units(text, known_symbols), known_symbols)
-
-
-_DERIVATIVE_PATTERN, _VECTOR_ENTRY_PATTERN = compile_pattern("rate_as_derivative"), compile_pattern("entry_of_vector")
 
 
 def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
@@ -87,11 +82,11 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
     It has the index 1, as in Maple, if 0 is unused and the last index would otherwise exceed the problem's joints.
     """
     if "'" in text or ("/" in text and "t" in text):
-        text = _DERIVATIVE_PATTERN.sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
+        text = PATTERNS["rate_as_derivative"].sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
     if ".diff" in text:
         text = text.replace("(t).diff", ".diff")
 
-    matches = _VECTOR_ENTRY_PATTERN.finditer(text) if "[" in text else ()
+    matches = PATTERNS["entry_of_vector"].finditer(text) if "[" in text else ()
     indices = {int(match.group(2)) for match in matches if match.group(2)}
     last_number = f"{max(indices, default=0) + 1}"
     is_beyond_last_joint = known_symbols and known_symbols.isdisjoint((f"theta{last_number}", f"d{last_number}"))
@@ -101,7 +96,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
         number = int(match.group(2)) + first_number if match.group(2) else match.group(3)
         return f"{'q' if match.group(1) else 'qd'}{number}"
 
-    return _VECTOR_ENTRY_PATTERN.sub(name_entry, text)
+    return PATTERNS["entry_of_vector"].sub(name_entry, text)
 
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_in_unit"], VOCABULARY["patterns"]["behind_unit"]
@@ -156,15 +151,12 @@ def classify_unit(unit: str) -> str:
     return "length" if unit in VOCABULARY["lengths"] else "angle" if unit in VOCABULARY["angles"] else ""
 
 
-_SYMBOL_SUM_PATTERN, _SIGNED_SYMBOL_PATTERN = compile_pattern("symbols_in_a_row"), compile_pattern("signed_symbol")
-
-
 def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
     """Return + a1 - a1 + a1 … with counts of equal terms, so that even a very long sum is parsed quickly.
 
     The first term and the last term are left, because they may belong to a product or power beside the sum.
     """
-    terms = _SIGNED_SYMBOL_PATTERN.findall(symbol_sum)
+    terms = PATTERNS["signed_symbol"].findall(symbol_sum)
     inner_counts = Counter(terms[1:-1])
     if len(terms) < _MIN_COUNTED_TERMS or not {name for _, name in inner_counts} <= known_symbols:
         return symbol_sum
@@ -186,14 +178,12 @@ def _remove_final_unit(text: str, known_symbols: AbstractSet[str]) -> str:
 
 # --- LaTeX ---
 
-_LATEX_TOKEN = compile_pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
 _COMMANDS: dict[str, str] = {
     **_LATEX["words"], **dict.fromkeys(_LATEX["spaces"], " "), **dict.fromkeys(_LATEX["nothing"], ""),
     **{brace: brace for brace in _LATEX["braces"]},
 }  # fmt: skip
 _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
-_ROW_HEIGHT_PATTERN, _DIGIT_SUM_PATTERN = compile_pattern("height_of_row"), compile_pattern("sum_of_digits")
 
 
 class _LatexReader:
@@ -244,7 +234,7 @@ class _LatexReader:
     def read_subscript(self) -> str:
         r"""Return a subscript as plain text: 12 for {1,2} and {1+2}, but (theta1+theta2) for {\theta_1+\theta_2}."""
         index = re.sub(f"[{SPACES},()]+", "", self.read_argument())
-        index = index.replace("+", "") if _DIGIT_SUM_PATTERN.fullmatch(index) else index
+        index = index.replace("+", "") if PATTERNS["sum_of_digits"].fullmatch(index) else index
         if "+" in index or "-" in index:
             return f"({index})"
         return f"{index} " if re.search("[0-9]$", index) and self.peek()[:1].isalpha() else index  # a_1c \theta_1
@@ -326,6 +316,8 @@ class _LatexReader:
 
     def skip_row_height(self) -> None:
         r"""Skip the distance between two rows, as in \\\\[2pt]."""
-        if self.peek() == "[" and _ROW_HEIGHT_PATTERN.match("".join(self.tokens[self.position : self.position + 12])):
+        if self.peek() == "[" and PATTERNS["height_of_row"].match(
+            "".join(self.tokens[self.position : self.position + 12])
+        ):
             while self.take() != "]":
                 pass

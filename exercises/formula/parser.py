@@ -19,7 +19,7 @@ from qdot.exercises.formula.names import ARITY, FUNCTIONS, SHORTHAND, NamePart, 
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.products import evaluate_matrices
 from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, find_names, make_number, make_rows
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 MAX_DEPTH = LIMITS["depth"]
 MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["either"]
@@ -101,7 +101,7 @@ class _Parser:
         """Return the tokens with words of other languages replaced, such as the German word for "or"."""
         translated = []
         for kind, text, position in tokens:
-            word = _SYNONYMS.get(text) if kind == "name" and text not in self.known_symbols else None
+            word = VOCABULARY["synonyms"].get(text) if kind == "name" and text not in self.known_symbols else None
             is_dotted = word is None and kind == "name" and "." in text
             if word:
                 word_kind = "number" if word.isdigit() else "name" if word.isalpha() else "op"
@@ -512,7 +512,7 @@ class _Parser:
         is_bracket_next = self.peek() == "("
         if is_bracket_next and name in _BINDING_CALLS:
             return self.parse_binding_call(name)
-        may_depend_on_time = name in self.known_symbols or _JOINT_PATTERN.fullmatch(name) is not None
+        may_depend_on_time = name in self.known_symbols or PATTERNS["joint"].fullmatch(name) is not None
         if is_bracket_next and may_depend_on_time and self.peek(1) == "t" and self.peek(2) == ")":
             self.position += 3  # theta1(t), as dynamicsymbols prints it
             return _make_part_node(split_name(typed_name, self.known_symbols)[0])
@@ -535,7 +535,7 @@ class _Parser:
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
             raise self.parse_error(f"the function {name!r} {advice}")
         product = self.multiply_parts(parts)
-        if parts[-1].kind in FUNCTIONS and _ANGLE_SHORTHAND_PATTERN.search(name):
+        if parts[-1].kind in FUNCTIONS and PATTERNS["short_of_angle"].search(name):
             self.bare_argument_end = self.position
         return product
 
@@ -591,7 +591,7 @@ class _Parser:
         self.position += 1
         args = first_arguments + self.parse_bracket(")", "args").args
         is_rate = _BINDING_CALLS[name] == "rate"
-        joint = _JOINT_PATTERN.fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
+        joint = PATTERNS["joint"].fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
         if is_rate and len(args) in (1, 2) and joint is not None:
             return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
@@ -635,13 +635,10 @@ class _Parser:
         return combine_from_left("*", factors)
 
 
-_JOINT_PATTERN = compile_pattern("joint")
-_ANGLE_PATTERN, _ANGLE_SHORTHAND_PATTERN = compile_pattern("angle"), compile_pattern("short_of_angle")
 _ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
 _NEGATION_ADVICE = "is not supported; write the equations that hold, not those that don't"
 _UNKNOWN_FUNCTION_ADVICE = "is unknown; use sin, cos, tan, sqrt, exp or atan2"
 _MODULO_WORDS: list[str] = VOCABULARY["modulo"]
-_SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
 _BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
 """Names that are a factor of the bracket after them, because no function has these names."""
@@ -657,7 +654,7 @@ def _make_list_of_set(node: Node, args: Sequence[Node]) -> Node:
 
 
 def _is_angle(name: str) -> bool:
-    return _ANGLE_PATTERN.fullmatch(name) is not None
+    return PATTERNS["angle"].fullmatch(name) is not None
 
 
 def _is_value(node: Node) -> bool:

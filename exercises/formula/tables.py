@@ -8,22 +8,15 @@ import re
 from collections.abc import Iterator
 
 from qdot.exercises.formula.notation import convert_units
-from qdot.exercises.formula.vocabulary import SPACES, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import PATTERNS, SPACES, VOCABULARY
 
-_TABLE_FRAME, _COLUMN_GAP = compile_pattern("frame_of_table"), compile_pattern("gap_of_table")
-_MATLAB_GAP, _MATLAB_ROWS = compile_pattern("gap_of_matlab"), compile_pattern("rows_of_matlab")
-_MARKDOWN_RULE, _MARKDOWN_BAR = compile_pattern("rule_of_markdown"), compile_pattern("bar_of_markdown")
-_SPREADSHEET_SIGN, _CONTINUED_LINE = compile_pattern("sign_of_spreadsheet"), compile_pattern("line_goes_on")
-_NUMBER_SEPARATOR, _NAMED_NUMBER = compile_pattern("between_numbers"), compile_pattern("named_number")
-_DECIMAL_NUMBER, _TABLE_NAME = compile_pattern("decimal_with_comma"), compile_pattern("name_of_table")
-_LIST_COMMA, _DECIMAL_COMMA = compile_pattern("comma_of_list"), compile_pattern("comma_of_number")
 _UNIT_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
 MAX_TABLE_LENGTH = 4000
 """Maximum number of characters of a table."""
 
 _COMMA, _NOTHING = re.compile(","), re.compile("(?!)")
 """Separators of entries: a comma; and nothing, if a line is a single entry."""
-_ENTRY_SEPARATORS = (_MATLAB_GAP, _COMMA, _LIST_COMMA)
+_ENTRY_SEPARATORS = (PATTERNS["gap_of_matlab"], _COMMA, PATTERNS["comma_of_list"])
 
 _Cells = list[list[str]]
 """The texts of the entries, row by row."""
@@ -40,27 +33,28 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
     """
     if len(text) > MAX_TABLE_LENGTH:
         return None
-    tables = _split_into_tables(_TABLE_NAME.sub("", text), *shape)
+    tables = _split_into_tables(PATTERNS["name_of_table"].sub("", text), *shape)
     texts = [_write_cells(cells) for cells in tables if _is_table(cells, shape)]
-    is_clear = len(set(texts)) == 1 or not _DECIMAL_COMMA.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
+    is_clear = len(set(texts)) == 1 or not PATTERNS["comma_of_number"].search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
     return texts[0] if texts and is_clear else None
 
 
 def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     """Yield the cells of a text for each combination of a row separator (lines, semicolons) and an entry separator."""
     lines = text.split("\n")
-    is_markdown = any(map(_MARKDOWN_RULE.fullmatch, lines))
-    lines = [_TABLE_FRAME.sub("", line) for line in lines if not _MARKDOWN_RULE.fullmatch(line)]
+    markdown_rule = PATTERNS["rule_of_markdown"].fullmatch
+    is_markdown = any(map(markdown_rule, lines))
+    lines = [PATTERNS["frame_of_table"].sub("", line) for line in lines if not markdown_rule(line)]
     lines = [line for line in lines if line.strip(f"{SPACES}|")]
-    if all(map(_SPREADSHEET_SIGN.match, lines)):
-        lines = [_SPREADSHEET_SIGN.sub(r"\1", line) for line in lines]
-    if rows > 1 and not any(_CONTINUED_LINE.match(line) for line in lines[1:]):
-        separators: tuple[re.Pattern[str], ...] = (_NOTHING,)
-        if columns > 1:
-            separators = (_MARKDOWN_BAR,) if is_markdown else (_COLUMN_GAP, *_ENTRY_SEPARATORS)
+    if all(map(PATTERNS["sign_of_spreadsheet"].match, lines)):
+        lines = [PATTERNS["sign_of_spreadsheet"].sub(r"\1", line) for line in lines]
+    if rows > 1 and not any(PATTERNS["line_goes_on"].match(line) for line in lines[1:]):
+        separators: tuple[re.Pattern[str], ...] = (PATTERNS["gap_of_table"], *_ENTRY_SEPARATORS)
+        if columns == 1 or is_markdown:
+            separators = (_NOTHING if columns == 1 else PATTERNS["bar_of_markdown"],)
         for separator in separators:
             yield [_split_entries(line, separator) for line in lines]
-    if (matlab_match := _MATLAB_ROWS.fullmatch(text.strip(SPACES))) is None:
+    if (matlab_match := PATTERNS["rows_of_matlab"].fullmatch(text.strip(SPACES))) is None:
         return
     inner = matlab_match.group(1) or matlab_match.group(2)
     for row_separator in (";", "[;\n]"):
@@ -75,7 +69,7 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
 def _split_entries(line: str, separator: re.Pattern[str]) -> list[str]:
     """Return the entries of a row, with points instead of decimal commas. The last entry may have a comma after it."""
     cells = separator.split(line.strip(SPACES).removesuffix(",").strip(SPACES))
-    return [_DECIMAL_COMMA.sub(".", cell) for cell in cells]
+    return [PATTERNS["comma_of_number"].sub(".", cell) for cell in cells]
 
 
 def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
@@ -99,7 +93,7 @@ def convert_numbers(text: str, count: int) -> str | None:
         content = content[1:-1]
     if assignments := _find_named_numbers(content):
         return f"[{', '.join(assignments)}]" if len(assignments) == count else None
-    entries = [entry.strip(SPACES) for entry in _NUMBER_SEPARATOR.split(content)]
+    entries = [entry.strip(SPACES) for entry in PATTERNS["between_numbers"].split(content)]
     if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
     return convert_table(text, (count, 1))
@@ -109,7 +103,7 @@ def _find_named_numbers(text: str) -> list[str]:
     """Return equations with decimal points for named numbers, as in x = 0,5 y = 1; [] for any other text."""
     numbers, position = list[str](), 0
     while position < len(text):
-        match = _NAMED_NUMBER.match(text, position)
+        match = PATTERNS["named_number"].match(text, position)
         if match is None:
             return []
         numbers.append(f"{match.group(1)} = {match.group(2).replace(',', '.')}")
@@ -120,7 +114,7 @@ def _find_named_numbers(text: str) -> list[str]:
 def _is_number(entry: str) -> bool:
     """Return whether an entry is a number, perhaps times the factor of its unit."""
     factors = (factor for factor in ("", *_UNIT_FACTORS) if entry.endswith(factor))
-    return any(_DECIMAL_NUMBER.fullmatch(entry.removesuffix(factor)) for factor in factors)
+    return any(PATTERNS["decimal_with_comma"].fullmatch(entry.removesuffix(factor)) for factor in factors)
 
 
 def _write_cells(cells: list[list[str]]) -> str:
