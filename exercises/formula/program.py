@@ -45,11 +45,11 @@ def compile_program(nodes: Sequence[Node]) -> Program:
     step_indices: dict[Any, int] = {}
 
     def add(step: Step) -> int:
+        """Return the index of a step, which is added unless there is an equal step."""
         op, _, value = step
         key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
-        index = step_indices.get(key)
-        if index is None:
-            index = step_indices[key] = len(steps)
+        index = step_indices.setdefault(key, len(steps))
+        if index == len(steps):
             steps.append(step)
         return index
 
@@ -127,7 +127,7 @@ _DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
     "sec": lambda x: np.sin(x) / np.cos(x) ** 2, "csc": lambda x: np.cos(x) / np.sin(x) ** 2,
     "acot": lambda x: 1 / (1 + x * x), "sign": np.zeros_like,
 }  # fmt: skip
-
+"""The derivative of each function, up to its sign: the factor by which the error of the argument is multiplied."""
 
 ValueAndMagnitude = tuple[np.ndarray, np.ndarray]
 """The values (points,) of a step, complex, and their magnitudes (points,)."""
@@ -161,7 +161,7 @@ def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], p
 
 
 def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> list[ValueAndMagnitude]:
-    """Return the value and magnitude of every step of a program, as `evaluate` does for the results."""
+    """Return the values and magnitudes of every step of a program; see `evaluate`."""
     results: list[ValueAndMagnitude] = []
     with np.errstate(all="ignore"):
         for step in program.steps:

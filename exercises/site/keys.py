@@ -315,6 +315,7 @@ def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tu
 
 
 def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
+    """Return whether all entries are finite, and some entry is not zero."""
     return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
 
 
@@ -382,6 +383,7 @@ def _evaluate_derivation(problem: Problem, part: Part) -> Working:
 
 
 def _flatten(answer: np.ndarray) -> np.ndarray:
+    """Return the entries of an answer at the first point."""
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
@@ -398,7 +400,10 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 
 
 def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the chapter's part from which this part is derived, and the function from its answer to the numbers."""
+    """Return the part of the derivation that leads to an answer, and a function that returns the answer's numbers.
+
+    That part is the part itself, or a question of the chapter; None if there is no such part.
+    """
     if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if is_derived(part) else None), _flatten
     kind, numbers_of_answer = _CHAPTER_QUESTIONS[part.kind]
@@ -430,20 +435,17 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return configurations on each piece of the singular set; each is a row with the values of all symbols."""
     (joints, symbols), domain, stream = _list_variables(problem), problem.domain(), _make_stream(problem, part)
-    space, keys = ConfigurationSpace(joints, domain), []
+    space, rows_by_piece = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
-            columns = [
-                [
-                    float(f"{sampled_value:.9f}" if exact_values.get(name) is None else exact_values[name]) + 0.0
-                    for sampled_value in values[name]
-                ]
-                for name in symbols
-            ]
-            keys.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
-    return keys
+            columns = []
+            for name in symbols:
+                exact = exact_values.get(name)
+                columns.append([float(f"{value:.9f}" if exact is None else exact) + 0.0 for value in values[name]])
+            rows_by_piece.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
+    return rows_by_piece
 
 
 def _make_stream(problem: Problem, part: Part) -> Stream:

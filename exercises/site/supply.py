@@ -32,7 +32,6 @@ COMPARED_SEEDS = (1, 2, 3)
 MAX_SEEDS_PER_ARM = 4
 """Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
-
 FrameConvention = tuple[str, str]
 """A convention (such as standard DH) and an order of twists; "" means the default of the family."""
 
@@ -60,7 +59,11 @@ class BankProblem:
     frame_convention: FrameConvention = ("", "")
 
     def generate(self, draw: int = 1) -> Problem:
-        """Return draw number `draw` of the problem; draws after the first have seeds that no other problem has."""
+        """Return draw number `draw` of the problem.
+
+        If a draw fails its certificate, the next draw replaces it. Draws after the first have seeds that no other
+        problem has.
+        """
         if self.problem is not None:
             return self.problem
         questions = self.questions
