@@ -119,8 +119,12 @@ class TomlFile:
         return self._describe_location(key_path[:-1], key_path)
 
     def _describe_location(self, key_path: KeyPath, line_path: KeyPath) -> str:
-        """Return the file, the line of `line_path` and the keys of `key_path`, as in FILE: line 7: joint 2: alpha."""
-        number = self.find_line_number(line_path)
+        """Return the file, the line of `line_path` and the keys of `key_path`, as in FILE: line 7: joint 2: alpha.
+
+        If the line of a key is unknown, return the line of the table or the key that contains it.
+        """
+        starts = (tuple(line_path[:length]) for length in range(len(line_path), 0, -1))
+        number = next((self._line_numbers[start] for start in starts if start in self._line_numbers), None)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
         for key_or_index in key_path:
             if isinstance(key_or_index, int):
@@ -154,11 +158,6 @@ class TomlFile:
             if key not in table:
                 location = self._describe_location(key_path, key_path)
                 raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required)}")
-
-    def find_line_number(self, key_path: KeyPath) -> int | None:
-        """Return the line of a key, or else of the table or key that contains it; None if the line is unknown."""
-        starts = (tuple(key_path[:length]) for length in range(len(key_path), 0, -1))
-        return next((self._line_numbers[start] for start in starts if start in self._line_numbers), None)
 
     @cached_property
     def _line_numbers(self) -> dict[tuple[str | int, ...], int]:

@@ -13,6 +13,7 @@ import json
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -60,6 +61,7 @@ def write_bank(
 
 
 _BankState = tuple[Path, FindFailures, bool]
+"""The parameters `folder`, `find_failures` and `with_solutions` of `write_bank`."""
 
 
 def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | FailedSlot:
@@ -67,11 +69,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
     folder, find_failures, with_solutions = state
     path = folder / BANK_FOLDER / bank_problem.family / f"{bank_problem.key}.json"
     problem_id = bank_problem.problem and bank_problem.problem.id
-    problem_source = (
-        f"{bank_problem.seed}/{bank_problem.questions}/{bank_problem.question_share}/{bank_problem.variation}/"
-        f"{bank_problem.frame_convention}/{problem_id}"
-    )
-    source = f"{code_digest()}/{_compute_texts_digest()}/{problem_source}"
+    source = f"{code_digest()}/{_compute_texts_digest()}/{replace(bank_problem, problem=None)}/{problem_id}"
     source_digest = hashlib.sha256(source.encode()).hexdigest()  # the bank must not reveal seeds
     if not with_solutions:
         for ending in SOLUTION_ENDINGS:
