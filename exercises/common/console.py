@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import make_name_error
 
 if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
@@ -110,4 +110,4 @@ class ProgressBarCounter(ProgressCounter):
 def check_choice(value: str, choices: tuple[str, ...], option: str) -> None:
     """Raise QdotError if the value of an option is not one of the choices."""
     if value not in choices:
-        raise QdotError(f"unknown {option} {value!r}; known: {', '.join(choices)}")
+        raise make_name_error(option, value, choices)
