@@ -32,7 +32,7 @@ from sympy import multiplicity
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import field
-from qdot.exercises.formula.angles import AngleOrImaginary, Phase, find_angles, make_phase
+from qdot.exercises.formula.angles import Angle, Phase, find_angles, make_phase
 from qdot.exercises.formula.field import PRIME_BITS, PRIME_COUNT, ROOT_ORDER, Field, choose_field
 from qdot.exercises.formula.program import Program, Step
 
@@ -143,14 +143,14 @@ def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None])
 _TRIGONOMETRIC_FUNCTIONS = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _make_trigonometric_step(op: str, angle: AngleOrImaginary | None) -> SizedStep | None:
+def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
     """Return the step for a trigonometric function of a real angle, or for the exponential of an imaginary angle.
 
     Return None for any other angle, and for an angle without a phase.
     """
-    if angle is None or angle[1] != (op == "exp"):
+    if angle is None or angle.is_imaginary != (op == "exp"):
         return None
-    phase = make_phase(angle[0])
+    phase = make_phase(angle.coefficients)
     if phase is None:
         return None
     exponent_sum = sum(abs(power) for _, power in phase.powers)
@@ -166,14 +166,14 @@ _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0),
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _make_square_root_step(angle: AngleOrImaginary | None) -> SizedStep | None:
+def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
     """Return the step for the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only.
 
     Return None for any other number, and for anything but a number.
     """
-    if angle is None or set(angle[0]) - {""} or angle[1]:
+    if angle is None or set(angle.coefficients) - {""} or angle.is_imaginary:
         return None
-    number = angle[0].get("", Fraction(0))
+    number = angle.coefficients.get("", Fraction(0))
     product = abs(number.numerator) * number.denominator
     root_primes = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
     integer_root = isqrt(product // prod(root_primes))

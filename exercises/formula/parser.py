@@ -92,7 +92,7 @@ class _Parser:
         """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.joined_product: Node | None = None
         """The last parsed product of names written without spaces or brackets, as in a1c2."""
-        self.in_bars = False
+        self.is_inside_bars = False
         """Whether the next bar ends an absolute value."""
         self.braces_are_lists = False
         """Whether a function was typed with square brackets, as in Mathematica, where {a, b} is a list."""
@@ -385,7 +385,7 @@ class _Parser:
 
     def begins_absolute_value(self) -> bool:
         """Return whether the bar here begins an absolute value, as in a1|s2|, and not an alternative, as in 0 | pi."""
-        if self.in_bars:
+        if self.is_inside_bars:
             return False
         depth, index, has_symbol = 0, self.position + 1, False
         while self.tokens[index][0] != "end" and not (self.tokens[index][1] == "|" and depth == 0):
@@ -483,17 +483,17 @@ class _Parser:
     def parse_absolute_value(self) -> Node:
         """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
         with self.count_nesting():
-            self.in_bars, was_in_bars = True, self.in_bars
+            self.is_inside_bars, was_inside_bars = True, self.is_inside_bars
             inner = self.parse_sum()
-            self.in_bars = was_in_bars
+            self.is_inside_bars = was_inside_bars
             self.expect("|")
         return _make_call(FUNCTIONS["abs"], (inner,))
 
     def parse_bracket(self, closing: str, kind: str) -> Node:
         """Parse the content of brackets: of a "group" in parentheses, a "list", a "set" or "args" of a function."""
-        self.in_bars, was_in_bars = False, self.in_bars
+        self.is_inside_bars, was_inside_bars = False, self.is_inside_bars
         rows, has_comma = self.parse_rows(closing)
-        self.in_bars, self.joined_product = was_in_bars, None
+        self.is_inside_bars, self.joined_product = was_inside_bars, None
         items = rows[0]
         if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
             is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
