@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 from qdot.exercises.formula import names, trees
 from qdot.exercises.formula.metres import METRE, remove_metres
@@ -52,15 +53,23 @@ _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
-def _tokenize(text: str) -> list[tuple[str, str, int]]:
-    """Return the kind, the text and the position of each token. Raises ParseError."""
-    tokens: list[tuple[str, str, int]] = []
+class _Token(NamedTuple):
+    """A part of a text that the grammar doesn't split: its `kind` is "number", "name", "op" or "end"."""
+
+    kind: str
+    text: str
+    position: int
+
+
+def _tokenize(text: str) -> list[_Token]:
+    """Return the tokens of a text, and one at its end. Raises ParseError."""
+    tokens: list[_Token] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):
         if match.start() != position:
             break
         if match.lastgroup != "space":
-            tokens.append((str(match.lastgroup), match.group(), position))
+            tokens.append(_Token(str(match.lastgroup), match.group(), position))
             depth += _DEPTH_CHANGES.get(match.group(), 0)
             if depth > MAX_DEPTH:  # checked here, so that no time is spent on the other tokens
                 raise ParseError(f"brackets are nested more than {MAX_DEPTH} deep {_describe_position(text, position)}")
@@ -68,7 +77,7 @@ def _tokenize(text: str) -> list[tuple[str, str, int]]:
     if position < len(text):
         example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
         raise ParseError(f"unexpected {text[position]!r} {_describe_position(text, position)}; {example}")
-    tokens.append(("end", "", position))
+    tokens.append(_Token("end", "", position))
     return tokens
 
 
@@ -97,30 +106,32 @@ class _Parser:
         self.braces_are_lists = False
         """Whether a function was typed with square brackets, as in Mathematica, where {a, b} is a list."""
 
-    def translate_words(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
+    def translate_words(self, tokens: list[_Token]) -> list[_Token]:
         """Return the tokens with words of other languages replaced, such as the German word for "or"."""
-        translated = []
-        for kind, text, position in tokens:
+        translated: list[_Token] = []
+        for token in tokens:
+            kind, text, position = token
             word = VOCABULARY["synonyms"].get(text) if kind == "name" and text not in self.known_symbols else None
             is_dotted = word is None and kind == "name" and "." in text
             if word:
                 word_kind = "number" if word.isdigit() else "name" if word.isalpha() else "op"
-                translated.append((word_kind, word, position))
+                translated.append(_Token(word_kind, word, position))
             elif is_dotted and (factors := names.split_dotted_product(text, self.known_symbols)):
                 start = position
                 for factor in factors:  # a1.a2.sin
-                    translated += [("op", "*", start), ("name", factor, start)]
+                    translated += [_Token("op", "*", start), _Token("name", factor, start)]
                     start += len(factor) + 1
                 del translated[-2 * len(factors)]
             elif word is None:
-                translated.append((kind, text, position))
+                translated.append(token)
         return translated
 
     def peek(self, ahead: int = 0) -> str:
-        return self.tokens[min(self.position + ahead, len(self.tokens) - 1)][1]
+        """Return the text of the next token or, if `ahead` is not 0, of the token that comes `ahead` tokens later."""
+        return self.tokens[min(self.position + ahead, len(self.tokens) - 1)].text
 
     def parse_error(self, message: str) -> ParseError:
-        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.position][2])}")
+        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.position].position)}")
 
     def take(self, *texts: str) -> bool:
         """Skip the next token if it is one of these; return whether it was."""
@@ -134,7 +145,8 @@ class _Parser:
             raise self.parse_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
 
     def parse(self) -> Node:
-        if self.tokens[0][0] == "end":
+        """Return the tree of the whole text."""
+        if self.tokens[0].kind == "end":
             raise ParseError("the text is empty")
         self.skip_lambda_head()
         tree = self.parse_to_end()
@@ -146,7 +158,7 @@ class _Parser:
     def parse_to_end(self) -> Node:
         """Return the tree of all remaining tokens."""
         rows, has_comma = self.parse_rows("")
-        if self.tokens[self.position][0] != "end":
+        if self.tokens[self.position].kind != "end":
             raise self.parse_error(f"unexpected {self.peek()!r}")
         if not rows[0]:  # semicolons alone
             raise ParseError("the text is empty")
@@ -165,7 +177,7 @@ class _Parser:
         """
         rows: list[list[Node]] = [[]]
         has_comma = False
-        while not (self.take(closing) if closing else self.tokens[self.position][0] == "end"):
+        while not (self.take(closing) if closing else self.tokens[self.position].kind == "end"):
             if self.take(";"):
                 rows.append([])
                 continue
@@ -187,7 +199,8 @@ class _Parser:
         return [row for row in rows if row] or [[]], has_comma
 
     def require_more(self) -> None:
-        if self.tokens[self.position][0] == "end":
+        """Raise ParseError at the end of the text."""
+        if self.tokens[self.position].kind == "end":
             raise self.parse_error("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_before_and(self) -> bool:
@@ -240,7 +253,7 @@ class _Parser:
     def skip_lambda_head(self) -> None:
         """Skip the head of a Python function, lambda theta1, theta2: …; the expression it returns is the answer."""
         if self.take("lambda"):
-            while self.tokens[self.position][0] == "name":
+            while self.tokens[self.position].kind == "name":
                 self.position += 1
                 if not self.take(","):
                     break
@@ -288,7 +301,7 @@ class _Parser:
         while self.peek() in ("or", "and", "|", "&"):
             position = self.position
             self.position += 1
-            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.position][0] != "end" else None
+            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.position].kind != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
                 self.position = position  # another condition begins there
                 break
@@ -301,7 +314,7 @@ class _Parser:
         if not is_in_brackets and self.peek() not in _MODULO_WORDS:
             return value
         self.position += 2 if is_in_brackets else 1
-        if self.peek(-1) == "%" and self.tokens[self.position][0] in ("end", "op") and self.peek() != "(":
+        if self.peek(-1) == "%" and self.tokens[self.position].kind in ("end", "op") and self.peek() != "(":
             raise self.parse_error("percentages are not allowed; write a decimal such as 0.5")
         step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if is_in_brackets:
@@ -332,7 +345,7 @@ class _Parser:
     def parse_sign(self) -> bool:
         """Parse the signs before a term; return whether the term is negative."""
         is_negative = False
-        while self.peek() in ("+", "-") and self.tokens[self.position][0] == "op":
+        while self.peek() in ("+", "-") and self.tokens[self.position].kind == "op":
             is_negative ^= self.peek() == "-"
             self.position += 1
         return is_negative
@@ -348,7 +361,7 @@ class _Parser:
                 node = Node(text if text == "/" else "*", (node, _apply_sign(self.parse_sign(), self.parse_power())))
                 is_name = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
                 divisor_end = self.position if is_name else -1
-            elif kind == "number" == self.tokens[self.position - 1][0]:
+            elif kind == "number" == self.tokens[self.position - 1].kind:
                 raise self.parse_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
                 raise self.parse_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
@@ -388,18 +401,18 @@ class _Parser:
         if self.is_inside_bars:
             return False
         depth, index, has_symbol = 0, self.position + 1, False
-        while self.tokens[index][0] != "end" and not (self.tokens[index][1] == "|" and depth == 0):
+        while self.tokens[index].kind != "end" and not (self.tokens[index].text == "|" and depth == 0):
             kind, text, _ = self.tokens[index]
             depth += _DEPTH_CHANGES.get(text, 0)
             if depth < 0 or (depth == 0 and (text in _NEVER_INSIDE_BARS or text in _CONNECTIVES)):
                 return False
             has_symbol |= kind == "name" and not text.startswith(_PI_NAMES)
             index += 1
-        if self.tokens[index][0] == "end" or not has_symbol:
+        if self.tokens[index].kind == "end" or not has_symbol:
             return False
-        first, last = self.tokens[self.position + 1], self.tokens[index - 1]
-        is_tight = first[2] == self.tokens[self.position][2] + 1 and last[2] + len(last[1]) == self.tokens[index][2]
-        return is_tight or self.tokens[index + 1][0] == "end" or self.tokens[index + 1][1] in _AFTER_BARS
+        opening, first, last, end = (self.tokens[k] for k in (self.position, self.position + 1, index - 1, index))
+        is_tight = first.position == opening.position + 1 and last.position + len(last.text) == end.position
+        return is_tight or self.tokens[index + 1].kind == "end" or self.tokens[index + 1].text in _AFTER_BARS
 
     def is_row_below(self, node: Node) -> bool:
         """Return whether the next list is one more row below `node`, as in [a, b][c, d], a calculator's notation."""
@@ -446,7 +459,7 @@ class _Parser:
 
     def parse_power(self) -> Node:
         base = self.parse_primary()
-        if self.tokens[self.position][1] not in ("**", "^"):
+        if self.tokens[self.position].text not in ("**", "^"):
             return base
         exponents, applies_to_last_factor = [], base is self.joined_product
         while self.take("**", "^"):
@@ -529,7 +542,7 @@ class _Parser:
         symbol = parts[0].names[0] if len(parts) == 1 and parts[0].kind == "name" else ""
         if is_bracket_next and symbol and not {name, symbol} & self.known_symbols and symbol not in _BEFORE_BRACKETS:
             after_bracket = self.position + len(self.list_bracket_tokens())
-            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket][1] == "=":
+            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":
                 self.position = after_bracket  # J(q) = …
                 return Node("name", value=symbol)
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
@@ -541,7 +554,7 @@ class _Parser:
 
     def begins_statement(self) -> bool:
         """Return whether the last parsed name begins a statement."""
-        return self.position == 1 or self.tokens[self.position - 2][1] in _BEFORE_STATEMENT
+        return self.position == 1 or self.tokens[self.position - 2].text in _BEFORE_STATEMENT
 
     def is_angle_ahead(self) -> bool:
         """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""
@@ -621,10 +634,10 @@ class _Parser:
     def parse_bare_argument(self, name: str) -> Node:
         """Parse the argument of a function without brackets: a number and one name, as in sin 2 theta1."""
         factors = []
-        if self.tokens[self.position][0] == "number":
+        if self.tokens[self.position].kind == "number":
             factors.append(_parse_number(self.peek()))
             self.position += 1
-        if self.tokens[self.position][0] == "name" and self.peek() not in _CONNECTIVES:
+        if self.tokens[self.position].kind == "name" and self.peek() not in _CONNECTIVES:
             if any(part.kind != "name" for part in split_name(self.peek(), self.known_symbols)[1:]):
                 raise self.parse_error(f"expected '(' after {name}")  # sin theta1cos(theta2)
             self.position += 1
