@@ -98,9 +98,9 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     """Return a program for evaluation modulo a prime; `fixed_values` maps names to numbers (None: irrational)."""
     steps = [_replace_fixed_name(step, fixed_values) for step in program.steps]
     angles = find_angles(steps)
-    modular: list[SizedStep | None] = []
+    sized_steps: list[SizedStep | None] = []
     for op, operands, constant in steps:
-        sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
+        sizes = [step[1] for step in (sized_steps[i] for i in operands) if step is not None]
         if op in _TRIGONOMETRIC_FUNCTIONS:
             step = _make_trigonometric_step(op, angles[operands[0]])
         elif op == "sqrt":
@@ -108,11 +108,12 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
         else:
             size = _compute_size(op, constant, sizes) if len(sizes) == len(operands) else None
             step = ((op, operands, constant), size) if size is not None else None
-        modular.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
-    return ModularProgram(tuple(modular), program.outputs)
+        sized_steps.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
+    return ModularProgram(tuple(sized_steps), program.outputs)
 
 
 def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
+    """Return the size of a step's result, given the sizes of its operands; None for any other function."""
     if op == "number":
         return 0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator)
     if op == "name" and constant != "E":
@@ -134,9 +135,11 @@ def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
 
 
 def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None]) -> Step:
-    if step[0] != "name" or step[2] not in fixed_values:
+    """Return a number instead of a name that stands for a number."""
+    op, _, name = step
+    if op != "name" or name not in fixed_values:
         return step
-    value = fixed_values[step[2]]
+    value = fixed_values[name]
     return ("number", (), value) if value is not None else ("unknown number", (), None)
 
 
@@ -221,14 +224,17 @@ def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]
     values: list[int | None] = []
     for step in program.steps:
         value = None
-        if step is not None and None not in (args := [values[i] for i in step[0][1]]):
+        if step is not None:
+            op, operands, data = step[0]
+            args = [values[i] for i in operands]
             with suppress(ValueError):  # a division by zero
-                value = _evaluate_step(step[0][0], args, step[0][2], point) % point.field.prime
+                value = None if None in args else _evaluate_step(op, args, data, point) % point.field.prime
         values.append(value)
     return [values[i] for i in program.outputs]
 
 
 def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
+    """Return the result of a step; `data` is the step's constant. Raises ValueError for a division by zero."""
     prime = point.field.prime
     if op == "*":
         return args[0] * args[1]
