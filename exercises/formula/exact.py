@@ -26,7 +26,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, inf, isqrt, log2, prod
-from typing import Any
+from operator import add
+from typing import Any, NamedTuple
 
 from sympy import multiplicity
 
@@ -38,16 +39,24 @@ from qdot.exercises.formula.program import Program, Step
 
 # --- sizes: degree and height of numerator and denominator ---
 
-Size = tuple[float, float, float, float]
-"""Upper bounds on the degree and height of the numerator, and on the degree and height of the denominator."""
+
+class Size(NamedTuple):
+    """Upper bounds on the degree and height of a numerator, and on the degree and height of its denominator."""
+
+    degree: float
+    height: float
+    denominator_degree: float = 0.0
+    denominator_height: float = 0.0
 
 
 def _add_sizes(x: Size, y: Size, count: int) -> Size:
     """Return the size of nx/dx + count ny/dy = (nx dy + count ny dx) / (dx dy)."""
     if not count:
         return x
-    height = _log2_of_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count)))
-    return max(x[0] + y[2], x[2] + y[0]), height, x[2] + y[2], x[3] + y[3]
+    degree = max(x.degree + y.denominator_degree, x.denominator_degree + y.degree)
+    height = _log2_of_sum(x.height + y.denominator_height, x.denominator_height + y.height + log2(abs(count)))
+    denominator_height = x.denominator_height + y.denominator_height
+    return Size(degree, height, x.denominator_degree + y.denominator_degree, denominator_height)
 
 
 def _log2_of_sum(x: float, y: float) -> float:
@@ -57,12 +66,13 @@ def _log2_of_sum(x: float, y: float) -> float:
 
 
 def _multiply_sizes(x: Size, y: Size) -> Size:
-    return x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]
+    """Return the size of a product."""
+    return Size(*map(add, x, y))
 
 
 def _invert_size(x: Size) -> Size:
     """Return the size of the reciprocal."""
-    return x[2], x[3], x[0], x[1]
+    return Size(*x[2:], *x[:2])
 
 
 def _log2(number: int) -> float:
@@ -89,7 +99,7 @@ class ModularProgram:
         return None if step is None else step[1]
 
 
-_UNIT_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
+_UNIT_SIZE = Size(0.0, 0.0)
 _MAX_SIZE = 1e15
 """Maximum degree and height; functions beyond them are not evaluated."""
 
@@ -115,11 +125,11 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
 def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     """Return the size of a step's result, given the sizes of its operands; None for any other function."""
     if op == "number":
-        return 0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator)
+        return Size(0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
     if op == "name" and constant != "E":
-        return _UNIT_SIZE if constant == "I" else (1.0, 0.0, 0.0, 0.0)
+        return _UNIT_SIZE if constant == "I" else Size(1.0, 0.0)
     if op == "sum":
-        size: Size = (0.0, -inf, 0.0, 0.0)
+        size = Size(0.0, -inf)
         for term, count in zip(sizes, constant, strict=True):
             size = _add_sizes(size, term, count)
         return size
@@ -128,9 +138,8 @@ def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     if op in ("*", "/"):
         return _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
-        a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
-        n = abs(constant)
-        return (n * a, n * b, n * c, n * d) if constant else _UNIT_SIZE
+        base_size = sizes[0] if constant >= 0 else _invert_size(sizes[0])
+        return Size(*(abs(constant) * bound for bound in base_size)) if constant else _UNIT_SIZE
     return None
 
 
@@ -160,9 +169,9 @@ def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
     if exponent_sum > _MAX_SIZE:  # it may be too large for a double
         return None
     degree = float(exponent_sum)
-    exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
+    exponential, sine = Size(degree, 0.0, degree, 0.0), Size(2 * degree, 1.0, degree, 1.0)
     size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
-    return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
+    return (op, (), phase), size or Size(2 * degree, 1.0, 2 * degree, 1.0)
 
 
 _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
@@ -183,7 +192,7 @@ def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
     if integer_root * integer_root * prod(root_primes) != product:
         return None
     factor = Fraction(integer_root, number.denominator)
-    size = (0.0, _log2(factor.numerator) + 3.0 * len(root_primes), 0.0, _log2(factor.denominator))
+    size = Size(0.0, _log2(factor.numerator) + 3.0 * len(root_primes), 0.0, _log2(factor.denominator))
     return ("root", (), (factor, root_primes, ROOT_ORDER // 4 if number < 0 else 0)), size
 
 
@@ -325,8 +334,8 @@ class ExactComparison:
 
 def chance_of_agreement(student: Size, reference: Size, bits: int = PRIME_BITS, primes: float = PRIME_COUNT) -> float:
     """Return a bound on the chance that two different functions agree at one random point."""
-    degree = max(student[0] + reference[2], student[2] + reference[0])
-    height = _log2_of_sum(student[1] + reference[3], student[3] + reference[1])
+    difference = _add_sizes(student, reference, -1)
+    degree, height = difference.degree, difference.height
     return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / primes)
 
 
