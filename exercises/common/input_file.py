@@ -168,7 +168,7 @@ class TomlFile:
         for number, line in enumerate(self.text.splitlines(), 1):
             if header := re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line):
                 name = header[2]
-                table = (name, table_counts[name]) if header[1] == "[[" else (name,)
+                table = (name, table_counts[name]) if header[1] == "[[" else tuple(name.split("."))
                 table_counts[name] += 1
                 numbers.setdefault((name,), number)
                 numbers.setdefault(table, number)
