@@ -56,7 +56,7 @@ def _make_bracket(bracket: str, height: int) -> stringPict:
     """Return the box of a bracket that is as high as what it encloses."""
     if height == 1 or bracket not in _TALL_BRACKETS:
         return stringPict(bracket)
-    top, side, bottom = _TALL_BRACKETS[bracket]
+    top, side, bottom = tuple(_TALL_BRACKETS[bracket])
     return stringPict("\n".join((top, *[side] * (height - 2), bottom)), (height - 1) // 2)
 
 
