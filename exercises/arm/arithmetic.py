@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.formula import algebra
+from qdot.exercises.formula.algebra import apply_function, differentiate
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.formula.trees import Node, ParseError
+from qdot.exercises.formula.trees import Node
 
 DERIVATIVE_STEP = 1e-30
 """The step of complex-step derivatives, which are exact up to rounding because no digits cancel."""
@@ -131,39 +131,6 @@ class SympyArithmetic(_FormulaArithmetic):
         return self.constant(sp.Symbol(name))
 
 
-class Term:
-    """A formula tree with the operators +, -, * and /."""
-
-    __slots__ = ("node",)
-
-    def __init__(self, node: Node) -> None:
-        self.node = node
-
-    @classmethod
-    def to_tree(cls, value: "Term | int") -> Node:
-        """Return the tree of a term or of a whole number."""
-        return value.node if isinstance(value, Term) else algebra.number(value)
-
-    def __add__(self, addend: "Term | int") -> "Term":
-        return Term(algebra.add_nodes(self.node, self.to_tree(addend)))
-
-    __radd__ = __add__
-
-    def __sub__(self, subtrahend: "Term | int") -> "Term":
-        return Term(algebra.subtract_nodes(self.node, self.to_tree(subtrahend)))
-
-    def __neg__(self) -> "Term":
-        return Term(algebra.negate(self.node))
-
-    def __mul__(self, factor: "Term | int") -> "Term":
-        return -self if factor == -1 else Term(algebra.multiply_nodes(self.node, self.to_tree(factor)))
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, divisor: "Term | int") -> "Term":
-        return Term(algebra.divide_nodes(self.node, self.to_tree(divisor)))
-
-
 class TreeArithmetic(_FormulaArithmetic):
     """The arithmetic of formula trees, the form in which students' answers are parsed.
 
@@ -171,7 +138,7 @@ class TreeArithmetic(_FormulaArithmetic):
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        super().__init__(joints, _apply_to_term, _differentiate_term)
+        super().__init__(joints, apply_function, lambda q, tree: differentiate(tree, q))
 
     def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any expression."""
@@ -186,7 +153,7 @@ class TreeArithmetic(_FormulaArithmetic):
     @staticmethod
     def entries(nodes: Sequence[Node]) -> np.ndarray:
         """Return trees as an array."""
-        return np.array([Term(node) for node in nodes], dtype=object)
+        return np.array(list(nodes), dtype=object)
 
     @staticmethod
     def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
@@ -197,18 +164,8 @@ class TreeArithmetic(_FormulaArithmetic):
     def rows(array: np.ndarray) -> list[list[Node]]:
         """Return a vector or matrix as rows of trees; a single value becomes a matrix with one entry."""
         entries = array[..., 0]
-        return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
-
-
-def _apply_to_term(function: str, term: Term) -> Term:
-    return Term(algebra.apply_function(function, term.node))
-
-
-def _differentiate_term(name: str, term: Term) -> Term:
-    derivative = algebra.differentiate(term.node, name)
-    if derivative is None:
-        raise ParseError("it has no derivative")
-    return Term(derivative)
+        matrix: list[list[Node]] = entries.reshape(len(entries) if entries.ndim else 1, -1).tolist()
+        return matrix
 
 
 Arithmetic = NumericArithmetic | SympyArithmetic | TreeArithmetic

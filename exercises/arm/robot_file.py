@@ -58,7 +58,7 @@ from qdot.exercises.arm.standard_table import (
     is_rounded,
 )
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import KeyPath, TomlFile, read_toml, toml_text
 from qdot.exercises.common.stream import Stream
 
@@ -463,8 +463,7 @@ def _task(raw: object) -> tuple[str, ...]:
         if row not in TASK_ROWS:
             guess = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
             matches = difflib.get_close_matches(guess, TASK_ROWS, n=1, cutoff=0.5)
-            hint = f" (did you mean {matches[0]!r}?)" if matches else ""
-            raise QdotError(f"unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
+            raise make_name_error("row", row, TASK_ROWS, "".join(matches))
         if raw.count(row) > 1:
             raise QdotError(f"the row {row!r} is listed twice")
     return tuple(sorted(raw, key=TASK_ROWS.index))

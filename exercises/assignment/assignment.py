@@ -26,7 +26,7 @@ from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name, name_variation
+from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.equality import Rounding
@@ -302,7 +302,7 @@ def load_assignment(folder: Path) -> Assignment:
     _parse(file, ("key",), _check_key, content.key)
     late = _parse(file, ("late",), read_late, content.late, content.due)
     attempts = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
-    variation = _parse(file, ("variation",), _read_variation, content.variation)
+    variation = _parse(file, ("variation",), find_canonical_name, content.variation)
     _parse(file, ("convention",), find_convention, content.convention or CONVENTIONS[0])
     _parse(file, ("twist_order",), find_twist_order, content.twist_order or TWIST_ORDERS[0])
     notes: list[str] = []
@@ -381,7 +381,7 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
     else:
         family, robot_digest = parse("robot", _read_own_robot, str(entry.robot), file.path.parent, notes)
     if entry.variation is not None:
-        variation = parse("variation", _read_variation, entry.variation)
+        variation = parse("variation", find_canonical_name, entry.variation)
     convention = entry.convention or content.convention or ""
     if convention:
         canonical_convention = parse("convention", find_convention, convention)
@@ -402,10 +402,6 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
         f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
         decimals=decimals, credit=credit,
     )  # fmt: skip
-
-
-def _read_variation(setting: str | list[str]) -> str:
-    return find_canonical_name(setting) if isinstance(setting, str) else name_variation(setting)
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

@@ -4,7 +4,6 @@ This package imports nothing from the rest of qdot.
 
     errors                      the one exception that users are meant to read
     extras                      how qdot is installed; optional libraries
-    completion                  Tab completion of names
     variation                   how much arms may differ from the chapter's: axes, and steps (sets of axes)
     files, input_file           atomic writing of files; input files, with error messages that name the line
     json_form                   conversion of dataclasses to JSON and back

@@ -5,33 +5,19 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
-import typer
-
-from qdot.exercises.common.completion import complete_names
-from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
+from qdot.exercises.common.errors import make_name_error
 
 if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
 
 
-def _make_variation_option(default: str) -> Any:
-    steps, names = ", ".join(VARIATION_STEPS), complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+")
-    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
-    return typer.Option("--variation", help=text, autocompletion=names)
-
-
-VariationOption = Annotated[str, _make_variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
-BankVariationOption = Annotated[str, _make_variation_option("that of assignment.toml")]
-SiteVariationOption = Annotated[str, _make_variation_option("all steps in turn, or that of assignment.toml")]
-
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def escape_controls(text: str) -> str:
-    r"""Return the text with escapes for terminal controls, marks of writing direction, and lone surrogates.
+    r"""Return a text in which terminal controls, marks of writing direction and lone surrogates are escaped.
 
     >>> print(escape_controls("name\x1b[2J"))
     name\u001b[2J
@@ -47,7 +33,7 @@ def say(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Write a note for the user to standard error, apart from the results."""
+    """Write a note for the user to standard error, so that standard output has only the results."""
     sys.stderr.write(escape_controls(text) + "\n")
 
 
@@ -57,7 +43,7 @@ PROGRESS_INTERVAL = 60.0
 
 @contextmanager
 def show_progress(title: str, total: int) -> Iterator["ProgressCounter"]:
-    """Show on standard error how many of `total` items the block has done.
+    """Show on standard error how many of `total` items are finished; the block calls `step` after each item.
 
     A terminal shows a bar with the rate and the remaining time. Any other output, such as a CI log, gets one line a
     minute.
@@ -91,24 +77,24 @@ class ProgressCounter:
     """Counts finished items, and writes a line of progress every `PROGRESS_INTERVAL` seconds."""
 
     def __init__(self, title: str, total: int) -> None:
-        self._title, self._total, self._done = title, total, 0
-        self._next_note = time.monotonic() + PROGRESS_INTERVAL
+        self._title, self._total, self._finished_count = title, total, 0
+        self._next_note_time = time.monotonic() + PROGRESS_INTERVAL
 
     def step(self) -> None:
         """Count one more item."""
-        self._done += 1
-        if time.monotonic() >= self._next_note:
-            note(f"{self._title}: {self._done} of {self._total}")
-            self._next_note += PROGRESS_INTERVAL
+        self._finished_count += 1
+        if time.monotonic() >= self._next_note_time:
+            note(f"{self._title}: {self._finished_count} of {self._total}")
+            self._next_note_time += PROGRESS_INTERVAL
 
 
 class ProgressBarCounter(ProgressCounter):
-    """Shows finished items on a progress bar, without a thread, because a process with threads is never forked."""
+    """Shows finished items on a progress bar. The bar has no thread, because a process with threads is never forked."""
 
     def __init__(self, bar: "Progress", title: str, total: int) -> None:
         super().__init__(title, total)
         self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
-        self._next_refresh = 0.0
+        self._next_refresh_time = 0.0
         bar.refresh()
 
     def step(self) -> None:
@@ -116,13 +102,12 @@ class ProgressBarCounter(ProgressCounter):
         task, now = self._bar.tasks[0], time.monotonic()
         speed = task.finished_speed or task.speed
         self._bar.update(self._task, advance=1, rate=f"{speed:.1f}/s" if speed else "")
-        if now >= self._next_refresh:
+        if now >= self._next_refresh_time:
             self._bar.refresh()
-            self._next_refresh = now + 0.1
+            self._next_refresh_time = now + 0.1
 
 
-def check_choice(value: str, allowed: tuple[str, ...], option: str) -> str:
-    """Return `value` if it is allowed. Raises QdotError."""
-    if value not in allowed:
-        raise QdotError(f"unknown {option} {value!r}; known: {', '.join(allowed)}")
-    return value
+def check_choice(value: str, choices: tuple[str, ...], option: str) -> None:
+    """Raise QdotError if the value of an option is not one of the choices."""
+    if value not in choices:
+        raise make_name_error(option, value, choices)

@@ -1,4 +1,4 @@
-"""Define `QdotError`, the one exception whose message is for the user, and build common messages."""
+"""Define `QdotError`, the one exception whose message is for the user, and make common messages."""
 
 import errno
 from collections.abc import Sequence
@@ -23,19 +23,21 @@ def make_open_files_error(error: BaseException) -> QdotError | None:
     return QdotError(f"this process has reached its limit of open files; {advice}")
 
 
-def make_name_error(kind: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
-    """Return the error for a name that is not in a list; its message has the list and the most similar name.
+def make_name_error(kind: str, name: str, known: Sequence[str], suggestion: str = "") -> QdotError:
+    """Return the error for a name that is not in a list; its message has the list and a suggestion.
+
+    Without a `suggestion`, the most similar name is suggested.
 
     >>> print(make_name_error("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    similar_name = find_most_similar(name, known)
-    hint = f" (did you mean {similar_name!r}?)" if similar_name else ""
+    suggestion = suggestion or find_most_similar(name, known)
+    hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
     return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
 
 
 def count_noun(number: int, noun: str) -> str:
-    """Return a number with a regular noun.
+    """Return a number with a noun in the singular or plural; the plural must end with s.
 
     >>> count_noun(1, "student"), count_noun(3, "student")
     ('1 student', '3 students')
@@ -58,7 +60,7 @@ def shorten(text: str, max_length: int) -> str:
     return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
-def find_most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:
+def find_most_similar(name: str, known: Sequence[str]) -> str:
     """Return the known name that is most similar to an unknown name; "" if no known name is similar.
 
     >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])

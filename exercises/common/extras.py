@@ -1,7 +1,7 @@
 """Check that optional libraries are installed (the extras of pyproject.toml), and say how to install qdot.
 
-Code that uses an optional library calls `require_extra` first. So users get the same message for every missing library,
-before any work is done.
+Code that uses an optional library calls `require_extra` first, so that users get the same message for every missing
+library, before any work is done.
 """
 
 from importlib.metadata import version
@@ -13,8 +13,6 @@ DISTRIBUTION = "qdot-robotics"
 """The name of qdot in the package index, where `qdot` is another project; the import and the command are qdot."""
 IS_RELEASED = False
 """Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
-
-
 EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": ("distributed",)}
 """The extras of pyproject.toml, and the import names of the libraries that each installs."""
 
@@ -25,7 +23,7 @@ def find_qdot_version() -> str:
 
 
 def make_install_command(extra: str = "") -> str:
-    """Return the command that installs qdot, with an extra if one is given.
+    """Return the command that installs qdot, with an extra unless it is "".
 
     >>> make_install_command("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
@@ -36,7 +34,10 @@ def make_install_command(extra: str = "") -> str:
 
 
 def explain_missing(extra: str, feature: str, module: str = "") -> str:
-    """Return the message that a feature needs an extra or one of its modules; "" if nothing is missing."""
+    """Return the message that a feature needs libraries which are not installed; "" if nothing is missing.
+
+    The feature needs all modules of an extra, or only its module `module`.
+    """
     missing_modules = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing_modules:
         return ""
@@ -46,6 +47,6 @@ def explain_missing(extra: str, feature: str, module: str = "") -> str:
 
 
 def require_extra(extra: str, feature: str, module: str = "") -> None:
-    """Raise QdotError if an extra, or the given `module` of the extra, is not installed."""
+    """Raise QdotError if `explain_missing` returns a message."""
     if message := explain_missing(extra, feature, module):
         raise QdotError(message)

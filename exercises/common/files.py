@@ -5,7 +5,7 @@ import os
 import re
 import stat
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
@@ -17,14 +17,12 @@ except ImportError:  # Windows
 
 IS_POSIX = fcntl is not None
 """Whether an open file can be renamed and removed; Windows does not allow that."""
-
-
-_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
+_DEVICE_NAME = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
 
 
 def is_changed_by_windows(name: str) -> bool:
-    """Return whether Windows would change a file name: the name of a device, or one that ends with a dot or a space."""
-    return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
+    """Return whether Windows would change a file name: a device's name, or a name that ends with a dot or a space."""
+    return name.endswith((".", " ")) or _DEVICE_NAME.fullmatch(name) is not None
 
 
 def make_write_error(path: Path, error: OSError) -> QdotError:
@@ -41,10 +39,10 @@ def make_folder(path: Path) -> None:
 
 
 def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, is_synced: bool = True) -> None:
-    """Write `content` to a temporary file and rename it to `path`; on failure, `path` is unchanged. Raises QdotError.
+    """Write `content` to a temporary file and rename that to `path`; on failure, `path` is unchanged. Raises QdotError.
 
-    If `is_synced`, the content and then the new name are synced to the disk before this returns, so that both survive a
-    power failure. Files that a rerun regenerates need not be `is_synced` (see `sync_disks_after`).
+    If `is_synced`, the content and then the new name are synced to the disk before this function returns, so that both
+    survive a power failure. Files that a rerun regenerates need not be synced (see `sync_disks_after`).
 
     If `path` is a symbolic link, its target is written. A device, a pipe or /dev/stdout is written directly, because a
     rename would replace it for every program on the machine.
@@ -73,6 +71,7 @@ def _must_be_written_in_place(path: Path) -> bool:
 
 
 def _write_and_rename(path: Path, data: bytes, mode: int, is_synced: bool) -> None:
+    """Write a temporary file and rename it to `path`, which may exist. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = _open_temporary(path)
     try:
@@ -95,7 +94,7 @@ def _write_and_rename(path: Path, data: bytes, mode: int, is_synced: bool) -> No
 
 
 def _sync_folder(folder: Path) -> None:
-    """Sync a folder, so that a rename in it survives a power failure; the rename is atomic even without this."""
+    """Sync a folder, so that a rename in the folder survives a power failure."""
     with contextlib.suppress(OSError):  # some file systems can't sync a folder
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -106,9 +105,9 @@ def _sync_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def sync_disks_after() -> Iterator[None]:
-    """After the block, sync all disks once, so that the files written in it survive a power failure.
+    """After the block, sync all disks once, so that the files written in the block survive a power failure.
 
-    Syncing each file would take longer than writing it.
+    Syncing each file would take longer than writing the file.
     """
     try:
         yield
@@ -121,37 +120,34 @@ def sync_disks_after() -> Iterator[None]:
 
 
 def _open_temporary(path: Path) -> tuple[int, str]:
-    """Return the handle and name of a new file beside `path`, locked as long as this process has it open."""
+    """Return the handle and the name of a new file beside `path`; the file is locked while this process has it open."""
     while True:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_make_prefix(path), suffix=".tmp")
         with contextlib.suppress(OSError):  # the file system has no locks, so nobody can lock the file
             lock(handle)
         if os.fstat(handle).st_nlink:
             return handle, name
-        os.close(handle)  # another process removed it before it was locked
+        os.close(handle)  # another process removed the file before it was locked
 
 
 def _make_prefix(path: Path) -> str:
+    """Return the beginning of the names of the temporary files for a path."""
     return f".{path.name[:40]}."
 
 
-def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
+def lock(handle: int, *, wait: bool = True) -> None:
     """Lock an open file until it is closed or the process ends. Raises OSError.
 
-    If `wait` is False and another process holds the lock, the function raises BlockingIOError. Several processes may
-    hold a `shared` lock, except on Windows.
+    If `wait` is False and another process holds the lock, the function raises BlockingIOError.
     """
     if IS_POSIX:
-        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     else:
         _lock_on_windows(handle, wait)
 
 
 LOCKED_BYTE = 1 << 30
-"""The byte of a file that is locked on Windows.
-
-The byte is beyond the content, because other processes can't read a locked byte.
-"""
+"""The index of the byte that is locked on Windows: beyond the content, because nobody else can read a locked byte."""
 
 
 def _lock_on_windows(handle: int, wait: bool) -> None:
@@ -169,18 +165,17 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 
 @contextlib.contextmanager
-def clean_up_after(paths: Iterable[Path]) -> Iterator[None]:
-    """Remove leftover temporary files of these paths before the block (earlier runs) and after it (killed workers)."""
-    path_list = list(paths)
-    remove_leftovers(path_list)
+def clean_up_after(paths: Sequence[Path]) -> Iterator[None]:
+    """Remove leftover temporary files of these paths, of earlier runs before the block, of killed workers after it."""
+    remove_leftovers(paths)
     try:
         yield
     finally:
-        remove_leftovers(path_list)
+        remove_leftovers(paths)
 
 
 def remove_leftovers(paths: Iterable[Path]) -> None:
-    """Remove the temporary files that killed processes left for these paths; files in use are locked, and stay."""
+    """Remove the temporary files that killed processes left for these paths; locked files, which are in use, stay."""
     prefixes: dict[Path, set[str]] = {}
     for path in paths:
         prefixes.setdefault(path.parent, set()).add(_make_prefix(path))

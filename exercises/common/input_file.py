@@ -1,7 +1,7 @@
 """Read TOML and CSV files that people write, with error messages that name the file, the line and the key.
 
-Every message has one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line is
-omitted if it is unknown, and the value if it is long.
+Every message has the form FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line number
+is omitted if it is unknown, and the value if it is long.
 """
 
 import codecs
@@ -11,10 +11,12 @@ import io
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +54,8 @@ def read_text(path: Path, missing_hint: str = "") -> str:
 def read_table_text(path: Path, missing_hint: str = "") -> str:
     """Return the text of a CSV file in any of the encodings that Excel writes. Raises QdotError.
 
-    They are UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken to
-    be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
+    Excel writes UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken
+    to be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
     """
     content = _read_bytes(path, missing_hint)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
@@ -108,8 +110,8 @@ class TomlFile:
             has_key = key in value if isinstance(value, dict) else isinstance(value, list)
             value = value[key] if has_key else None
         location = self._describe_location(key_path, key_path)
-        is_shown = key_path and value is not None and not isinstance(value, dict) and not _is_list_of_tables(value)
-        text = toml_text(value) if is_shown else ""
+        has_tables = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict) for v in value))
+        text = toml_text(value) if key_path and value is not None and not has_tables else ""
         return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
 
     def describe_key(self, *key_path: str | int) -> str:
@@ -117,8 +119,12 @@ class TomlFile:
         return self._describe_location(key_path[:-1], key_path)
 
     def _describe_location(self, key_path: KeyPath, line_path: KeyPath) -> str:
-        """Return the file, the line of `line_path` and the place, in a form such as "joint 2: alpha"."""
-        number = self.find_line_number(line_path)
+        """Return the file, the line of `line_path` and the keys of `key_path`, as in FILE: line 7: joint 2: alpha.
+
+        If the line of a key is unknown, return the line of the table or the key that contains it.
+        """
+        starts = (tuple(line_path[:length]) for length in range(len(line_path), 0, -1))
+        number = next((self._line_numbers[start] for start in starts if start in self._line_numbers), None)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
         for key_or_index in key_path:
             if isinstance(key_or_index, int):
@@ -130,7 +136,7 @@ class TomlFile:
     def check_keys(
         self, key_path: KeyPath, known: Sequence[str], required: Sequence[str] = (), top_level_keys: Sequence[str] = ()
     ) -> None:
-        """Raise QdotError if a table has an unknown key, or else if it lacks a required key.
+        """Raise QdotError if a table has a key that is not known, or else if it lacks a required key.
 
         `top_level_keys` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it
         a key of that table, and the message says so.
@@ -153,29 +159,22 @@ class TomlFile:
                 location = self._describe_location(key_path, key_path)
                 raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required)}")
 
-    def find_line_number(self, key_path: KeyPath) -> int | None:
-        """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
-        lines = self.text.splitlines()
-        headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
-        start_line, header = 0, None
-        keys = [key for key in key_path if isinstance(key, str)]
-        top = self.content.get(keys[0]) if keys else None
-        if len(key_path) > 1 or isinstance(top, dict) or _is_list_of_tables(top):
-            index = key_path[1] if len(key_path) > 1 and isinstance(key_path[1], int) else 0
-            pattern = rf"\s*\[\[?\s*{re.escape(str(key_path[0]))}\s*\]"
-            headers_of_table = [i for i in headers if re.match(pattern, lines[i])]
-            if index < len(headers_of_table):
-                header = headers_of_table[index]
-                start_line = header + 1
-        end_line = next((i for i in headers if i >= start_line), len(lines))
-        for number in range(start_line, end_line):
-            if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
-                return number + 1
-        return None if header is None else header + 1
-
-
-def _is_list_of_tables(value: object) -> bool:
-    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
+    @cached_property
+    def _line_numbers(self) -> dict[tuple[str | int, ...], int]:
+        """The number of the first line of each key and of each table, by their key paths."""
+        table: tuple[str | int, ...] = ()
+        numbers: dict[tuple[str | int, ...], int] = {}
+        table_counts: Counter[str] = Counter()
+        for number, line in enumerate(self.text.splitlines(), 1):
+            if header := re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line):
+                name = header[2]
+                table = (name, table_counts[name]) if header[1] == "[[" else tuple(name.split("."))
+                table_counts[name] += 1
+                numbers.setdefault((name,), number)
+                numbers.setdefault(table, number)
+            elif key := re.match(r"""\s*["']?([^"'=#\[]+?)["']?\s*=""", line):
+                numbers.setdefault((*table, key[1]), number)
+        return numbers
 
 
 def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str], Any] = Decimal) -> TomlFile:
@@ -216,46 +215,35 @@ def toml_text(value: object) -> str:
 # --- tables ---
 
 
-_TOO_MANY_CELLS_HINT = 'put text with a comma or semicolon in double quotes, as in "Lovelace, Ada"'
-
-
 def read_table(
-    path: Path,
-    first_column: str,
-    example_header: str,
-    missing_hint: str = "",
-    too_long_hint: str = _TOO_MANY_CELLS_HINT,
+    path: Path, first_column: str, example_header: str, missing_hint: str = ""
 ) -> list[tuple[int, dict[str, str]]]:
-    """Return the lines of a CSV file that are not empty, each with its number and its cells by column name.
+    """Return the nonempty rows of a CSV file, each with the number of its first line and its cells by column name.
 
-    Column names are converted to lower case. The `first_column` column is required; `example_header` is a sample header
-    for messages, and `too_long_hint` explains the probable cause if a row has more cells than the header. The file may
-    have any encoding that Excel writes, and commas, semicolons or tabs as separators. Raises QdotError.
+    Column names are converted to lower case. The `first_column` column is required; messages show `example_header`, a
+    sample header. The file may have any encoding that Excel writes, and commas, semicolons or tabs as separators.
+    Raises QdotError.
     """
-    rows = _read_rows(path, missing_hint)
+    text = read_table_text(path, missing_hint)
+    row_lines: list[int] = []
+    try:
+        rows = list(parse_csv_rows(text, row_lines))
+    except csv.Error as error:
+        hint = "close each double quote, and double it inside a cell" if '"' in text else 'save it as "CSV UTF-8"'
+        raise QdotError(f"{path}: line {row_lines[-1]}: qdot can't parse this ({error}); {hint}") from None
     if not rows:
         expected_form = f"the first line {example_header!r}, then one line per {first_column}"
         raise QdotError(f"{path}: the file is empty; it needs {expected_form}")
     header = _parse_header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
-            cells = count_noun(len(row), "cell")
-            raise QdotError(f"{path}: line {number}: {cells}, but the header has {len(header)}; {too_long_hint}")
+            cells = f"{count_noun(len(row), 'cell')}, but the header has {len(header)}"
+            hint = 'put text with a comma or semicolon in double quotes, as in "Lovelace, Ada"'
+            raise QdotError(f"{path}: line {number}: {cells}; {hint}")
         if any("\n" in cell or "\r" in cell for cell in row):
             problem = "a cell continues past the end of the line; check whether a closing double quote is missing"
             raise QdotError(f"{path}: line {number}: {problem}")
     return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
-
-
-def _read_rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
-    """Return the rows of a CSV file that are not empty, each with the line on which it begins. Raises QdotError."""
-    text = read_table_text(path, missing_hint)
-    row_lines: list[int] = []
-    try:
-        return list(parse_csv_rows(text, row_lines))
-    except csv.Error as error:
-        hint = "close each double quote, and double it inside a cell" if '"' in text else 'save it as "CSV UTF-8"'
-        raise QdotError(f"{path}: line {row_lines[-1]}: qdot can't parse this ({error}); {hint}") from None
 
 
 SEPARATORS = ",;\t"
@@ -263,24 +251,23 @@ SEPARATORS = ",;\t"
 
 
 def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows of a CSV text that are not empty, each with the line on which it begins.
+    """Yield the nonempty rows of a CSV text, each with the number of its first line. Raises csv.Error.
 
-    The separator is the one that splits the first line into most cells, or the one in a line "sep=;" before it, which
-    Excel also accepts. The first line of every row is appended to `row_lines`, even if the row can't be parsed. Raises
-    csv.Error.
+    A first line such as "sep=;" states the separator, as in Excel. Without such a line, the separator is the one that
+    splits the first line into the most cells. The first line of every row is appended to `row_lines`, even if the row
+    can't be parsed.
     """
     row_lines = [] if row_lines is None else row_lines
     first_line, _, following_lines = text.partition("\n")
-    skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first_line.strip("\ufeff"), re.IGNORECASE)
-    if match and match[1] in SEPARATORS:
-        text, skipped = following_lines, 1
-    separator = match[1] if skipped and match else _find_separator(first_line)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    row_lines.append(1 + skipped)
+    statement = re.fullmatch(f'"?sep=([{SEPARATORS}])"?', first_line.strip("\ufeff"), re.IGNORECASE)
+    separator = statement[1] if statement else max(SEPARATORS, key=re.sub('"[^"]*"', "", first_line).count)
+    table_text, first_number = (following_lines, 2) if statement else (text, 1)
+    reader = csv.reader(io.StringIO(table_text, newline=""), delimiter=separator, strict=True)
+    row_lines.append(first_number)
     for row in reader:
         if any(cell.strip() for cell in row):
             yield row_lines[-1], row
-        row_lines.append(reader.line_num + 1 + skipped)
+        row_lines.append(reader.line_num + first_number)
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
@@ -290,20 +277,8 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     return text.getvalue()
 
 
-def _find_separator(header: str) -> str:
-    """Return the separator that splits a line into the most cells, or the first of several such separators."""
-
-    def cells(separator: str) -> int:
-        try:
-            return len(next(csv.reader([header], delimiter=separator), []))
-        except csv.Error:
-            return 0
-
-    return max(SEPARATORS, key=cells)
-
-
 def _parse_header(path: Path, line: int, row: list[str], first_column: str, example_header: str) -> list[str]:
-    """Return the column names in lower case."""
+    """Return the column names in lower case. Raises QdotError if the first one is wrong, or if two are equal."""
     header = [name.strip().lower() for name in row]
     if header[0] != first_column:
         other_columns = f"then {', '.join(example_header.split(',')[1:])}, …"

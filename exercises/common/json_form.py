@@ -16,7 +16,7 @@ OMITTED_IF_NONE = {"is_optional": True}
 
 
 def as_json(value: Any) -> Any:
-    """Convert a value for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
+    """Return a value in a form for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
 
     >>> from qdot.exercises.formula.equality import Certificate
     >>> as_json((Certificate("exact", 1),))
@@ -32,7 +32,7 @@ def as_json(value: Any) -> Any:
 
 
 def from_json(dataclass_type: type[Kind], text: str | bytes) -> Kind:
-    """Return a dataclass from its JSON text, ignoring unknown keys. Raises ValueError if a type is wrong."""
+    """Return an instance of a dataclass from its JSON text, without unknown keys. Raises ValueError for wrong types."""
     content = json.loads(text)  # pydantic's own parser rejects lone surrogates
     instance: Kind = _type_adapter(dataclass_type).validate_python(content)
     return instance

@@ -1,7 +1,7 @@
 """Apply a function to many items on several processes, with the results in order; Ctrl-C ends all processes at once.
 
-If it is safe (on Linux, with a single thread), the processes are forked from this one, with everything that it has
-loaded. Otherwise they load everything again.
+If a fork is safe (on Linux, with a single thread), the processes are forked from this process, with everything that it
+has loaded. Otherwise they load everything again.
 """
 
 import functools
@@ -31,19 +31,17 @@ Setup = Callable[..., State]
 
 START_METHODS = multiprocessing.get_all_start_methods()
 HAS_FORK_SERVER = "forkserver" in START_METHODS
-"""Whether processes can be forked from a server that has loaded everything; on Windows, each process loads it again."""
+"""Whether processes can be forked from a server that has loaded everything; on Windows, every process loads it."""
 CAN_FORK = sys.platform == "linux" and "fork" in START_METHODS
-"""Whether this process may be forked. On macOS, system libraries fail after a fork. A fork of a process with threads
-would also copy the half-finished state of those threads, such as a progress bar's."""
+"""Whether this process may be forked, if it has no other threads; on macOS, system libraries fail after a fork.
+
+A fork of a process with threads would copy their half-finished state, such as a progress bar's."""
 GROUP_SIGNALS = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
 """Signals that a terminal sends to all processes at once: Ctrl-C, and the end of the terminal (not on Windows)."""
 CAN_BLOCK_SIGNALS = hasattr(signal, "pthread_sigmask")
-"""Whether a process can be started with signals blocked; on Windows, no signal can reach it that early."""
+"""Whether a process can be started with signals blocked; on Windows, no signal reaches a new process that early."""
 if HAS_FORK_SERVER:
     from multiprocessing import forkserver
-
-MIN_ITEMS_FOR_CHUNKS = 500
-"""Minimum number of items for sending them to the processes in chunks."""
 
 
 def map_in_order(
@@ -52,13 +50,13 @@ def map_in_order(
 ) -> Generator[Result, None, None]:  # fmt: skip
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
-    Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
-    Close the generator (`contextlib.closing`) so that the processes end after Ctrl-C or an exception.
+    Each process creates its state once by `setup(*arguments)`. At the end, it calls the state's method `close`, if
+    there is one. Close the generator (`contextlib.closing`) so that the processes end after Ctrl-C or an exception.
 
-    If a process dies, QdotError is raised after the finished results. With `result_if_lost`, the items that may have
-    been in progress are repeated instead, each in a separate process. If an item kills two processes, its result is
-    `result_if_lost(item)`. So `work` must be safe to repeat. With one job and without `result_if_lost`, everything runs
-    in this process.
+    If a process dies, QdotError is raised after the finished results. If there is a `result_if_lost`, the items that
+    may have been in progress are repeated instead, each in a separate process. If an item kills two processes, its
+    result is `result_if_lost(item)`. So `work` must be safe to repeat. With one job and without `result_if_lost`,
+    everything runs in this process.
     """
     jobs = min(jobs, len(items))
     if jobs < 1 or (jobs == 1 and result_if_lost is None):
@@ -69,14 +67,11 @@ def map_in_order(
         finally:
             _close_state(state)
         return
-    chunk = 1
-    if len(items) >= MIN_ITEMS_FOR_CHUNKS and result_if_lost is None:
-        chunk = max(1, min(16, len(items) // (8 * jobs)))
     run_pool = functools.partial(_run_pool, work, setup, arguments)
     done_count = 0
     while done_count < len(items):
         try:
-            with closing(run_pool(items[done_count:], jobs, chunk)) as results:
+            with closing(run_pool(items[done_count:], jobs)) as results:
                 for result in results:
                     done_count += 1
                     yield result
@@ -100,7 +95,7 @@ def _run_alone(
     """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
-            (result,) = run_pool([item], jobs=1, chunk=1)
+            (result,) = run_pool([item], jobs=1)
             return result
         except BrokenProcessPool:
             continue
@@ -109,7 +104,7 @@ def _run_alone(
 
 def _run_pool(
     work: Callable[[State, Item], Result], setup: Setup[State], arguments: tuple[Any, ...], items: Sequence[Item],
-    jobs: int, chunk: int,
+    jobs: int,
 ) -> Generator[Result, None, None]:  # fmt: skip
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
@@ -131,7 +126,7 @@ def _run_pool(
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    results = pool.map(functools.partial(_run_item, work), items, chunksize=chunk)
+                    results = pool.map(functools.partial(_run_item, work), items)
             yield from results
         except BrokenProcessPool:
             raise
@@ -143,7 +138,7 @@ def _run_pool(
 
 @contextmanager
 def _defer_stop() -> Iterator[None]:
-    """Hold back termination signals until the block ends. Processes started in it block the terminal's signals."""
+    """Hold back termination signals until the block ends; processes that the block starts ignore the terminal's."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -165,6 +160,7 @@ def _defer_stop() -> Iterator[None]:
 
 
 def _end_processes(processes: set[BaseProcess]) -> None:
+    """Terminate processes, and kill those that are still running when no process has ended for a second."""
     for process in processes:
         process.terminate()
     running = {process.sentinel for process in processes}
@@ -181,10 +177,13 @@ def _end_processes(processes: set[BaseProcess]) -> None:
 # --- in the worker process ---
 
 _state: Any = None
-_busy = False
+"""The state that `setup` created."""
+_is_busy = False
+"""Whether an item is in progress."""
 
 
 def _start_worker(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
+    """Prepare a new process: handle signals, watch the parent process, and create the state."""
     global _state  # noqa: PLW0603 - set once when a process starts
     for number in GROUP_SIGNALS:  # the parent process handles them
         signal.signal(number, signal.SIG_IGN)
@@ -197,18 +196,18 @@ def _start_worker(setup: Callable[..., object], arguments: tuple[Any, ...]) -> N
 
 
 def _run_item(work: Callable[[Any, Item], Result], item: Item) -> Result:
-    global _busy  # noqa: PLW0603 - says whether there is something to tidy up
-    _busy = True
+    global _is_busy  # noqa: PLW0603 - says whether there is something to tidy up
+    _is_busy = True
     try:
         return work(_state, item)
     except SystemExit:
         _exit_worker()
     finally:
-        _busy = False
+        _is_busy = False
 
 
 def _exit_with_parent() -> None:
-    """Exit when the parent process has ended, for whatever reason."""
+    """Wait until the parent process has ended, for whatever reason, and then end this process."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -216,7 +215,7 @@ def _exit_with_parent() -> None:
 
 
 def _handle_termination(*_: object) -> None:
-    if _busy:
+    if _is_busy:
         raise SystemExit(1)  # lets `finally` blocks remove half-written files
     _exit_worker()
 

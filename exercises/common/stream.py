@@ -1,7 +1,7 @@
-"""Generate the random numbers behind every problem: SHAKE-256 of a text, the same on every machine permanently.
+"""Generate the random numbers behind every problem from the SHAKE-256 hash of a text.
 
-`random` and `numpy.random` guarantee the same numbers only for some methods and releases, but a hash is a standard. A
-stream is always passed as an argument and never stored globally.
+They are the same on every machine, forever: a hash is a standard, but `random` and `numpy.random` guarantee the same
+numbers only for some methods and releases. A stream is always passed as an argument and never stored globally.
 """
 
 import hashlib
@@ -11,7 +11,8 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-_BLOCK = 1024
+_BLOCK_SIZE = 1024
+"""Number of bytes that are computed at once."""
 
 
 class Stream:
@@ -23,26 +24,26 @@ class Stream:
 
     def __init__(self, seed: str) -> None:
         self._seed = seed.encode()
-        self._block = 0
+        self._block_number = 0
         self._buffer = b""
 
     def take_bytes(self, count: int) -> bytes:
         """Return the next `count` bytes."""
         while len(self._buffer) < count:
-            block = self._seed + b"\x00" + self._block.to_bytes(8, "big")
-            self._buffer += hashlib.shake_256(block).digest(_BLOCK)
-            self._block += 1
+            block = self._seed + b"\x00" + self._block_number.to_bytes(8, "big")
+            self._buffer += hashlib.shake_256(block).digest(_BLOCK_SIZE)
+            self._block_number += 1
         chunk, self._buffer = self._buffer[:count], self._buffer[count:]
         return chunk
 
     def substream(self, name: str) -> "Stream":
-        """Return an independent stream with this name: it doesn't depend on what was taken from this stream."""
+        """Return an independent stream with this name; numbers taken from this stream don't change it."""
         return Stream(f"{self._seed.decode()}/{name}")
 
     def integer_below(self, n: int) -> int:
         """Return an integer from 0 to n - 1, all equally likely (rejection sampling, no modulo bias)."""
         if n < 1:
-            raise ValueError(f"below() takes a positive number, not {n}")
+            raise ValueError(f"integer_below() takes a positive number, not {n}")
         limit = (1 << 64) - (1 << 64) % n
         while True:
             value = int.from_bytes(self.take_bytes(8), "big")
@@ -63,11 +64,11 @@ class Stream:
 
     def permutation(self, items: Sequence[T]) -> list[T]:
         """Return the items in random order (Fisher-Yates)."""
-        out = list(items)
-        for i in range(len(out) - 1, 0, -1):
+        shuffled = list(items)
+        for i in range(len(shuffled) - 1, 0, -1):
             j = self.integer_below(i + 1)
-            out[i], out[j] = out[j], out[i]
-        return out
+            shuffled[i], shuffled[j] = shuffled[j], shuffled[i]
+        return shuffled
 
     def uniform(self, low: float, high: float) -> float:
         """Return a number in [low, high), with 53 random bits."""
@@ -75,10 +76,10 @@ class Stream:
         return low + (high - low) * unit
 
 
-def derive_seed(secret: str, *parts: str) -> int:
-    """Return a 63-bit seed from some names, which can't be computed without the secret (HMAC-SHA-256).
+def derive_seed(secret: str, *names: str) -> int:
+    """Return a 63-bit seed from some names; without the secret, it can't be computed (HMAC-SHA-256).
 
     The names are joined by a null byte, which no name may contain, so that ("a", "bc") and ("ab", "c") differ.
     """
-    digest = hmac.new(secret.encode(), "\x00".join(parts).encode(), hashlib.sha256).digest()
+    digest = hmac.new(secret.encode(), "\x00".join(names).encode(), hashlib.sha256).digest()
     return int.from_bytes(digest[:8], "big") >> 1

@@ -1,6 +1,6 @@
 """Limit the processor time of work that can't be interrupted otherwise, such as SymPy's.
 
-Only this process's processor time (user and system) counts, not the time in which it waits.
+Only the processor time of this process (user and system) counts, not the time in which the process waits.
 """
 
 import ctypes
@@ -19,12 +19,14 @@ DEFAULT_SECONDS, MIN_SECONDS, MAX_SECONDS = 60.0, 0.1, 1e8
 """Seconds of processor time for a derivation: the default, the minimum and the maximum."""
 
 CHECK_INTERVAL = 0.05
-"""Seconds between two checks of the limits. If a limit is exceeded, each check raises the exception, because it may get
-lost, for example in a destructor."""
+"""Seconds between two checks of the limits.
+
+If a limit is exceeded, each check raises the exception again, because an exception in a destructor, for example, is
+lost."""
 
 
 class OutOfTime(BaseException):
-    """Raised if the time is over. OutOfTime is no `Exception`, so code that catches every `Exception` lets it pass."""
+    """Raised when the time is over; no `Exception`, so that code that catches every `Exception` doesn't catch it."""
 
 
 def parse_seconds(text: str) -> float:
@@ -59,7 +61,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def end_watchdog(watchdog: "Watchdog") -> None:
-    """End the watch, even if its exception is raised meanwhile."""
+    """End a watchdog, even if its exception is raised meanwhile."""
     while True:
         try:
             watchdog.end()
@@ -69,10 +71,10 @@ def end_watchdog(watchdog: "Watchdog") -> None:
 
 
 class Watchdog:
-    """Raises OutOfTime in the thread that created it after `seconds` of processor time, until `end` is called.
+    """Raises OutOfTime in the thread that created the watchdog after `seconds` of processor time until `end` is called.
 
-    The exception is raised between two Python instructions. One thread, started when needed, serves all watchdogs of
-    the process, because most tasks are shorter than starting a thread.
+    The exception is raised between two Python instructions. One thread, started when it is needed, serves all watchdogs
+    of the process, because to start a thread takes longer than most tasks.
     """
 
     def __init__(self, seconds: float) -> None:

@@ -1,7 +1,7 @@
-"""Name how much the arms of a class may differ from the chapter's arm: axes of variation, and steps.
+"""Name the variation of a class's arms: which of their properties may differ from the chapter's arm.
 
-An axis of variation is one property that may differ, such as the lengths; it is not a joint axis. A step is a set of
-such axes, and each step includes the axes of the step before.
+An axis of variation is one such property, for example the lengths; it is not a joint axis. A step is a set of axes, and
+each step includes the axes of the step before.
 """
 
 from collections.abc import Sequence
@@ -24,47 +24,35 @@ DEFAULT_VARIATION = "zeros"
 """The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""
 
 
-def list_variation_axes(variation: str) -> tuple[str, ...]:
-    """Return the axes of variation of a step, or of a text such as "lengths+base". Raises QdotError for unknown names.
+def list_variation_axes(variation: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the axes of a variation: of a step, of a text such as "lengths+base", or of a list of axes.
 
     If a step and an axis have the same name, the name alone means the step, and the name with a + before it means the
-    axis.
+    axis. Raises QdotError for unknown names.
 
     >>> list_variation_axes("zeros"), list_variation_axes("+zeros"), list_variation_axes("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
     """
-    is_step = variation in VARIATION_STEPS
-    return VARIATION_STEPS[variation] if is_step else _check_axes(variation.removeprefix("+").split("+"))
-
-
-def find_canonical_name(variation: str) -> str:
-    """Return the canonical name of a variation: the step's name, or else its axes in order. Raises QdotError.
-
-    >>> find_canonical_name("zeros+lengths"), find_canonical_name("base+lengths"), find_canonical_name("+zeros")
-    ('zeros', 'lengths+base', '+zeros')
-    """
-    return _name_axes(list_variation_axes(variation))
-
-
-def name_variation(names: Sequence[str]) -> str:
-    """Return the name of the variation with these axes; without axes, the name is "chapter". Raises QdotError.
-
-    >>> name_variation(["zeros"]), name_variation([])
-    ('+zeros', 'chapter')
-    """
-    return _name_axes(_check_axes(names))
-
-
-def _name_axes(axes: tuple[str, ...]) -> str:
-    text = "+".join(axes)
-    name = f"+{text}" if text in VARIATION_STEPS else text
-    return next((step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes), name)
-
-
-def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(variation, str) and variation in VARIATION_STEPS:
+        return VARIATION_STEPS[variation]
+    names = variation.removeprefix("+").split("+") if isinstance(variation, str) else list(variation)
     for name in names:
         if name not in VARIATION_AXES:
             raise make_name_error("variation", name, list(dict.fromkeys((*VARIATION_STEPS, *VARIATION_AXES))))
         if names.count(name) > 1:
             raise QdotError(f"variation: {name} occurs twice")
     return tuple(name for name in VARIATION_AXES if name in names)
+
+
+def find_canonical_name(variation: str | Sequence[str]) -> str:
+    """Return the name of a variation: the step's name, or else its axes in order. Raises QdotError.
+
+    >>> find_canonical_name("zeros+lengths"), find_canonical_name("base+lengths"), find_canonical_name("+zeros")
+    ('zeros', 'lengths+base', '+zeros')
+    >>> find_canonical_name(["zeros"]), find_canonical_name([])
+    ('+zeros', 'chapter')
+    """
+    axes = list_variation_axes(variation)
+    text = "+".join(axes)
+    name = f"+{text}" if text in VARIATION_STEPS else text
+    return next((step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes), name)

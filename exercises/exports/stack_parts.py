@@ -15,13 +15,13 @@ import sympy as sp
 from qdot.exercises.answer_types import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import known_wrong, stack_maxima
-from qdot.exercises.formula.algebra import ONE, multiply_nodes
 from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
@@ -190,7 +190,7 @@ def _compute_share_up_to_a_factor(
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
         for matrix in (answer, reference)
     )
-    reference_entries = [multiply_nodes(entry, common_factor) for entry in wanted_entries]
+    reference_entries = [entry * common_factor for entry in wanted_entries]
     factor = find_constant_factor(
         answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )

@@ -1,6 +1,7 @@
 """Parse, print and evaluate formulas, and compare them as functions and as sets of configurations.
 
-Whole answers, such as a vector in a notebook's variable, are parsed by `grader/judging`.
+A formula is one of three things: a SymPy expression (qdot's own results), a tree of nodes (a parsed answer), or a
+layout (what is printed). Whole answers, such as a vector in a notebook's variable, are parsed by `grader/judging`.
 
 From the bottom up:
 
@@ -9,8 +10,8 @@ From the bottom up:
     layout, latex                       the layout of a formula as a tree; parses qdot's own LaTeX into a layout
     printers/                           one module for each notation in which formulas are printed
     vocabulary                          words, signs, units and habits in typed answers: vocabulary.json
-    names, trees                        the meaning of a name; expressions as trees of plain nodes
-    algebra                             adds, multiplies and differentiates trees, without SymPy
+    names, trees                        the meaning of a name; expressions as trees of nodes, with operators + - * / **
+    algebra                             splits trees into terms and factors, and differentiates them, without SymPy
     notation, tables                    LaTeX, typography and units to plain text; vectors and matrices without commas
     products                            evaluates operations on matrices
     metres                              distinguishes the unit m from a whole number

@@ -3,27 +3,33 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from qdot.exercises.formula.field import ROOT_ORDER
 from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 ANGLE_DIVISOR = 8
-"""theta is represented by w = exp(i theta / ANGLE_DIVISOR); theta/2, theta/4 and theta/8 are then powers of w."""
+"""An angle theta is represented by w = exp(i theta / ANGLE_DIVISOR), so that exp(i theta/2) etc. are powers of w."""
 
 AngleCoefficients = dict[str, Fraction]
-"""A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""
-AngleOrImaginary = tuple[AngleCoefficients, bool]
-"""An angle, and whether it is multiplied by i."""
+"""A sum of names and of pi: it maps each name to its rational factor; "" is the key of the constant term."""
+
+
+class Angle(NamedTuple):
+    """An angle, or an angle times i if `is_imaginary`, such as the exponent of exp(i theta)."""
+
+    coefficients: AngleCoefficients
+    is_imaginary: bool = False
+
 
 MAX_BITS = 10_000
-"""Maximum size of an angle's factors, because products of long numbers could use up the memory."""
+"""Maximum number of bits of an angle's factors, because products of long numbers could use up the memory."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """The value exp(i angle) as a product of powers of each name's w and of the root of unity.
+    """The value exp(i angle) as a product of powers of the w of each name, and of the root of unity.
 
     `powers` has pairs (name, exponent of its w); `root_exponent` is the exponent of the root of unity.
     """
@@ -35,7 +41,7 @@ class Phase:
 def make_phase(angle: AngleCoefficients) -> Phase | None:
     """Return exp(i angle).
 
-    Return None if a factor is not a multiple of 1/8, or the constant is not a multiple of half a degree.
+    Return None if a name's factor is not a multiple of 1/8, or if the rest is not a multiple of a quarter of a degree.
     """
     powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():
@@ -50,49 +56,51 @@ def make_phase(angle: AngleCoefficients) -> Phase | None:
     return Phase(tuple((name, int(power)) for name, power in powers), int(root_exponent) % ROOT_ORDER)
 
 
-def find_angles(steps: Sequence[Step]) -> list[AngleOrImaginary | None]:
-    """Return for each step of a program its angle, and whether it is multiplied by i; None for other steps."""
-    angles: list[AngleOrImaginary | None] = []
+def find_angles(steps: Sequence[Step]) -> list[Angle | None]:
+    """Return for each step of a program the angle that it computes, or None if it computes no angle."""
+    angles: list[Angle | None] = []
     for op, operands, constant in steps:
         args = [angle for angle in (angles[i] for i in operands) if angle is not None]
         angles.append(_angle_of_step(op, args, constant) if len(args) == len(operands) else None)
     return angles
 
 
-def _angle_of_step(op: str, args: Sequence[AngleOrImaginary], constant: Any) -> AngleOrImaginary | None:
+def _angle_of_step(op: str, args: Sequence[Angle], constant: Any) -> Angle | None:
+    """Return the angle that a step computes, given the angles that are its operands."""
     if op == "number":
-        return {"": constant}, False
+        return Angle({"": constant})
     if op == "name" and constant != "E":
-        return ({"": Fraction(1)}, True) if constant == "I" else ({constant: Fraction(1)}, False)
+        return Angle({"": Fraction(1)}, True) if constant == "I" else Angle({constant: Fraction(1)})
     if op == "sum":
         return _add_angles(args, constant)
     if op == "neg":
-        return _scale_angle(args[0], Fraction(-1), False)
+        return _scale_angle(args[0], Fraction(-1))
     if op == "*":
-        for (factor, is_imaginary), angle in (args, args[::-1]):
-            if set(factor) <= {""}:
-                return _scale_angle(angle, factor.get("", Fraction(0)), is_imaginary)
-    if op == "/" and set(args[1][0]) <= {""} and args[1][0].get("") and not args[1][1]:
-        return _scale_angle(args[0], 1 / args[1][0][""], False)
+        for factor, angle in (args, args[::-1]):
+            if set(factor.coefficients) <= {""}:  # a number
+                return _scale_angle(angle, factor.coefficients.get("", Fraction(0)), factor.is_imaginary)
+    if op == "/" and set(args[1].coefficients) <= {""} and args[1].coefficients.get("") and not args[1].is_imaginary:
+        return _scale_angle(args[0], 1 / args[1].coefficients[""])
     return None
 
 
-def _add_angles(terms: Sequence[AngleOrImaginary], counts: Sequence[int]) -> AngleOrImaginary | None:
-    if len({imaginary for _, imaginary in terms}) > 1:
+def _add_angles(terms: Sequence[Angle], counts: Sequence[int]) -> Angle | None:
+    if len({term.is_imaginary for term in terms}) > 1:
         return None
     total: AngleCoefficients = {}
-    for (angle, _), count in zip(terms, counts, strict=True):
-        for name, factor in angle.items():
+    for term, count in zip(terms, counts, strict=True):
+        for name, factor in term.coefficients.items():
             total[name] = total.get(name, Fraction(0)) + count * factor
             if _is_long(total[name]):
                 return None
-    return total, terms[0][1] if terms else False
+    return Angle(total, bool(terms) and terms[0].is_imaginary)
 
 
-def _scale_angle(angle: AngleOrImaginary, factor: Fraction, is_imaginary: bool) -> AngleOrImaginary | None:
-    sign = -1 if is_imaginary and angle[1] else 1
-    product = {name: sign * factor * value for name, value in angle[0].items()}
-    return None if any(map(_is_long, product.values())) else (product, is_imaginary != angle[1])
+def _scale_angle(angle: Angle, factor: Fraction, is_imaginary: bool = False) -> Angle | None:
+    """Return an angle times a factor and, if `is_imaginary`, times i."""
+    sign = -1 if is_imaginary and angle.is_imaginary else 1
+    product = {name: sign * factor * value for name, value in angle.coefficients.items()}
+    return None if any(map(_is_long, product.values())) else Angle(product, is_imaginary != angle.is_imaginary)
 
 
 def _is_long(number: Fraction) -> bool:
@@ -100,13 +108,13 @@ def _is_long(number: Fraction) -> bool:
 
 
 def find_multiple_of_pi(node: Node) -> Fraction | None:
-    """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for anything else.
+    """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for any other tree.
 
     >>> find_multiple_of_pi(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)
     """
     program = compile_program([node])
     angle = find_angles(program.steps)[program.outputs[0]]
-    if angle is None or angle[1] or set(angle[0]) - {"pi", ""} or angle[0].get(""):
+    if angle is None or angle.is_imaginary or set(angle.coefficients) - {"pi", ""} or angle.coefficients.get(""):
         return None
-    return angle[0].get("pi", Fraction(0)) % 2
+    return angle.coefficients.get("pi", Fraction(0)) % 2

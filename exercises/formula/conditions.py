@@ -1,7 +1,8 @@
 """Compare sets of configurations given by conditions, as in "theta3 = 0 or pi, or a1 + a2*c2 + a3*c23 = 0".
 
 A set is a union of pieces (`set_parser`). Random configurations are moved onto each piece of one set by Gauss-Newton
-steps; then it is checked whether the other set contains them.
+steps. The sets are equal if the other set contains these configurations, and vice versa. A configuration consists of
+the joint values, in rad and m.
 """
 
 import warnings
@@ -13,7 +14,7 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.equality import DOUBLE_TOLERANCE, Domain, Rounding
+from qdot.exercises.formula.equality import DOUBLE_TOLERANCE, Domain, Rounding, round_to_six_digits
 from qdot.exercises.formula.program import (
     PRECISE_DIGITS,
     Program,
@@ -32,22 +33,26 @@ ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
 TYPED_TOLERANCE = 1e-9
 """Tolerance for configurations that were typed as joint values."""
 SEARCH_TOLERANCE = 1e-7
-"""Tolerance for configurations found by a search; at a double zero, as of |cos| - 1, rounding shifts them by 2e-8."""
+"""Tolerance for configurations found by a search, because rounding shifts a double zero, as of |cos| - 1, by 2e-8."""
 
 _STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
-"""A search stops below the first step size; it has converged if its last step and its residual are below the others."""
+"""A search stops if its steps are below the first limit.
+
+It has converged if its last step is below the second limit, and its residual, relative to its terms, below the third.
+"""
 
 _POLISHED_STEP = 1e-8
-"""A search for a zero of the derivative has converged if its last step is below this."""
+"""A search for a zero of the gradient has converged if its last step is below this limit."""
 
 _MAX_STEPS = 120
+"""Maximum number of steps of a search."""
 _NEAR_MISS_RESIDUAL = 1e-3
 """Relative residual below which conditions may have a zero, although the search did not find one."""
 _MAX_STORED_VALUES = 5_000_000
 """Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
 
 Configurations = Mapping[str, np.ndarray]
-"""The values of each symbol, one for each configuration."""
+"""For the name of each joint and of each other symbol, an array with one value for each configuration."""
 
 
 @dataclass(frozen=True)
@@ -59,21 +64,24 @@ class _CompiledPiece:
     free_joints: list[str]
 
     def assign_joints(self, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Set the assigned joints in all configurations; return which assigned values are real numbers."""
+        """Set the assigned joints in all configurations; return for each whether the assigned values are real."""
         is_valid = np.ones(_count_points(values), dtype=bool)
         for joint, program in self.assignments:
-            assigned = evaluate(program, values, len(is_valid))[0][0]
-            is_valid &= np.isfinite(assigned) & (np.abs(assigned.imag) < SEARCH_TOLERANCE)
-            values[joint] = np.where(is_valid, assigned.real, 0.0)
+            joint_values = evaluate(program, values, len(is_valid))[0][0]
+            is_valid &= np.isfinite(joint_values) & (np.abs(joint_values.imag) < SEARCH_TOLERANCE)
+            values[joint] = np.where(is_valid, joint_values.real, 0.0)
         return is_valid
 
     def compute_residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
-        """Return the expressions' values, nan unless they are real, and the sizes of their terms."""
+        """Return the expressions' values, nan unless they are real, and the sizes of their terms.
+
+        Both have the shape (expressions, configurations).
+        """
         zeros, size = evaluate(self.vanishing, values, _count_points(values))
         return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
 
     def compute_derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
-        """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
+        """Return the derivatives (configurations, expressions, joints) by central differences of the free joints.
 
         If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
@@ -85,10 +93,11 @@ class _CompiledPiece:
         return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def project_onto_zeros(self, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps; return which points converged.
+        """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps.
 
-        The search stops when the steps, not the residuals, are tiny: near the double zero of sin(theta)^2, a residual
-        of 1e-14 is still 1e-7 away. If no search converges, the residual is squared, as for sqrt(s1^2 + s2^2).
+        Return for each configuration whether its search converged. A search stops when the steps, not the residuals,
+        are tiny, because a residual of 1e-14 is still 1e-7 away from the double zero of sin(theta)^2. If no search
+        converges, as for sqrt(s1^2 + s2^2), all searches are repeated with the squares of the expressions.
         """
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
         is_converged = self._iterate(values, square_residuals=False)
@@ -97,13 +106,15 @@ class _CompiledPiece:
             is_converged = self._iterate(values, square_residuals=True)
         return is_converged
 
-    def _move(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
+    def _subtract_steps(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
+        """Subtract steps (configurations, joints) from the values of the free joints."""
         for k, joint in enumerate(self.free_joints):
             values[joint] = values[joint] - steps[:, k]
 
     def _iterate(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
+        """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_points(values), np.inf)
-        # The size of the terms at random configurations; near a zero they may be small, as the only term of sin(theta).
+        # Sizes at the random start, because terms may be small near a zero, as the only term of sin(theta) is.
         typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values)[1])
         for _ in range(_MAX_STEPS):
             residual, _ = self.compute_residuals(values)
@@ -116,9 +127,9 @@ class _CompiledPiece:
             derivatives[~is_finite] = 0.0
             steps = _compute_minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
             largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
-            steps *= np.minimum(1.0, 0.7 / largest_change)
+            steps *= np.minimum(1.0, 0.7 / largest_change)  # no joint moves by more than 0.7
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
-            self._move(values, steps)
+            self._subtract_steps(values, steps)
         if not square_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
         residual, _ = self.compute_residuals(values)
@@ -128,12 +139,12 @@ class _CompiledPiece:
         return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not self.free_joints)))
 
     def _polish(self, values: dict[str, np.ndarray], typical_size: np.ndarray) -> np.ndarray:
-        """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient; return the last steps.
+        """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient.
 
-        Near a double zero the expression itself determines only half of the configuration's digits. Its gradient,
-        computed by complex steps, determines almost all of them. Expressions with branches have no such gradient; their
-        configurations are not moved. Configurations that don't improve are restored, because large terms that cancel
-        can make a gradient look small.
+        Return the last step of each configuration, inf for a configuration that was not moved. Near a double zero, the
+        expression determines only half of the configuration's digits. The gradient, computed by complex steps,
+        determines almost all of them. Expressions with branches have no such gradient. A configuration that doesn't
+        improve is restored, because large terms that cancel can make a gradient look small.
         """
         count, joint_count = _count_points(values), len(self.free_joints)
         last_steps = np.full(count, np.inf)
@@ -155,10 +166,10 @@ class _CompiledPiece:
                 hessian[:, :, k] = (forward - backward) / 2e-5
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
             hessian[~is_valid] = 0.0
-            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7, hermitian=False), gradient)
+            steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7), gradient)
             steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
-            self._move(values, steps)
+            self._subtract_steps(values, steps)
         with np.errstate(all="ignore"):
             is_improved = np.abs(self.compute_residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
             is_polished = (last_steps < _POLISHED_STEP) & is_improved
@@ -167,19 +178,20 @@ class _CompiledPiece:
         return np.where(is_polished, last_steps, np.inf)
 
     def _compute_gradient(self, values: Configurations) -> np.ndarray:
-        """Return the gradient of one expression, (count, joints), to the last digit.
+        """Return the gradient of the single expression, (configurations, joints), to the last digit.
 
-        The complex step Im f(x + ih) / h subtracts nothing, so that no digits cancel.
+        The complex-step derivative Im f(x + ih) / h contains no difference, so that no digits cancel.
         """
-        nudged = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
-        nudged_zeros, _ = evaluate(self.vanishing, nudged, _count_points(nudged))
-        gradient = nudged_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
+        stepped_values = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
+        stepped_zeros, _ = evaluate(self.vanishing, stepped_values, _count_points(stepped_values))
+        gradient = stepped_zeros[0].imag.reshape(len(self.free_joints), -1).T / 1e-20
         return np.where(np.isfinite(gradient), gradient, 0.0)
 
     def is_zero(self, values: Configurations, tolerance: float) -> np.ndarray:
-        """Return for each configuration whether the distance to a zero, |f| / |grad f|, is within the tolerance.
+        """Return for each configuration whether it is a zero of the piece's single expression f.
 
-        At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
+        The distance to a zero is estimated by |f| / |grad f|, and must be within the tolerance. At a multiple zero the
+        gradient vanishes, too; there |f| itself must be as small as a rounding error.
         """
         residual = np.abs(self.compute_residuals(values)[0][0])
         if not self.free_joints:
@@ -190,26 +202,26 @@ class _CompiledPiece:
             return np.asarray((residual <= tolerance * gradient_norm) | (residual <= rounding_error))
 
     def _compute_typical_term_size(self, values: Configurations) -> float:
-        """Return the median size of an expression's terms at random configurations; at its zeros they may vanish."""
+        """Return the median size of the expression's terms at random configurations; at a zero they may vanish."""
         stream, count = Stream("typical"), _count_points(values)
-        random = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in self.free_joints}
-        return float(_reduce_without_warning(np.nanmedian, self.compute_residuals({**values, **random})[1][:1])[0, 0])
+        random_values = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in self.free_joints}
+        sizes = self.compute_residuals({**values, **random_values})[1]
+        return float(_reduce_without_warning(np.nanmedian, sizes[:1])[0, 0])
 
 
 def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
-    """Compile a piece; it assigns constant joint values first, then those that depend on other joints.
+    """Compile a piece; it assigns constant joint values first, then values that depend on other joints.
 
-    A tied value can't be assigned. Its difference from the joint is one more expression that vanishes.
+    The value of a tied joint (`is_tied`) can't be assigned; joint - value is one more expression that vanishes.
     """
-    assigned = [atom for atom in piece if atom.joint is not None]
-    tied = [atom for atom in assigned if is_tied(atom, piece, joints)]
-    untied = [atom for atom in assigned if atom not in tied]
-    untied.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
-    zeros = [atom.expression for atom in piece if atom.joint is None]
-    zeros += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied]
-    searched_names = set().union(*map(find_names, zeros)) - {atom.joint for atom in untied}
-    values = [(str(atom.joint), compile_program([atom.expression])) for atom in untied]
-    return _CompiledPiece(values, compile_program(zeros), [joint for joint in joints if joint in searched_names])
+    tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
+    untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
+    untied_atoms.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
+    vanishing = [atom.expression for atom in piece if atom.joint is None]
+    vanishing += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied_atoms]
+    free_names = set().union(*map(find_names, vanishing)) - {atom.joint for atom in untied_atoms}
+    assignments = [(str(atom.joint), compile_program([atom.expression])) for atom in untied_atoms]
+    return _CompiledPiece(assignments, compile_program(vanishing), [joint for joint in joints if joint in free_names])
 
 
 def agree_to_double_precision(value: Any, expected: Any, are_angles: bool) -> bool:
@@ -222,7 +234,7 @@ def agree_to_double_precision(value: Any, expected: Any, are_angles: bool) -> bo
 
 
 def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
-    """Return whether an expression vanishes, with the joint values `joint_values` and the other values `symbols`."""
+    """Return whether an expression vanishes in double precision, given the values of its joints and other symbols."""
     program = compile_program([expression])
     values = {**symbols, **joint_values}
     residual = evaluate_precisely(program, values, PRECISE_DIGITS)[0]
@@ -231,13 +243,14 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
 
 
 def _count_points(values: Configurations) -> int:
+    """Return the number of configurations."""
     return len(next(iter(values.values())))
 
 
 def _shift_joints(values: Configurations, shifts: Sequence[tuple[str, complex]]) -> dict[str, np.ndarray]:
     """Return a copy of all configurations for each shift of a joint, one block after another.
 
-    A program then needs only one evaluation for all of them.
+    So a program is evaluated only once for all shifts.
     """
     shifted_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
     count = _count_points(values)
@@ -256,7 +269,10 @@ def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> n
 
 
 def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-    """Return the minimum-norm Gauss-Newton steps (points x joints) for residuals (conditions x points)."""
+    """Return the minimum-norm Gauss-Newton steps (configurations, joints).
+
+    The derivatives have the shape (configurations, expressions, joints), the residuals (expressions, configurations).
+    """
     if derivatives.shape[1] > 1:
         return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
     gradients = derivatives[:, 0]
@@ -265,7 +281,7 @@ def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) 
 
 
 class ConfigurationSpace:
-    """The joints and the domain of sets of configurations, with the rounding that is allowed."""
+    """The space that contains the sets: the joints, the domain of all symbols, and the rounding that is allowed."""
 
     def __init__(self, joints: Sequence[str], domain: Domain, rounding: Rounding | None = None) -> None:
         self.joints, self.domain, self.rounding = tuple(joints), domain, rounding
@@ -278,14 +294,14 @@ class ConfigurationSpace:
         return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)
 
     def collect_names(self, unions: Sequence[Sequence[Piece]]) -> set[str]:
-        """Return the joints and every other name in the sets."""
+        """Return all joints, and every other name in the unions of pieces."""
         atoms = (atom for pieces in unions for piece in pieces for atom in piece)
         return set(self.joints).union(*(find_names(atom.expression) for atom in atoms))
 
     def sample_piece(
         self, piece: Piece, used_names: set[str], stream: Stream, count: int = SAMPLE_COUNT
     ) -> dict[str, np.ndarray]:
-        """Return up to `count` random configurations that satisfy the piece, with values of the other symbols."""
+        """Return up to `count` random configurations on a piece, with values of all `used_names`."""
         values = self.domain.sample(used_names, count, stream)
         compiled = _compile_piece(piece, self.joints)
         is_valid = compiled.assign_joints(values)
@@ -295,9 +311,10 @@ class ConfigurationSpace:
         return {name: column[is_valid] for name, column in values.items()}
 
     def compute_smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
-        """Return the smallest value of a piece's conditions at random configurations, relative to their terms.
+        """Return the smallest residual of a piece at random configurations, relative to the size of the terms.
 
-        It is large if the conditions have no zero at all.
+        The residual of a configuration is the largest value of the conditions. If they have no zero at all, even the
+        smallest residual is large.
         """
         compiled = _compile_piece(piece, self.joints)
         if not compiled.free_joints:
@@ -312,7 +329,7 @@ class ConfigurationSpace:
         """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
-        return float(f"{value:.6g}") if abs(value) > TYPED_TOLERANCE else 0.0
+        return round_to_six_digits(value) if abs(value) > TYPED_TOLERANCE else 0.0
 
     def contains(
         self, pieces: Sequence[Piece], values: Configurations, count: int, tolerance: float = SEARCH_TOLERANCE
@@ -324,48 +341,51 @@ class ConfigurationSpace:
         return is_member
 
     def _holds(self, atom: Atom, values: Configurations, tolerance: float) -> np.ndarray:
+        """Return for each configuration whether an atom holds."""
         if atom.joint is None:
             return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
-        residuals = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
-        difference = values[atom.joint] - residuals.real
+        expected = evaluate(compile_program([atom.expression]), values, _count_points(values))[0][0]
+        difference = values[atom.joint] - expected.real
         if self.domain.roles.get(atom.joint) == "angle":
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
-        return np.asarray((np.abs(difference) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
+        return np.asarray((np.abs(difference) <= tolerance) & (np.abs(expected.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, containing_pieces: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         """Return whether the numbers typed in `piece` satisfy a piece of `containing_pieces` in double precision.
 
-        Conditions on joints without such a number are ignored; the search checks them.
+        Conditions on joints without a typed number are ignored here, because the search checks them.
         """
         values = {str(atom.joint): evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
-        typed = {joint: value for joint, value in values.items() if value is not None}
-        return any(all(self._satisfies(atom, typed, symbols) for atom in expected) for expected in containing_pieces)
+        typed_values = {joint: value for joint, value in values.items() if value is not None}
+        return any(all(self._satisfies(typed_values, atom, symbols) for atom in atoms) for atoms in containing_pieces)
 
-    def _satisfies(self, atom: Atom, typed_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    def _satisfies(self, typed_values: Mapping[str, Any], atom: Atom, symbols: Mapping[str, Any]) -> bool:
+        """Return whether typed joint values satisfy an atom; an atom on other joints counts as satisfied."""
         if atom.joint is not None:
             expected = evaluate_constant(atom.expression)
             if expected is None or atom.joint not in typed_values:
                 return True
             is_angle = self.domain.roles.get(atom.joint) == "angle"
             return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
-        used = find_names(atom.expression)
-        typed_names = used & set(typed_values)
-        if not typed_names or used & set(self.joints) - typed_names:
+        used_names = find_names(atom.expression)
+        typed_names = used_names & set(typed_values)
+        if not typed_names or used_names & set(self.joints) - typed_names:
             return True
         joint_values = {joint: typed_values[joint] for joint in typed_names}
-        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used - typed_names})
+        return vanishes_at(atom.expression, joint_values, {name: symbols[name] for name in used_names - typed_names})
 
 
 @dataclass(frozen=True)
 class SetComparison:
-    """The result of comparing a claimed set with the reference set.
+    """The result of comparing a claimed set of configurations with the reference set, the singular configurations.
 
-    `is_covered`: for each reference piece, whether the claim contains it; None if it is empty for these lengths.
-    `is_sound`: for each claimed piece, whether the reference contains it; None if it holds nowhere.
-    `missing`: a configuration that is singular but not claimed. `surplus`: one that is claimed but not singular.
-    `configuration_count`: the number of configurations tried.
-    `fewest_configurations`: their number on the piece with the fewest.
-    `is_only_rounded`: whether a claimed value is correct except for rounding.
+    - `is_covered`: for each reference piece, whether the claimed set contains it; None for an empty piece
+    - `is_sound`: for each claimed piece, whether the reference set contains it; None for an empty piece
+    - `missing`: a configuration that is singular but not claimed
+    - `surplus`: a configuration that is claimed but not singular
+    - `configuration_count`: the number of configurations tried
+    - `fewest_configurations`: the number of configurations on the piece with the fewest
+    - `is_only_rounded`: whether a claimed value is correct except for rounding
     """
 
     is_covered: tuple[bool | None, ...]
@@ -384,46 +404,49 @@ class SetComparison:
 
 @np.errstate(all="ignore")  # a search that overflows has not found a zero
 def compare_sets(
-    claimed: Sequence[Piece], reference: Sequence[Piece], space: ConfigurationSpace, seed: str
+    claimed_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
 ) -> SetComparison:
-    """Compare a claimed set of configurations with the reference, piece by piece."""
-    used = space.collect_names([claimed, reference])
-    counts: list[int] = []
-    rounded = False
+    """Compare a claimed set of configurations with the reference, piece by piece.
 
-    def check_inclusion(pieces: Sequence[Piece], union: Sequence[Piece], tag: str) -> tuple[list[bool | None], Any]:
-        nonlocal rounded
+    `seed` determines the random configurations.
+    """
+    used_names = space.collect_names([claimed_pieces, reference_pieces])
+    counts: list[int] = []
+    is_only_rounded = False
+
+    def check_inclusion(pieces: Sequence[Piece], union: Sequence[Piece], name: str) -> tuple[list[bool | None], Any]:
+        """Return whether the union contains each piece (None for an empty piece), and a configuration outside it."""
+        nonlocal is_only_rounded
         is_contained: list[bool | None] = []
         example: dict[str, float] | None = None
         for index, piece in enumerate(pieces):
-            values = space.sample_piece(piece, used, Stream(f"{seed}/{tag}/{index}"))
+            values = space.sample_piece(piece, used_names, Stream(f"{seed}/{name}/{index}"))
             count = _count_points(values)
             counts.append(count)
-            # Typed values have the tolerance of all answers, configurations found by a search that of the search.
             is_typed = all(atom.joint is not None for atom in piece)
-            search_tolerance = SEARCH_TOLERANCE if tag == "claimed" else max(SEARCH_TOLERANCE, space.typed_tolerance)
-            tolerance = space.typed_tolerance if is_typed else search_tolerance
+            tolerance = space.typed_tolerance if is_typed or name == "reference" else SEARCH_TOLERANCE
+            tolerance = tolerance if is_typed else max(tolerance, SEARCH_TOLERANCE)
             is_inside = space.contains(union, values, count, tolerance)
             if is_typed and count and is_inside.all() and space.rounding is None:
-                constants = space.domain.fixed_values()
+                constants = space.domain.list_fixed_values()
                 symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, union, symbols):
-                    is_inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
-            elif is_typed and count and not is_inside.all() and tag == "claimed":
-                rounded |= bool(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all())
+                    is_inside, is_only_rounded = np.zeros(count, dtype=bool), is_only_rounded or name == "claimed"
+            elif is_typed and count and not is_inside.all() and name == "claimed":
+                is_only_rounded |= bool(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all())
             is_contained.append(None if count == 0 else bool(is_inside.all()))
             if count and not is_inside.all() and example is None:
-                first_index = int(np.nonzero(~is_inside)[0][0])
-                example = {name: space.round_value(name, values[name][first_index]) for name in sorted(values)}
+                first_outside = int(np.nonzero(~is_inside)[0][0])
+                example = {name: space.round_value(name, values[name][first_outside]) for name in sorted(values)}
         return is_contained, example
 
-    sound, surplus = check_inclusion(claimed, reference, "claimed")
-    for index, (piece, is_contained) in enumerate(zip(claimed, sound, strict=True)):
-        # No configuration was found on the piece, although its conditions come close to zero: don't accept it as sound.
+    is_sound, surplus = check_inclusion(claimed_pieces, reference_pieces, "claimed")
+    for index, (piece, is_contained) in enumerate(zip(claimed_pieces, is_sound, strict=True)):
+        # A piece that only seems to be empty, because its conditions come close to zero, doesn't count as sound.
         stream = Stream(f"{seed}/miss/{index}")
-        if is_contained is None and space.compute_smallest_residual(piece, used, stream) < _NEAR_MISS_RESIDUAL:
-            sound[index] = False
-    nonempty_pieces = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
-    covered, missing = check_inclusion(reference, nonempty_pieces, "reference")
+        if is_contained is None and space.compute_smallest_residual(piece, used_names, stream) < _NEAR_MISS_RESIDUAL:
+            is_sound[index] = False
+    nonempty_pieces = [piece for piece, sound in zip(claimed_pieces, is_sound, strict=True) if sound is not None]
+    is_covered, missing = check_inclusion(reference_pieces, nonempty_pieces, "reference")
     fewest = min(filter(None, counts), default=0)
-    return SetComparison(tuple(covered), tuple(sound), missing, surplus, sum(counts), fewest, rounded)
+    return SetComparison(tuple(is_covered), tuple(is_sound), missing, surplus, sum(counts), fewest, is_only_rounded)

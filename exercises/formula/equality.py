@@ -2,16 +2,17 @@
 
 Rational functions of lengths, sines and cosines are compared exactly (`exact`), with a bound on the chance of a wrong
 verdict. Other expressions (square roots, inverse functions, absolute values, decimals in a sine) are compared
-numerically, at many random points.
+numerically, at many random points. A point consists of a value for each symbol.
 
   - Double precision is used only to find differences much larger than any rounding error.
   - Whether two values are equal is decided with 50 digits, at one or more points of every region that was sampled. In a
-    region the operands of functions with branches keep their signs. Both expressions are analytic there, so that they
-    agree on the whole region if they agree around a point.
+    region, the operands of functions with branches keep their signs. Both expressions are analytic in a region, so that
+    they agree everywhere in it if they agree around a point.
 
 Decimals are exact: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for a double printed by a
-program (SymPy prints 15 digits, without trailing zeros). It may have the rounding error of a chain of operations with
-doubles (DOUBLE_TOLERANCE, relative to the size of the terms). An assignment may allow more (`Rounding`).
+program (SymPy prints 15 digits, without trailing zeros). Such a number may have the rounding error of a chain of
+operations with doubles (DOUBLE_TOLERANCE, relative to the size of the terms). An assignment may allow more
+(`Rounding`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,12 +32,12 @@ from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import PRECISE_TOLERANCE, Program, compile_program, evaluate_precisely
 from qdot.exercises.formula.trees import Node, Nodes, count_decimal_digits, count_digits, find_names
 
-POINT_COUNT = 50
-POINT_COUNT_BRANCHING = 2000
+POINT_COUNT, POINT_COUNT_BRANCHING = 50, 2000
+"""Number of points of a numeric comparison, without and with functions with branches."""
 WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
-"""The bound of a numeric comparison holds for answers that are wrong at this share of the configurations or more."""
+"""The bound of a numeric comparison holds for answers that are wrong at this fraction of the points or more."""
 READABLE_POINTS = 8
-"""The number of points that come first, with two decimals, so that a counterexample can be checked by hand."""
+"""The values of this many points, the first, have two decimals, so that a counterexample can be checked by hand."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
@@ -48,18 +49,18 @@ _RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Domain:
-    """The role of each symbol: a kind of random value, a given number, or an array with one number for each point.
+    """The role of each symbol: a kind of random value, a fixed number, or an array with one number for each point.
 
-    The kinds are "angle" (whole circle), "length" (positive), "signed" and "travel". "travel" is that of a prismatic
-    joint, in metres, as far as any arm reaches, in both directions.
+    The kinds are "angle" (whole circle), "length" (positive), "signed" (positive or negative), and "travel". The last
+    is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
 
-    def fixed_values(self) -> dict[str, Fraction | None]:
-        """Return the value of each name that stands for a number, None if it is only known as a double."""
+    def list_fixed_values(self) -> dict[str, Fraction | None]:
+        """Return the value of each name that stands for a number; None for an irrational number, known as a double."""
         return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
     def sample(self, used_names: set[str], point_count: int, stream: Stream) -> dict[str, np.ndarray]:
@@ -81,7 +82,7 @@ def _as_fraction(number: float | Fraction) -> Fraction | None:
 
 
 def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
-    """Return random values for a role, readable ones first; the logarithms of lengths are uniformly distributed."""
+    """Return random values for a role; the logarithms of lengths are uniformly distributed."""
     fractions = (np.frombuffer(stream.take_bytes(8 * point_count), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
         values = np.pi * (2 * fractions - 1)
@@ -108,7 +109,7 @@ def choose_default_role(name: str) -> str:
 class Rounding:
     """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
 
-    `words` describe it, as in "to three significant digits", "within 0.01 rad/s".
+    `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s".
     """
 
     relative: float = 0.0
@@ -120,9 +121,9 @@ class Rounding:
 class EntryDifference:
     """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
 
-    A value is a text if it is not a finite real number, or if more digits are needed to show the difference.
-    `reference_values` is None if it is withheld. If only the direction of a vector counts, `reference_values` is scaled
-    to match the answer's entry `pivot`.
+    `yours` is the answer's value. A value is a text if it is not a finite real number, or if a float has too few digits
+    to show the difference. `expected` is None if students may not see it. If only the direction of a vector counts, the
+    vector of the expected values is scaled so that its entry `pivot` is the answer's.
     """
 
     entry: int
@@ -134,7 +135,7 @@ class EntryDifference:
 
 @dataclass(frozen=True)
 class SetDifference:
-    """Configurations (rad and m) where two sets differ: one singular but not claimed, one claimed but not singular."""
+    """Configurations (rad and m) where two sets differ: `missing` is singular but not claimed, `surplus` vice versa."""
 
     missing: Mapping[str, float] | None
     surplus: Mapping[str, float] | None
@@ -145,11 +146,11 @@ Counterexample = EntryDifference | SetDifference
 
 @dataclass(frozen=True)
 class Certificate:
-    """How a verdict was reached: method, points tried, and a bound on the chance that a wrong answer is accepted.
+    """How a verdict was reached: the method, the number of points, and a bound on the chance of a false acceptance.
 
-    For the method "exact", the bound holds for any wrong answer. For "numeric", it holds for an answer that is wrong at
-    a share of at least WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the configurations. If `bound` is None, no bound is
-    claimed.
+    For the method "exact", the bound holds for any wrong answer. For the method "numeric", the bound holds for an
+    answer that is wrong at WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the points or more. If `bound` is None, no bound
+    is known.
     """
 
     method: str
@@ -160,7 +161,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Whether each entry is correct, and the certificate, with the first difference."""
+    """Whether each entry is correct, and the certificate, with a counterexample for the first wrong entry."""
 
     is_correct: tuple[bool, ...]
     certificate: Certificate
@@ -169,50 +170,49 @@ class Comparison:
 def compare_entries(
     student_entries: Nodes, reference_entries: Nodes, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Comparison:
-    """Compare two lists of scalar trees entry by entry at random points.
+    """Compare two lists of scalar trees entry by entry.
 
-    Nobody may know `seed`, which determines the points, before the answer is submitted. Raises ParseError for an entry
-    that is not a scalar.
+    `seed` determines the random points, so nobody may know it before the answer is submitted. Raises ParseError for an
+    entry that is not a scalar.
     """
     if all(remove_noise(node) is node for node in reference_entries):
         student_entries = [remove_noise(node) for node in student_entries]
     student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
-    constants = domain.fixed_values()
+    constants = domain.list_fixed_values()
     exact_results = exact.compare(student_program, reference_program, constants, seed)
-    double_names = {name for name, value in constants.items() if value is None}
-    allowances = [_find_allowed_errors(node, rounding, double_names) for node in student_entries]
-    is_certain = [
-        entry.is_equal is True or (entry.is_equal is False and not any(allowance))
-        for entry, allowance in zip(exact_results, allowances, strict=True)
-    ]
-    equal = [entry.is_equal is True for entry in exact_results]
-    points = max(entry.point_count for entry in exact_results)
-    if all(equal):
-        return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in exact_results)))
-    count = _choose_point_count(student_program, is_certain)
-    names = set().union(*map(find_names, (*student_entries, *reference_entries)))
-    values = domain.sample(names, count, Stream(seed))
-    trial = _NumericComparison((student_program, reference_program), allowances, values, constants, count)
-    for k, is_sure in enumerate(is_certain):
-        if not is_sure:
-            equal[k] = trial.is_equal(k)
-    wrong_entries = [k for k, same in enumerate(equal) if not same]
-    example = trial.find_counterexample(wrong_entries[0]) if wrong_entries else None
-    if all(is_certain):
-        bound = max((entry.bound for entry in exact_results if entry.is_equal), default=0.0)
-        return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    wrong_share = WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
-    bound = chance_of_missing(trial.defined_count, wrong_share)
-    return Comparison(tuple(equal), Certificate("numeric", trial.point_count, bound, example))
+    is_correct = [result.is_equal is True for result in exact_results]
+    method, point_count = "exact", max(result.point_count for result in exact_results)
+    bound = max((result.bound for result in exact_results if result.is_equal), default=0.0)
+    example = None
+    if not all(is_correct):
+        double_names = {name for name, value in constants.items() if value is None}
+        allowances = [_find_allowed_errors(node, rounding, double_names) for node in student_entries]
+        is_certain = [
+            bool(result.is_equal) or (result.is_equal is False and not any(allowance))
+            for result, allowance in zip(exact_results, allowances, strict=True)
+        ]
+        count = _choose_point_count(student_program, is_certain)
+        names = set().union(*map(find_names, (*student_entries, *reference_entries)))
+        values = domain.sample(names, count, Stream(seed))
+        comparison = _NumericComparison((student_program, reference_program), allowances, values, constants, count)
+        for k, is_sure in enumerate(is_certain):
+            is_correct[k] = is_correct[k] if is_sure else comparison.is_equal(k)
+        if not all(is_correct):
+            example = comparison.find_counterexample(is_correct.index(False))
+        if not all(is_certain):
+            wrong_share = WRONG_SHARE_BRANCHING if student_program.has_branches else WRONG_SHARE
+            method, point_count = "numeric", comparison.point_count
+            bound = chance_of_missing(comparison.defined_count, wrong_share)
+    return Comparison(tuple(is_correct), Certificate(method, point_count, bound, example))
 
 
 def chance_of_missing(point_count: int, share: float = WRONG_SHARE) -> float:
-    """Return the chance that an answer that is wrong at a `share` of all points is correct at all sampled points."""
+    """Return the chance that an answer that is wrong at this `share` of all points is correct at the sampled points."""
     return float((1.0 - share) ** point_count)
 
 
 def _choose_point_count(student_program: Program, is_certain: Sequence[bool]) -> int:
-    """Return the number of points: few if only a counterexample is missing, many for functions with branches."""
+    """Return the number of points: few if all verdicts are certain, many for functions with branches."""
     if all(is_certain):
         return READABLE_POINTS
     if not student_program.has_branches:
@@ -227,53 +227,55 @@ def choose_decimal_tolerance(node: Node) -> float:
 
 def _find_allowed_errors(node: Node, rounding: Rounding | None, double_names: AbstractSet[str]) -> tuple[float, float]:
     """Return the relative error (to the size of the reference's terms) and the absolute error allowed for an entry."""
-    floats = DOUBLE_TOLERANCE if double_names and find_names(node) & double_names else choose_decimal_tolerance(node)
-    return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
+    has_doubles = bool(double_names and find_names(node) & double_names)
+    relative_error = DOUBLE_TOLERANCE if has_doubles else choose_decimal_tolerance(node)
+    return (relative_error, 0.0) if rounding is None else (max(relative_error, rounding.relative), rounding.absolute)
 
 
 _MAX_VALUES = 10_000_000
-"""Maximum count of double-precision values per comparison: a program of more than 5,000 steps has fewer points."""
+"""Maximum number of double-precision values in a comparison: a program of more than 5,000 steps has fewer points."""
 
 _MAX_PRECISE_STEPS = 100_000
-"""Maximum number of evaluation steps with many digits per comparison (some seconds), so that grading never stalls."""
+"""Maximum number of steps with many digits in a comparison (some seconds), so that grading never stalls."""
 
 _CLEAR_DIFFERENCE = 1e-9
 """Smallest difference that double precision may establish, relative to the size of the terms; far above rounding."""
 
 _MAX_REGION_POINTS, _MAX_WORST_POINTS = 16, 3
-"""Maximum number of points per entry evaluated with 50 digits: one for each region, and those with the largest
-difference relative to rounding."""
+"""Maximum number of points at which an entry is evaluated with 50 digits.
+
+These are one point of each region, and the points with the largest difference relative to rounding errors."""
 
 
 class _NumericComparison:
-    """The comparison of two programs at the same points: in double precision, and with many digits if necessary."""
+    """The comparison of two programs at the same points: in double precision and, if necessary, with many digits.
+
+    `allowances` are the relative and the absolute error allowed for each entry. Arrays have the shape (entries,
+    points).
+    """
 
     def __init__(
-        self,
-        programs: Sequence[Program],
-        allowances: Sequence[tuple[float, float]],
-        values: Mapping[str, np.ndarray],
-        constants: Mapping[str, Fraction | None],
-        point_count: int,
-    ) -> None:
+        self, programs: Sequence[Program], allowances: Sequence[tuple[float, float]],
+        values: Mapping[str, np.ndarray], constants: Mapping[str, Fraction | None], point_count: int,
+    ) -> None:  # fmt: skip
         self.programs, self.values, self.constants, self.point_count = programs, values, constants, point_count
-        self.evaluated_steps = [(each, program.evaluate_steps(each, values, point_count)) for each in programs]
+        self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
         results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
         (self.student_values, size), (self.reference_values, expected_size) = results
         self.scale = _compute_term_scales(expected_size)
         with np.errstate(all="ignore"):
-            parts, amounts = np.array(allowances).T
-            self.allowed_error = parts[:, None] * self.scale + amounts[:, None]
+            relative_errors, absolute_errors = np.array(allowances).T
+            self.allowed_error = relative_errors[:, None] * self.scale + absolute_errors[:, None]
             self.size = size + expected_size
             self.rounding_error = 10 * _RELATIVE_ROUNDING * self.size
             self.difference = np.abs(self.student_values - self.reference_values)
-        self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(each.steps) for each in programs))
+        self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(p.steps) for p in programs))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
         self.precise_results: dict[tuple[int, int], list[list[Any]]] = {}
 
     @cached_property
     def region_numbers(self) -> np.ndarray:
-        """The number of each point's region."""
+        """The number of each point's region, (points,)."""
         return program.assign_regions(self.evaluated_steps, self.point_count)
 
     @property
@@ -282,10 +284,10 @@ class _NumericComparison:
         return int(np.isfinite(self.reference_values).sum(axis=1).min())
 
     def is_equal(self, entry: int) -> bool:
-        """Return whether an entry is correct; if not, store a point at which it differs."""
+        """Return whether an entry is correct."""
         if self._is_clearly_different(entry).any():
             return False
-        precise_results = [self._agrees_precisely(entry, int(point)) for point in self._points_to_check(entry)]
+        precise_results = [self._agrees_precisely(entry, int(point)) for point in self._choose_points(entry)]
         return False not in precise_results and (True in precise_results or bool(self._is_clearly_allowed(entry).any()))
 
     def _is_clearly_different(self, entry: int) -> np.ndarray:
@@ -299,11 +301,14 @@ class _NumericComparison:
         with np.errstate(all="ignore"):
             return np.asarray(self.difference[entry] + self.rounding_error[entry] <= self.allowed_error[entry])
 
-    def _points_to_check(self, entry: int) -> list[int]:
-        """Return the points that need many digits: one of each region that isn't settled, and the worst points."""
+    def _choose_points(self, entry: int) -> list[int]:
+        """Return the points that need many digits: one of each region, and the points with the worst differences.
+
+        Points at which double precision shows that the error is allowed need no more digits.
+        """
         unsettled = np.flatnonzero(~self._is_clearly_allowed(entry))
         defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
-        # Values with two decimals may coincide (a1 = a2) at a removable singularity; those of the other points can't.
+        # Undefined at a removable singularity: values with two decimals may coincide (a1 = a2), other values don't.
         unsettled = unsettled[defined[unsettled] | (unsettled >= READABLE_POINTS)]
         if not len(unsettled):
             return []
@@ -316,7 +321,7 @@ class _NumericComparison:
         return list(dict.fromkeys(map(int, points)))
 
     def _agrees_precisely(self, entry: int, point: int) -> bool | None:
-        """Return whether both values of an entry agree to many digits.
+        """Return whether both values of an entry agree to many digits; if not, store them as an example.
 
         Return None if the reference is undefined, or if the maximum number of steps has been used.
         """
@@ -329,7 +334,7 @@ class _NumericComparison:
             if not mpmath.isfinite(expected):
                 return None
             if not mpmath.isfinite(yours):
-                continue  # it may be defined with more digits, if a denominator almost vanishes
+                continue  # more digits may help if a denominator almost vanishes
             with mpmath.workdps(digits):
                 difference, size = abs(yours - expected), self.size[entry, point]
                 scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
@@ -343,17 +348,17 @@ class _NumericComparison:
         return False
 
     def _evaluate_precisely(self, point: int, digits: int) -> list[list[Any]] | None:
-        """Return all results of both programs at a point with `digits` digits, or None if that takes too long."""
+        """Return all results of both programs at a point with `digits` digits, or None if there are too many steps."""
         if (point, digits) not in self.precise_results:
             if self.remaining_evaluations <= 0:
                 return None
             self.remaining_evaluations -= 1
             at = {name: self.constants.get(name) or float(column[point]) for name, column in self.values.items()}
-            self.precise_results[point, digits] = [evaluate_precisely(each, at, digits) for each in self.programs]
+            self.precise_results[point, digits] = [evaluate_precisely(p, at, digits) for p in self.programs]
         return self.precise_results[point, digits]
 
     def find_counterexample(self, entry: int) -> EntryDifference:
-        """Return a point where an entry differs, preferably a readable one, and both values there."""
+        """Return a point where an entry differs, preferably one with two decimals, and both values there."""
         defined = np.isfinite(self.reference_values[entry])
         clear = np.flatnonzero((self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])) & defined)
         if len(clear):
@@ -361,11 +366,11 @@ class _NumericComparison:
             yours, expected = self.student_values[entry, point], self.reference_values[entry, point]
         else:
             point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)
-        at = {name: _round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
+        at = {name: round_to_six_digits(column[point]) for name, column in sorted(self.values.items())}
         return EntryDifference(entry, at, *show_difference(yours, expected))
 
     def _find_tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
-        """Return a point at which 50 digits show a difference that double precision doesn't show, or else any point."""
+        """Return a point at which 50 digits show a difference, or else any point, and both values there."""
         example = (0, self.student_values[entry, 0], self.reference_values[entry, 0])
         for point in range(READABLE_POINTS):
             if (results := self._evaluate_precisely(point, 50)) is not None:
@@ -376,18 +381,19 @@ class _NumericComparison:
 
 
 def _compute_term_scales(magnitudes: np.ndarray) -> np.ndarray:
-    """Return the scale of each entry: the size of its terms, or the largest scale at that point if the size is 0."""
+    """Return the scale of each entry: the size of its terms or, if that is 0, the largest size at the same point."""
     largest = magnitudes.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
     return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest)
 
 
-def _round_to_six_digits(value: float) -> float:
+def round_to_six_digits(value: float) -> float:
+    """Return a number with six digits, which is the same on every machine."""
     return float(f"{value:.6g}")
 
 
 def show_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
-    """Return two different values, written with enough digits to show the difference."""
+    """Return the answer's value and the expected value, with enough digits to show their difference."""
     shown = to_json_number(complex(student_value)), to_json_number(complex(expected_value))
     if shown[0] != shown[1]:
         return shown
@@ -407,4 +413,4 @@ def to_json_number(value: complex) -> float | str:
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):
         return f"{value.real:.6g} + {value.imag:.6g}i"
-    return _round_to_six_digits(value.real)
+    return round_to_six_digits(value.real)

@@ -1,9 +1,9 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
 Let w = exp(i theta / 8) for every angle theta. Take sines and cosines of angles, of sums, halves, quarters and eighths
-of angles, and of these plus multiples of half a degree. They are quotients of polynomials in the w, with coefficients
-in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and of symbols.
-Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
+of angles, and of these plus multiples of a quarter of a degree. They are quotients of polynomials in the w, with
+coefficients in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and
+of symbols. Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
 
 Modulo a prime p = 1 (mod 1440) the integers contain 1440th roots of unity, so that the functions can be evaluated
 without rounding. A prime and a root are chosen by the system's random generator for several answers at a time; a point
@@ -26,27 +26,37 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, inf, isqrt, log2, prod
-from typing import Any
+from operator import add
+from typing import Any, NamedTuple
 
 from sympy import multiplicity
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import field
-from qdot.exercises.formula.angles import AngleOrImaginary, Phase, find_angles, make_phase
+from qdot.exercises.formula.angles import Angle, Phase, find_angles, make_phase
 from qdot.exercises.formula.field import PRIME_BITS, PRIME_COUNT, ROOT_ORDER, Field, choose_field
 from qdot.exercises.formula.program import Program, Step
 
 # --- sizes: degree and height of numerator and denominator ---
 
-Size = tuple[float, float, float, float]
-"""Degree and height of the numerator, degree and height of the denominator."""
+
+class Size(NamedTuple):
+    """Upper bounds on the degree and height of a numerator, and on the degree and height of its denominator."""
+
+    degree: float
+    height: float
+    denominator_degree: float = 0.0
+    denominator_height: float = 0.0
 
 
 def _add_sizes(x: Size, y: Size, count: int) -> Size:
+    """Return the size of nx/dx + count ny/dy = (nx dy + count ny dx) / (dx dy)."""
     if not count:
         return x
-    height = _log2_of_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count)))
-    return max(x[0] + y[2], x[2] + y[0]), height, x[2] + y[2], x[3] + y[3]
+    degree = max(x.degree + y.denominator_degree, x.denominator_degree + y.degree)
+    height = _log2_of_sum(x.height + y.denominator_height, x.denominator_height + y.height + log2(abs(count)))
+    denominator_height = x.denominator_height + y.denominator_height
+    return Size(degree, height, x.denominator_degree + y.denominator_degree, denominator_height)
 
 
 def _log2_of_sum(x: float, y: float) -> float:
@@ -56,11 +66,13 @@ def _log2_of_sum(x: float, y: float) -> float:
 
 
 def _multiply_sizes(x: Size, y: Size) -> Size:
-    return x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]
+    """Return the size of a product."""
+    return Size(*map(add, x, y))
 
 
 def _invert_size(x: Size) -> Size:
-    return x[2], x[3], x[0], x[1]
+    """Return the size of the reciprocal."""
+    return Size(*x[2:], *x[:2])
 
 
 def _log2(number: int) -> float:
@@ -70,6 +82,7 @@ def _log2(number: int) -> float:
 # --- programs ---
 
 ModularStep = tuple[str, tuple[int, ...], Any]
+"""A step as in `program`; the step of a trigonometric function has no operands, but the phase of its angle."""
 SizedStep = tuple[ModularStep, Size]
 
 
@@ -86,7 +99,7 @@ class ModularProgram:
         return None if step is None else step[1]
 
 
-_UNIT_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
+_UNIT_SIZE = Size(0.0, 0.0)
 _MAX_SIZE = 1e15
 """Maximum degree and height; functions beyond them are not evaluated."""
 
@@ -95,9 +108,9 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     """Return a program for evaluation modulo a prime; `fixed_values` maps names to numbers (None: irrational)."""
     steps = [_replace_fixed_name(step, fixed_values) for step in program.steps]
     angles = find_angles(steps)
-    modular: list[SizedStep | None] = []
+    sized_steps: list[SizedStep | None] = []
     for op, operands, constant in steps:
-        sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
+        sizes = [step[1] for step in (sized_steps[i] for i in operands) if step is not None]
         if op in _TRIGONOMETRIC_FUNCTIONS:
             step = _make_trigonometric_step(op, angles[operands[0]])
         elif op == "sqrt":
@@ -105,17 +118,18 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
         else:
             size = _compute_size(op, constant, sizes) if len(sizes) == len(operands) else None
             step = ((op, operands, constant), size) if size is not None else None
-        modular.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
-    return ModularProgram(tuple(modular), program.outputs)
+        sized_steps.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
+    return ModularProgram(tuple(sized_steps), program.outputs)
 
 
 def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
+    """Return the size of a step's result, given the sizes of its operands; None for any other function."""
     if op == "number":
-        return 0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator)
+        return Size(0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator))
     if op == "name" and constant != "E":
-        return _UNIT_SIZE if constant == "I" else (1.0, 0.0, 0.0, 0.0)
+        return _UNIT_SIZE if constant == "I" else Size(1.0, 0.0)
     if op == "sum":
-        size: Size = (0.0, -inf, 0.0, 0.0)
+        size = Size(0.0, -inf)
         for term, count in zip(sizes, constant, strict=True):
             size = _add_sizes(size, term, count)
         return size
@@ -124,62 +138,69 @@ def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     if op in ("*", "/"):
         return _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
-        a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
-        n = abs(constant)
-        return (n * a, n * b, n * c, n * d) if constant else _UNIT_SIZE
+        base_size = sizes[0] if constant >= 0 else _invert_size(sizes[0])
+        return Size(*(abs(constant) * bound for bound in base_size)) if constant else _UNIT_SIZE
     return None
 
 
 def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None]) -> Step:
-    if step[0] != "name" or step[2] not in fixed_values:
+    """Return a number instead of a name that stands for a number."""
+    op, _, name = step
+    if op != "name" or name not in fixed_values:
         return step
-    value = fixed_values[step[2]]
+    value = fixed_values[name]
     return ("number", (), value) if value is not None else ("unknown number", (), None)
 
 
 _TRIGONOMETRIC_FUNCTIONS = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _make_trigonometric_step(op: str, angle: AngleOrImaginary | None) -> SizedStep | None:
-    """Return the step for a trigonometric function of a real angle, or for an exponential of an imaginary one."""
-    if angle is None or angle[1] != (op == "exp"):
+def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
+    """Return the step for a trigonometric function of a real angle, or for the exponential of an imaginary angle.
+
+    Return None for any other angle, and for an angle without a phase.
+    """
+    if angle is None or angle.is_imaginary != (op == "exp"):
         return None
-    phase = make_phase(angle[0])
+    phase = make_phase(angle.coefficients)
     if phase is None:
         return None
     exponent_sum = sum(abs(power) for _, power in phase.powers)
     if exponent_sum > _MAX_SIZE:  # it may be too large for a double
         return None
     degree = float(exponent_sum)
-    exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
+    exponential, sine = Size(degree, 0.0, degree, 0.0), Size(2 * degree, 1.0, degree, 1.0)
     size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
-    return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
+    return (op, (), phase), size or Size(2 * degree, 1.0, 2 * degree, 1.0)
 
 
 _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _make_square_root_step(angle: AngleOrImaginary | None) -> SizedStep | None:
-    """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
-    if angle is None or set(angle[0]) - {""} or angle[1]:
+def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
+    """Return the step for the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only.
+
+    Return None for any other number, and for anything but a number.
+    """
+    if angle is None or set(angle.coefficients) - {""} or angle.is_imaginary:
         return None
-    number = angle[0].get("", Fraction(0))
+    number = angle.coefficients.get("", Fraction(0))
     product = abs(number.numerator) * number.denominator
-    odd_primes = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
-    integer_root = isqrt(product // prod(odd_primes))
-    if integer_root * integer_root * prod(odd_primes) != product:
+    root_primes = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
+    integer_root = isqrt(product // prod(root_primes))
+    if integer_root * integer_root * prod(root_primes) != product:
         return None
     factor = Fraction(integer_root, number.denominator)
-    size = (0.0, _log2(factor.numerator) + 3.0 * len(odd_primes), 0.0, _log2(factor.denominator))
-    return ("root", (), (factor, odd_primes, ROOT_ORDER // 4 if number < 0 else 0)), size
+    size = Size(0.0, _log2(factor.numerator) + 3.0 * len(root_primes), 0.0, _log2(factor.denominator))
+    return ("root", (), (factor, root_primes, ROOT_ORDER // 4 if number < 0 else 0)), size
 
 
 # --- evaluation ---
 
 
 class _Point:
-    """Random values of names and of the w modulo the prime, each chosen when it is first used.
+    """Random values modulo the prime: of each name, and of w for each angle. A value is chosen when it is first used.
 
     If `values_by_name`, a value depends on the name alone, so that all programs use the same point.
     """
@@ -188,29 +209,23 @@ class _Point:
         self.field, self.stream, self.values_by_name = field, stream, values_by_name
         self.values: dict[str, int] = {}
 
-    def value(self, name: str) -> int:
-        """Return the value of a name."""
+    def value_of(self, name: str) -> int:
         if name not in self.values:
             stream = self.stream.substream(name) if self.values_by_name else self.stream
             self.values[name] = 1 + field.choose_below(stream, self.field.prime - 1)
         return self.values[name]
 
-    def phase(self, phase: Phase) -> int:
+    def phase_value(self, phase: Phase) -> int:
         """Return exp(i angle)."""
         value = self.field.power(phase.root_exponent)
         for name, power in phase.powers:
-            value = value * pow(self.value(f"phase/{name}"), power, self.field.prime) % self.field.prime
+            value = value * pow(self.value_of(f"phase/{name}"), power, self.field.prime) % self.field.prime
         return value
 
 
 def _residue(number: Fraction, prime: int) -> int:
-    return number.numerator * _inverse(number.denominator, prime) % prime
-
-
-def _inverse(value: int, prime: int) -> int:
-    if value % prime == 0:
-        raise ZeroDivisionError
-    return pow(value, -1, prime)
+    """Return a rational number modulo a prime. Raises ValueError if the denominator is zero modulo the prime."""
+    return number.numerator * pow(number.denominator, -1, prime) % prime
 
 
 def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]:
@@ -218,35 +233,38 @@ def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]
     values: list[int | None] = []
     for step in program.steps:
         value = None
-        if step is not None and None not in (args := [values[i] for i in step[0][1]]):
-            with suppress(ZeroDivisionError):
-                value = _evaluate_step(step[0][0], args, step[0][2], point) % point.field.prime
+        if step is not None:
+            op, operands, data = step[0]
+            args = [values[i] for i in operands]
+            with suppress(ValueError):  # a division by zero
+                value = None if None in args else _evaluate_step(op, args, data, point) % point.field.prime
         values.append(value)
     return [values[i] for i in program.outputs]
 
 
 def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
+    """Return the result of a step; `data` is the step's constant. Raises ValueError for a division by zero."""
     prime = point.field.prime
     if op == "*":
         return args[0] * args[1]
     if op == "sum":
         return sum(count * arg for count, arg in zip(data, args, strict=True))
     if op in _TRIGONOMETRIC_FUNCTIONS:
-        return _evaluate_trigonometric_function(op, point.phase(data), point.field)
+        return _evaluate_trigonometric_function(op, point.phase_value(data), point.field)
     if op == "neg":
         return -args[0]
     if op == "name":
-        return point.field.power(ROOT_ORDER // 4) if data == "I" else point.value(f"name/{data}")
+        return point.field.power(ROOT_ORDER // 4) if data == "I" else point.value_of(f"name/{data}")
     if op == "number":
         return _residue(data, prime)
     if op == "/":
-        return args[0] * _inverse(args[1], prime)
+        return args[0] * pow(args[1], -1, prime)
     if op == "integer power":
-        return pow(args[0] if data >= 0 else _inverse(args[0], prime), abs(data), prime)
-    factor, roots, turn = data
-    value = _residue(factor, prime) * point.field.power(turn)
-    for root in roots:
-        value = value * sum(count * point.field.power(turn) for count, turn in _SQUARE_ROOTS[root]) % prime
+        return pow(args[0], data, prime)
+    factor, root_primes, exponent = data  # a square root
+    value = _residue(factor, prime) * point.field.power(exponent)
+    for root_prime in root_primes:
+        value = value * sum(count * point.field.power(power) for count, power in _SQUARE_ROOTS[root_prime]) % prime
     return value
 
 
@@ -261,7 +279,7 @@ def _evaluate_trigonometric_function(op: str, phase: int, field: Field) -> int:
         "sin": (sine, 2), "cos": (cosine, 2), "tan": (sine, cosine),
         "cot": (cosine, sine), "sec": (2, cosine), "csc": (2, sine),
     }[op]  # fmt: skip
-    return numerator * _inverse(denominator, prime)
+    return numerator * pow(denominator, -1, prime)
 
 
 # --- comparison ---
@@ -272,19 +290,52 @@ MAX_POINTS = 6
 """Maximum number of points; after these, a result is undefined everywhere, or the comparison stays undecided."""
 
 
-@dataclass(frozen=True)
 class ExactComparison:
-    """Whether two results are the same function (None: undecided), the number of points, and the error bound."""
+    """The comparison of one result of two programs, at the points tried so far.
 
-    is_equal: bool | None = None
-    point_count: int = 0
-    bound: float = 1.0
+    `bound` is the bound on the chance that an answer that is accepted now is wrong. The sizes are None for a result
+    that is not a rational function; such results are not compared.
+    """
+
+    def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
+        self._sizes = student_size and reference_size and (student_size, reference_size)
+        self._tried_count, self._agreeing_count, self._undefined_count = 0, 0, 0
+        self._differs, self.bound = False, inf
+
+    @property
+    def needs_points(self) -> bool:
+        """Whether another point may decide the comparison."""
+        return self._sizes is not None and not self._differs and self.bound > MAX_ERROR_CHANCE
+
+    @property
+    def is_equal(self) -> bool | None:
+        """Whether the results are the same function; None if that is undecided."""
+        if self._differs or 0 < self._tried_count == self._undefined_count:
+            return False
+        return True if self.bound <= MAX_ERROR_CHANCE else None
+
+    @property
+    def point_count(self) -> int:
+        """The number of points that led to the decision."""
+        return self._agreeing_count if self.is_equal else self._tried_count
+
+    def add_point(self, student_value: int | None, reference_value: int | None, field: Field) -> None:
+        """Compare the values at one more point; None is an undefined value."""
+        self._tried_count += 1
+        if student_value is None or reference_value is None:
+            self._undefined_count += reference_value is not None
+        elif student_value != reference_value:
+            self._differs = True
+        elif self._sizes is not None:
+            self._agreeing_count += 1
+            single_chance = chance_of_agreement(*self._sizes, field.bits, field.prime_count)
+            self.bound = min(1.0, comb(self._tried_count, self._agreeing_count) * single_chance**self._agreeing_count)
 
 
 def chance_of_agreement(student: Size, reference: Size, bits: int = PRIME_BITS, primes: float = PRIME_COUNT) -> float:
     """Return a bound on the chance that two different functions agree at one random point."""
-    degree = max(student[0] + reference[2], student[2] + reference[0])
-    height = _log2_of_sum(student[1] + reference[3], student[3] + reference[1])
+    difference = _add_sizes(student, reference, -1)
+    degree, height = difference.degree, difference.height
     return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / primes)
 
 
@@ -304,52 +355,20 @@ def compare(
     reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
     stream = Stream(f"{seed}/exact")
     indices = range(len(reference_modular.outputs))
-    entries = [_EntryComparison(student_modular.size(k), reference_modular.size(k)) for k in indices]
+    comparisons = [ExactComparison(student_modular.size(k), reference_modular.size(k)) for k in indices]
     for trial in range(MAX_POINTS):
-        if not any(entry.is_undecided for entry in entries):
+        if not any(comparison.needs_points for comparison in comparisons):
             break
         is_shared = trial == 0 and field_source is None
         chosen_field = _SHARED_FIELD.get() if is_shared else (field_source or choose_field)(stream)
         point = _Point(chosen_field, stream)
         student_values = evaluate_modular(student_modular, point)
-        is_same = reference_modular is student_modular
-        reference_values = student_values if is_same else evaluate_modular(reference_modular, point)
-        for entry, student_value, reference_value in zip(entries, student_values, reference_values, strict=True):
-            if entry.is_undecided:
-                entry.add_point(student_value, reference_value, chosen_field)
-    return [entry.verdict() for entry in entries]
-
-
-class _EntryComparison:
-    """The comparison of one result of both programs, at the points tried so far."""
-
-    def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
-        self.sizes = student_size and reference_size and (student_size, reference_size)
-        self.agreeing_count, self.point_count, self.undefined_count, self.differs, self.bound = 0, 0, 0, False, inf
-
-    @property
-    def is_undecided(self) -> bool:
-        return self.sizes is not None and not self.differs and self.bound > MAX_ERROR_CHANCE
-
-    def add_point(self, student_value: int | None, reference_value: int | None, field: Field) -> None:
-        self.point_count += 1
-        if student_value is None or reference_value is None:
-            self.undefined_count += reference_value is not None
-        elif student_value != reference_value:
-            self.differs = True
-        elif self.sizes is not None:
-            self.agreeing_count += 1
-            single_chance = chance_of_agreement(*self.sizes, field.bits, field.prime_count)
-            self.bound = min(1.0, comb(self.point_count, self.agreeing_count) * single_chance**self.agreeing_count)
-
-    def verdict(self) -> ExactComparison:
-        if self.sizes is None:
-            return ExactComparison()
-        if self.differs or self.undefined_count == self.point_count:
-            return ExactComparison(False, self.point_count)
-        if self.bound <= MAX_ERROR_CHANCE:
-            return ExactComparison(True, self.agreeing_count, self.bound)
-        return ExactComparison(None, self.point_count)
+        is_same_program = reference_modular is student_modular
+        reference_values = student_values if is_same_program else evaluate_modular(reference_modular, point)
+        for comparison, value, expected in zip(comparisons, student_values, reference_values, strict=True):
+            if comparison.needs_points:
+                comparison.add_point(value, expected, chosen_field)
+    return comparisons
 
 
 # --- fingerprints of functions ---
@@ -361,8 +380,8 @@ FINGERPRINT_POINTS = 2
 def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
     """Return numbers that identify each result: equal functions have equal numbers, whatever their texts.
 
-    They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
-    is undefined. The result is None for anything but a rational function of lengths, sines and cosines.
+    The numbers are the values of the result modulo a prime, at points that depend only on `seed` and on the names. An
+    undefined value is None. If a result is not a rational function of lengths, sines and cosines, return None for it.
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.program import compile_program

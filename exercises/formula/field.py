@@ -8,7 +8,7 @@ from sympy.ntheory.primetest import mr
 from qdot.exercises.common.stream import Stream
 
 ROOT_ORDER = 1440
-"""Order of the root of unity, which represents a quarter of a degree; sums of its powers give roots of 2, 3, 5, -1."""
+"""Order of the root of unity, a rotation by a quarter of a degree; sums of its powers are roots of 2, 3, 5 and -1."""
 PRIME_BITS = 80
 """Primes are chosen between 2^80 and 2^81."""
 PRIME_COUNT = 4.5e19
@@ -26,7 +26,10 @@ _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime`, one of `prime_count` primes, with a `root` of unity of order ROOT_ORDER."""
+    """The integers modulo `prime`, with a `root` of unity of order ROOT_ORDER.
+
+    The prime was chosen at random among `prime_count` primes of `bits` bits.
+    """
 
     prime: int
     root: int
@@ -63,7 +66,7 @@ USES_PER_FIELD = 64
 class SharedField:
     """A field chosen by the system's random generator, and replaced after USES_PER_FIELD comparisons.
 
-    The bound that comes with a verdict includes the chance that the verdict is wrong because of this choice.
+    The bound that comes with a verdict allows for the chance that the verdict is wrong because of this choice.
     """
 
     def __init__(self) -> None:
@@ -78,6 +81,7 @@ class SharedField:
 
 
 def _choose_root(prime: int, stream: Stream) -> int:
+    """Return a random root of unity of order ROOT_ORDER."""
     while True:
         root = pow(1 + choose_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
         if all(pow(root, ROOT_ORDER // q, prime) != 1 for q in (2, 3, 5)):

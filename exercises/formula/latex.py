@@ -1,7 +1,7 @@
 """Parse the LaTeX that qdot itself writes (in printers/latex, in templates, with each language's decimals) as a layout.
 
-Any other LaTeX is refused by name, so that a test over all families notices what a printer can't express. LaTeX typed
-by students is an answer, and is parsed for its meaning (`notation`).
+Any other LaTeX is an error that names the command, so that a test over all families finds formulas that no printer can
+express. LaTeX typed by students is an answer; it is parsed for its meaning (`notation`).
 """
 
 import re
@@ -38,26 +38,26 @@ def parse_latex(latex: str) -> Layout:
     reader = _Reader(_TOKEN.findall(latex), latex)
     layout = reader.read_row(())
     if reader.tokens:
-        raise reader.unknown_latex_error(reader.tokens[-1])
+        raise reader.make_error(reader.tokens[-1])
     return layout
 
 
 class _Reader:
-    """Parses tokens from the first to the last; they are stored in reverse order."""
+    """Parses tokens; they are stored in reverse order, so that the next token is the last in the list."""
 
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
 
-    def unknown_latex_error(self, token: str) -> UnknownLatex:
+    def make_error(self, token: str) -> UnknownLatex:
         return UnknownLatex(f"{token!r} in {self.latex!r}")
 
     def take(self, expected_token: str = "") -> str:
         if not self.tokens or (expected_token and self.tokens[-1] != expected_token):
-            raise self.unknown_latex_error(self.tokens[-1] if self.tokens else "the end")
+            raise self.make_error(self.tokens[-1] if self.tokens else "the end")
         return self.tokens.pop()
 
     def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
-        """Return the row of all pieces up to a token that begins with one of `end_tokens`, or to the end."""
+        """Return the row of all pieces before a token that begins with one of `end_tokens`, or before the end."""
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(end_tokens or ("}",)):
@@ -68,6 +68,7 @@ class _Reader:
         return Layout("row", "", tuple(pieces))
 
     def read_script(self, base: Layout) -> Layout:
+        """Return a base with the subscript, superscript and primes that follow."""
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
             sign = self.take()
@@ -78,14 +79,14 @@ class _Reader:
             else:
                 superscript = self.read_argument()
         if primes > len(PRIMES):
-            raise self.unknown_latex_error("'" * primes)
+            raise self.make_error("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
             superscript = Layout("row", "", (prime, *row_pieces(superscript))) if superscript != EMPTY else prime
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:
-        """Return a group in braces as a row, or else the next sign; for a number, only its first digit."""
+        """Return the next argument: a group in braces as a row, or a single sign, such as a number's first digit."""
         sign = self.tokens[-1] if self.tokens else ""
         if sign.isdigit() and len(sign) > 1:
             self.tokens[-1:] = [sign[1:], sign[0]]
@@ -100,7 +101,7 @@ class _Reader:
         if sign[0] == "\\":
             return self.read_command(sign[1:])
         if sign in _REFUSED_SIGNS:
-            raise self.unknown_latex_error(sign)
+            raise self.make_error(sign)
         if sign[0].isdigit():
             return Layout("number", sign.replace("{,}", ","))
         return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
@@ -122,11 +123,11 @@ class _Reader:
             return Layout("fenced", opening.removeprefix("\\") + self.take().removeprefix("\\"), (inside,))
         if name.startswith("begin{"):
             return self.read_table(name[6:-1])
-        raise self.unknown_latex_error(f"\\{name}")
+        raise self.make_error(f"\\{name}")
 
     def read_table(self, name: str) -> Layout:
         if name not in ("bmatrix", "aligned"):
-            raise self.unknown_latex_error(name)
+            raise self.make_error(name)
         rows: list[list[Layout]] = [[]]
         kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
         while True:
@@ -138,5 +139,5 @@ class _Reader:
             elif separator != "&":
                 break
         if separator != rf"\end{{{name}}}":
-            raise self.unknown_latex_error(separator)
+            raise self.make_error(separator)
         return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

@@ -1,6 +1,6 @@
 r"""The layout of a formula: a tree from which every notation is printed.
 
-It is made from SymPy expressions (`writing/latex`), from typed answers (`writing/typeset`) and from the LaTeX of
+A layout is made from SymPy expressions (`writing/latex`), from typed answers (`writing/typeset`) and from the LaTeX of
 qdot's templates (`formula/latex`). It describes positions, not meanings: s_{12} is a letter with an index here.
 """
 
@@ -19,7 +19,7 @@ SPACES: dict[str, float] = SYMBOLS["spaces"]
 
 
 class Layout(NamedTuple):
-    r"""A piece of a formula: it has a `kind`, and a `text` or `inner` pieces. The kinds:
+    r"""A piece of a formula: it has a `kind`, a `text`, and `inner` pieces. The kinds:
 
     letter, number, sign, word (a function's name), text: `text` is shown.
     space: `text` is a key of SPACES.
@@ -27,9 +27,9 @@ class Layout(NamedTuple):
     script: base, subscript and superscript, which are EMPTY if there is none.
     fraction: numerator and denominator; `text` is frac, tfrac (small) or dfrac (large).
     root: the radicand. dotted: the piece below the dot.
-    fenced: the piece between brackets that grow with it; `text` holds the two brackets, "." for none.
-    matrix: `text` holds two brackets, `inner` the rows, each a row of cells that are rows.
-    aligned: like a matrix, without brackets; `text` is "apart" if the lines have extra space between them.
+    fenced: the piece between two brackets that grow with it; `text` holds the brackets, "." for a missing bracket.
+    matrix: `text` holds two brackets; `inner` holds the rows, each a row of cells, which are rows themselves.
+    aligned: equations below each other, in rows of cells like a matrix; `text` is "apart" if there is extra space.
     """
 
     kind: str
@@ -56,7 +56,7 @@ def script(base: Layout, subscript: Layout = EMPTY, superscript: Layout = EMPTY)
 
 
 def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_small: bool = False) -> Layout:
-    """Return a fraction; if `is_small`, it has the size of the surrounding text."""
+    """Return a fraction; if `is_small`, a fraction as in the text of a line."""
     return Layout("fraction", "tfrac" if is_small else "frac", (row(*numerator), row(*denominator)))
 
 
@@ -71,11 +71,11 @@ def matrix(rows: Sequence[Sequence[Sequence[Layout]]]) -> Layout:
 
 
 def number(text: str) -> Pieces:
-    """Return a number with its sign."""
+    """Return a number, and its minus if it has one."""
     return (MINUS, Layout("number", text[1:])) if text[0] == "-" else (Layout("number", text),)
 
 
-def scientific(digits: str, power: int) -> Pieces:
+def scientific_number(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
     return (*number(digits), DOT, script(Layout("number", "10"), superscript=row(*number(str(power)))))
 
@@ -99,7 +99,7 @@ def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout
 
 
 def bracket(inside: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
-    """Return pieces in brackets; the brackets grow if they contain a piece whose kind or text is in `tall_kinds`."""
+    """Return pieces in brackets, which grow if there is a piece inside whose kind or text is in `tall_kinds`."""
     if _contains_kind(inside, tall_kinds):
         return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))
@@ -110,7 +110,14 @@ def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool
 
 
 def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:
-    """Print a formula; `printers` has a function for each kind, called with the piece and its printed inner pieces."""
+    """Return a printed formula.
+
+    `printers` has a function for each kind of piece; it is called with the piece and its printed inner pieces. These
+    are the cells of each row, in a list, for a matrix and for aligned equations.
+    """
+    if piece.kind in ("matrix", "aligned"):
+        rows = ([print_layout(cell, printers) for cell in cells.inner] for cells in piece.inner)
+        return printers[piece.kind](piece, *rows)
     return printers[piece.kind](piece, *(print_layout(part, printers) for part in piece.inner))
 
 
@@ -120,26 +127,26 @@ def base_of_script(piece: Layout) -> Layout:
 
 
 def is_binary(previous: Layout | None) -> bool:
-    """Return whether a plus or minus after a piece joins two terms; if not, it is the sign of the next number."""
+    """Return whether a plus or minus after a piece joins two terms; otherwise it is the sign of the next number."""
     return previous is not None and previous not in _BEFORE_SIGN_OF_NUMBER
 
 
 def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
-    """Return the terms of a sum, each with its sign; sums in brackets are split, too, up to the depth `max_depth`."""
+    """Return the terms of a sum, each with its sign; sums in at most `max_depth` nested brackets are split, too."""
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
-        depth += _depth_change(piece)
+        depth += _find_depth_change(piece)
         if index and depth <= max_depth and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
             starts.append(index)
     return [tuple(pieces[start:end]) for start, end in zip(starts, [*starts[1:], len(pieces)], strict=True)]
 
 
 def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
-    """Return the pieces between the marks that are outside all brackets."""
+    """Return the pieces between the separators that are outside all brackets."""
     rows: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
-        depth += _depth_change(piece)
+        depth += _find_depth_change(piece)
         if piece == separator and not depth:
             rows.append([])
         else:
@@ -147,7 +154,7 @@ def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
     return [tuple(part) for part in rows]
 
 
-def _depth_change(piece: Layout) -> int:
-    """Return the change of the bracket depth after a piece; a closing bracket may have a power."""
+def _find_depth_change(piece: Layout) -> int:
+    """Return 1 for an opening bracket, -1 for a closing bracket (perhaps with a power), 0 for any other piece."""
     bracket = base_of_script(piece)
     return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

@@ -1,11 +1,9 @@
 """Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
-from qdot.exercises.formula.algebra import TWO
-from qdot.exercises.formula.trees import Node
-from qdot.exercises.formula.vocabulary import VOCABULARY, compile_pattern
+from qdot.exercises.formula.trees import Node, make_number
+from qdot.exercises.formula.vocabulary import PATTERNS, VOCABULARY
 
 METRE = "m"
-_ANGLE = compile_pattern("angle")
 _NUMBER_KINDS = ("number", "decimal")
 _WHOLE_NUMBER_NAMES: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
@@ -38,14 +36,16 @@ def remove_metres(tree: Node) -> Node:
 
 
 def _is_metre(node: Node) -> bool:
-    is_square = node.kind == "^" and node.args[1] == TWO
+    """Return whether a factor is m or m^2."""
+    is_square = node.kind == "^" and node.args[1] == make_number(2)
     return (node.args[0] if is_square else node).value == METRE
 
 
 def _has_unit(node: Node, is_last: bool) -> bool:
-    """Return whether m is the unit of the factors before it.
+    """Return whether an m is the unit of the factors `node` before it.
 
-    It is after a number, a fraction or a list. At the end of a product it is after anything but a whole number.
+    It is their unit if the last factor is a number, a fraction or a list. At the end of a product (`is_last`), it is
+    their unit unless the last factor stands for a whole number.
     """
     last = node.args[1] if node.kind == "*" else node
     if is_last:
@@ -62,7 +62,7 @@ def _contains_angle(product: Node) -> bool:
     stack = [product]
     while stack:
         current = stack.pop()
-        is_angle = current.kind == "name" and _ANGLE.fullmatch(current.value)
+        is_angle = current.kind == "name" and PATTERNS["angle"].fullmatch(current.value)
         if is_angle or current.value in ("pi", *_INVERSES):
             return True
         if current.kind != "call":

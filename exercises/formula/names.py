@@ -5,13 +5,14 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, by each of its accepted names."""
 SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
 """The functions that c and s denote before an angle."""
 ARITY: dict[str, int] = VOCABULARY["arity"]
+"""The number of arguments of each function that has not just one."""
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
 MAX_NAME_LENGTH = LIMITS["name"]
@@ -19,9 +20,8 @@ MAX_NAME_LENGTH = LIMITS["name"]
 
 _CONSTANT_NAMES: dict[str, str] = VOCABULARY["constants"]
 _LETTER_TABLE = str.maketrans(VOCABULARY["letters"])
-_RATE_PATTERN, _SHORTHAND_PATTERN = compile_pattern("rate"), compile_pattern("short")
 _JOINT_SYMBOLS: dict[str, list[str]] = VOCABULARY["joints"]
-"""Candidates for q, th, t and the like; the first one that, with its index, is a symbol of the problem is meant."""
+"""What q, th, t etc. may mean: the first candidate that, with its index, is a symbol of the problem."""
 _JOINT_PATTERN = re.compile(f"({'|'.join(_JOINT_SYMBOLS)})([0-9]{{1,4}})")
 _ANGLE_SUM_LETTERS: list[str] = VOCABULARY["sums_of_angles"]
 _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["short_without_space"]
@@ -29,7 +29,10 @@ _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["short_without_space"]
 
 @dataclass(frozen=True)
 class NamePart:
-    """A part of a name: `kind` is "name", "function", or "sin", "cos" or "sum" of the angles in `names`."""
+    """A part of a typed name, such as a1 and c12 in a1c12.
+
+    Its `kind` is "name", "function", or "sin", "cos" or "sum" of the angles `names`.
+    """
 
     kind: str
     names: tuple[str, ...]
@@ -37,10 +40,7 @@ class NamePart:
 
 @lru_cache(maxsize=4096)
 def normalize_name(name: str) -> str:
-    """Return a name as in the symbol tables.
-
-    Modules and underscores before digits are removed, and Greek letters are spelled out.
-    """
+    """Return a name without module and without underscores before digits, and with Greek letters spelled out."""
     for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
     return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTER_TABLE))
@@ -50,7 +50,7 @@ def normalize_name(name: str) -> str:
 def split_name(typed_name: str, known_symbols: frozenset[str]) -> tuple[NamePart, ...]:
     """Return the parts of a name; `known_symbols` are the symbols of the problem, which take precedence.
 
-    >>> [piece.kind for piece in split_name("a1c12", frozenset({"a1", "theta1", "theta2"}))]
+    >>> [part.kind for part in split_name("a1c12", frozenset({"a1", "theta1", "theta2"}))]
     ['name', 'cos']
     """
     name = normalize_name(typed_name)
@@ -70,9 +70,9 @@ def split_name(typed_name: str, known_symbols: frozenset[str]) -> tuple[NamePart
 
 
 def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list[str]:
-    """Return the factors of a product typed with dots, as a1.a2.sin; [] if a factor is unknown, as in a1.subs.
+    """Return the factors of a product typed with dots, as in a1.a2.sin; [] if a factor is unknown, as in a1.subs.
 
-    If no symbols are known, because there is no problem, every name that ends with a digit is accepted.
+    If no symbols are known, because there is no problem, every name that ends with a digit counts as known.
 
     >>> split_dotted_product("a1.c1", frozenset({"a1", "theta1"})), split_dotted_product("np.sin", frozenset({"a1"}))
     (['a1', 'c1'], [])
@@ -80,18 +80,18 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
     if "." not in normalize_name(typed_name):
         return []
     names = typed_name.split(".")
-    pieces = [piece for name in names for piece in split_name(name, known_symbols)]
-    symbols = {piece.names[0] for piece in pieces if piece.kind == "name"} - {*CONSTANTS, *known_symbols}
+    parts = [part for name in names for part in split_name(name, known_symbols)]
+    symbols = {part.names[0] for part in parts if part.kind == "name"} - {*CONSTANTS, *known_symbols}
     return names if all(not known_symbols and re.search("[0-9]$", symbol) for symbol in symbols) else []
 
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
     """Return the usual meaning of a name that is not a symbol of the problem, or None."""
-    if (shorthand := _SHORTHAND_PATTERN.fullmatch(name)) is not None:
+    if (shorthand := PATTERNS["short"].fullmatch(name)) is not None:
         function, letter, digits = shorthand.groups()
         if angles := _angles_of_digits(digits, known_symbols, letter or "theta"):
             return NamePart(SHORTHAND[function], angles)
-    rate = _RATE_PATTERN.fullmatch(name)
+    rate = PATTERNS["rate"].fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
         return NamePart("name", (symbol,)) if symbol in known_symbols or not known_symbols else None
@@ -118,13 +118,14 @@ def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | 
 
 
 def _angles_of_digits(digits: str, known_symbols: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
-    """Return the angles in c12 or theta12 if all of them are known, or if no symbols are known."""
+    """Return the angles in c12 or theta12; () if one of them is unknown, although other symbols are known."""
     angles = tuple(f"{letter}{digit}" for digit in digits)
     return angles if not known_symbols or all(angle in known_symbols for angle in angles) else ()
 
 
 @lru_cache(maxsize=256)
 def _compile_word_pattern(known_symbols: frozenset[str]) -> re.Pattern[str]:
+    """Return a pattern for symbols, functions and shorthand, the longest words first."""
     words = sorted({*known_symbols, *FUNCTIONS, "pi"}, key=lambda word: (-len(word), word))
     return re.compile("|".join([*map(re.escape, words), _SHORTHAND_WITHOUT_SPACE]))
 
@@ -133,7 +134,7 @@ def _split_joined_names(name: str, known_symbols: frozenset[str]) -> tuple[NameP
     """Return the parts of names joined without spaces, as in a1c12 or costheta1; () if a part is unknown."""
     if not known_symbols:
         return ()
-    pieces: list[NamePart] = []
+    parts: list[NamePart] = []
     position = 0
     for match in _compile_word_pattern(known_symbols).finditer(name):
         if match.start() != position:
@@ -141,10 +142,10 @@ def _split_joined_names(name: str, known_symbols: frozenset[str]) -> tuple[NameP
         word, position = match.group(), match.end()
         function = FUNCTIONS.get(word) or SHORTHAND.get(word)
         if word in known_symbols or word == "pi":
-            piece: NamePart | None = NamePart("name", (word,))
+            part: NamePart | None = NamePart("name", (word,))
         else:
-            piece = NamePart("function", (function,)) if function else _find_usual_meaning(word, known_symbols)
-        if piece is None:
+            part = NamePart("function", (function,)) if function else _find_usual_meaning(word, known_symbols)
+        if part is None:
             return ()
-        pieces.append(piece)
-    return tuple(pieces) if position == len(name) and len(pieces) > 1 else ()
+        parts.append(part)
+    return tuple(parts) if position == len(name) and len(parts) > 1 else ()

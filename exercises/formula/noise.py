@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isnan, nan, prod
 
-from qdot.exercises.formula.algebra import ZERO
-from qdot.exercises.formula.trees import Node, fold
+from qdot.exercises.formula.trees import ZERO, Node, fold
 
 MAX_NOISE = 1e-12
-"""A term with a smaller coefficient is a rounding error, even if it has many digits or other terms are small."""
+"""A term with a smaller coefficient is a rounding error, even if it has many digits, or if other terms are small."""
 
 BOUNDED_FUNCTIONS = ("sin", "cos")
 """Functions whose values are of the order of 1 for every argument."""
@@ -16,7 +15,7 @@ BOUNDED_FUNCTIONS = ("sin", "cos")
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the absolute value of its coefficient (nan if it is unknown), and its value if it is a number."""
+    """A tree, the size of its coefficient (nan if that is unknown), and the value of the tree if it is a number."""
 
     tree: Node
     coefficient_size: float

@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from typing import Any
 
 from qdot.exercises.formula.names import FUNCTIONS
-from qdot.exercises.formula.vocabulary import LIMITS, SPACES, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, SPACES, VOCABULARY
 
 MAX_NESTING = LIMITS["latex_depth"]
 _MAX_LATEX_LENGTH = LIMITS["latex_characters"]
@@ -16,19 +16,17 @@ _LONG_TEXT_LENGTH, _MIN_COUNTED_TERMS = LIMITS["long"], LIMITS["many"]
 _LOOK_ALIKES = str.maketrans(
     VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
 )
-"""ASCII equivalents of digits in all scripts, wide East Asian signs, typesetters' spaces and invisible marks."""
+"""ASCII characters for digits of all scripts, wide East Asian signs, typesetters' spaces and invisible marks."""
 _SUPERSCRIPT_CHARACTERS: dict[str, str] = VOCABULARY["superscripts"]
 _SUPERSCRIPT_PATTERN = re.compile(f"[{''.join(_SUPERSCRIPT_CHARACTERS)}]+")
 _SIGN_TABLE = str.maketrans(VOCABULARY["signs"])
-_DOTTED_RATE_PATTERN, _DOLLAR_PATTERN = compile_pattern("rate_with_dot"), compile_pattern("dollars")
-_END_PATTERN = compile_pattern("end")
-"""The semicolon or full stop that ends a statement or a sentence."""
 
 _UNITS: dict[str, str] = VOCABULARY["units"]
+"""For each unit, the text that converts a number before it to SI units, such as /100 for cm."""
 
 
 def _pattern_of_units(units: Iterable[str]) -> str:
-    """Return a regular expression for any of these units, also with spaces around the slash, as in rad / s."""
+    """Return a regular expression for any of these units, which may have spaces around their slash, as in rad / s."""
     return "|".join(re.escape(unit).replace("/", " ?/ ?") for unit in sorted(units, key=len, reverse=True))
 
 
@@ -42,9 +40,9 @@ _FINAL_UNIT_PATTERN = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pat
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
 _TYPING_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["meant"]) for habit in VOCABULARY["habits"]]
-"""Patterns for text before the result, a unit in brackets after it, degrees inside it, and root signs.
+"""Patterns of other notations, such as text before the result, with their replacements in plain text.
 
-Each comes with a mark that any matching text contains, because testing for the mark is faster than a search."""
+Each pattern comes with a mark that any matching text contains, because to look for the mark is faster than a search."""
 
 
 def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
@@ -57,9 +55,9 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     """
     text = (text if text.isascii() else text.translate(_LOOK_ALIKES)).rstrip(SPACES)
     if len(text) > _LONG_TEXT_LENGTH:
-        text = _SYMBOL_SUM_PATTERN.sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
-    for mark, habit, meant in _TYPING_HABITS:
-        text = habit.sub(meant, text) if mark in text else text
+        text = PATTERNS["symbols_in_a_row"].sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
+    for mark, pattern, replacement in _TYPING_HABITS:
+        text = pattern.sub(replacement, text) if mark in text else text
     text = convert_units(text, known_symbols)
     is_latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _MAX_LATEX_LENGTH
     if text.isascii() and not (is_latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
@@ -67,30 +65,28 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     text = _SUPERSCRIPT_PATTERN.sub(
         lambda match: f"^({''.join(_SUPERSCRIPT_CHARACTERS[sign] for sign in match.group())})", text
     )
-    text = _DOTTED_RATE_PATTERN.sub("qd", text).translate(_SIGN_TABLE)
-    if (math_in_dollars := _DOLLAR_PATTERN.fullmatch(text)) is not None:
-        text = math_in_dollars.group(2)
+    text = PATTERNS["rate_with_dot"].sub("qd", text).translate(_SIGN_TABLE)
+    if (dollar_match := PATTERNS["dollars"].fullmatch(text)) is not None:
+        text = dollar_match.group(2)
     if is_latex:
-        text = _LatexReader(_LATEX_TOKEN.findall(text)).read_until(())
-    text = _name_rates_and_entries(_END_PATTERN.sub("", text.rstrip(SPACES)), known_symbols)
+        text = _LatexReader(PATTERNS["latex_token"].findall(text)).read_until(())
+    text_without_end = PATTERNS["end"].sub("", text.rstrip(SPACES))  # a full stop, for example
+    text = _name_rates_and_entries(text_without_end, known_symbols)
     return _remove_final_unit(convert_units(text, known_symbols), known_symbols)
 
 
-_DERIVATIVE_PATTERN, _VECTOR_ENTRY_PATTERN = compile_pattern("rate_as_derivative"), compile_pattern("entry_of_vector")
-
-
 def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
-    """Return the text with names instead of rates typed as derivatives and of entries of a joint vector, q[0] or q(1).
+    """Return a text in which names replace rates typed as derivatives, and entries of a joint vector, q[0] or q(1).
 
-    In square brackets the first joint has the index 0, as in Python. It has the index 1, as in Maple, if 0 is unused
-    and the last index would otherwise exceed the problem's joints. In parentheses it has the index 1, as in Matlab.
+    In parentheses, the first joint has the index 1, as in Matlab. In square brackets, it has the index 0, as in Python.
+    It has the index 1, as in Maple, if 0 is unused and the last index would otherwise exceed the problem's joints.
     """
     if "'" in text or ("/" in text and "t" in text):
-        text = _DERIVATIVE_PATTERN.sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
+        text = PATTERNS["rate_as_derivative"].sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
     if ".diff" in text:
         text = text.replace("(t).diff", ".diff")
 
-    matches = _VECTOR_ENTRY_PATTERN.finditer(text) if "[" in text else ()
+    matches = PATTERNS["entry_of_vector"].finditer(text) if "[" in text else ()
     indices = {int(match.group(2)) for match in matches if match.group(2)}
     last_number = f"{max(indices, default=0) + 1}"
     is_beyond_last_joint = known_symbols and known_symbols.isdisjoint((f"theta{last_number}", f"d{last_number}"))
@@ -100,7 +96,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
         number = int(match.group(2)) + first_number if match.group(2) else match.group(3)
         return f"{'q' if match.group(1) else 'qd'}{number}"
 
-    return _VECTOR_ENTRY_PATTERN.sub(name_entry, text)
+    return PATTERNS["entry_of_vector"].sub(name_entry, text)
 
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_in_unit"], VOCABULARY["patterns"]["behind_unit"]
@@ -108,7 +104,10 @@ _NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){
 
 
 def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
-    """Return the text with numbers such as 0.5 rad/s and 30 cm converted to SI units; the grammar handles m."""
+    """Return a text in which numbers with units, such as 0.5 rad/s or 30 cm, are converted to SI units.
+
+    The unit m is left to the grammar (`metres`).
+    """
 
     def replace_unit(match: re.Match[str]) -> str:
         unit = _normalize_unit(match.group(2))
@@ -123,7 +122,7 @@ _LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_pattern_of_units(_LENGTHS
 
 
 def use_points_in_lengths(text: str) -> str:
-    """Return the text with decimal points in lengths such as 0,2 m, because their comma can't separate two values.
+    """Return a text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
 
     >>> use_points_in_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
     'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'
@@ -136,7 +135,7 @@ _NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NAME}{_NUMBER}({_pattern_of_uni
 
 
 def find_units(text: str) -> list[tuple[str, str, int]]:
-    """Return (name, unit, index) for each number with a unit: the name before it or "", and where the match begins.
+    """Return (name, unit, index) for each number with a unit: the name before the number or "", and where it begins.
 
     >>> find_units("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
@@ -152,15 +151,12 @@ def classify_unit(unit: str) -> str:
     return "length" if unit in VOCABULARY["lengths"] else "angle" if unit in VOCABULARY["angles"] else ""
 
 
-_SYMBOL_SUM_PATTERN, _SIGNED_SYMBOL_PATTERN = compile_pattern("symbols_in_a_row"), compile_pattern("signed_symbol")
-
-
 def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
-    """Return + a1 - a1 + a1 … with equal terms counted, so that even a very long sum is parsed quickly.
+    """Return + a1 - a1 + a1 … with counts of equal terms, so that even a very long sum is parsed quickly.
 
-    The first and last terms stay, because they may belong to a power or product before or after the sum.
+    The first term and the last term are left, because they may belong to a product or power beside the sum.
     """
-    terms = _SIGNED_SYMBOL_PATTERN.findall(symbol_sum)
+    terms = PATTERNS["signed_symbol"].findall(symbol_sum)
     inner_counts = Counter(terms[1:-1])
     if len(terms) < _MIN_COUNTED_TERMS or not {name for _, name in inner_counts} <= known_symbols:
         return symbol_sum
@@ -169,30 +165,29 @@ def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
 
 
 def _remove_final_unit(text: str, known_symbols: AbstractSet[str]) -> str:
+    """Return a text without the unit at its end; the value before the unit is converted to SI units."""
     match = _FINAL_UNIT_PATTERN.search(text)
     if match is None or (unit := _normalize_unit(match.group(1))) in known_symbols:
         return text
-    factor, rest = _UNITS[unit], text[: match.start()]
-    is_whole_number = unit in _WHOLE_NUMBER_NAMES and rest.endswith(_BEFORE_WHOLE_NUMBERS)
-    if (factor and rest[:1] in "[{") or "=" in text or is_whole_number:
+    factor, value_text = _UNITS[unit], text[: match.start()]
+    is_whole_number = unit in _WHOLE_NUMBER_NAMES and value_text.endswith(_BEFORE_WHOLE_NUMBERS)
+    if (factor and value_text[:1] in "[{") or "=" in text or is_whole_number:
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
-    return f"({rest}){factor}" if factor else rest
+    return f"({value_text}){factor}" if factor else value_text
 
 
 # --- LaTeX ---
 
-_LATEX_TOKEN = compile_pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
 _COMMANDS: dict[str, str] = {
     **_LATEX["words"], **dict.fromkeys(_LATEX["spaces"], " "), **dict.fromkeys(_LATEX["nothing"], ""),
     **{brace: brace for brace in _LATEX["braces"]},
 }  # fmt: skip
 _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
-_ROW_HEIGHT_PATTERN, _DIGIT_SUM_PATTERN = compile_pattern("height_of_row"), compile_pattern("sum_of_digits")
 
 
 class _LatexReader:
-    """Converts the tokens of a LaTeX formula to plain text; unknown tokens stay, so that the grammar reports them."""
+    """Converts the tokens of a LaTeX formula to plain text; unknown tokens are left, for the grammar to report."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position, self.depth = tokens, 0, 0
@@ -206,7 +201,7 @@ class _LatexReader:
         return token
 
     def read_until(self, end_tokens: tuple[str, ...]) -> str:
-        """Return the text up to one of the tokens `end_tokens`, which is not consumed."""
+        """Return the text of the tokens before one of `end_tokens`."""
         self.depth += 1
         pieces: list[str] = []
         while self.position < len(self.tokens) and self.peek() not in end_tokens and self.depth <= MAX_NESTING:
@@ -229,23 +224,23 @@ class _LatexReader:
             return self.read_row_end(symbol)
         return self.read_command(symbol[1:]) if symbol[0] == "\\" and len(symbol) > 1 else symbol
 
-    def read_row_end(self, sign: str) -> str:
-        r"""Return the separator of two statements for \\\\, or a space if the next line continues, as in & = b."""
+    def read_row_end(self, symbol: str) -> str:
+        r"""Return the separator of two statements for \\\\ or &, or a space if the formula continues, as in & = b."""
         while self.peek() and (self.peek()[0] in SPACES or self.peek()[1:] in _LATEX["spaces"] or self.peek() == "&"):
             self.position += 1
         continues = self.peek() in _CONTINUATIONS or self.peek() == "\\end"
-        return " " if continues else " & " if sign == "&" else "; "
+        return " " if continues else " & " if symbol == "&" else "; "
 
     def read_subscript(self) -> str:
         r"""Return a subscript as plain text: 12 for {1,2} and {1+2}, but (theta1+theta2) for {\theta_1+\theta_2}."""
         index = re.sub(f"[{SPACES},()]+", "", self.read_argument())
-        index = index.replace("+", "") if _DIGIT_SUM_PATTERN.fullmatch(index) else index
+        index = index.replace("+", "") if PATTERNS["sum_of_digits"].fullmatch(index) else index
         if "+" in index or "-" in index:
             return f"({index})"
         return f"{index} " if re.search("[0-9]$", index) and self.peek()[:1].isalpha() else index  # a_1c \theta_1
 
     def read_group(self) -> str:
-        """Return the text up to the closing brace, and consume the brace."""
+        """Return the text before the closing brace, and skip the brace."""
         inner = self.read_until(("}",))
         self.position += 1
         return inner
@@ -307,7 +302,7 @@ class _LatexReader:
         return text
 
     def read_rows(self, end_token: str) -> str:
-        """Return the rows up to the token `end_token` as nested lists, and consume that token."""
+        """Return the rows before the token `end_token` as nested lists, and skip that token."""
         rows: list[list[str]] = [[]]
         while self.position < len(self.tokens):
             rows[-1].append(self.read_until(("&", *_LATEX["row_ends"], end_token)).strip(SPACES))
@@ -321,6 +316,8 @@ class _LatexReader:
 
     def skip_row_height(self) -> None:
         r"""Skip the distance between two rows, as in \\\\[2pt]."""
-        if self.peek() == "[" and _ROW_HEIGHT_PATTERN.match("".join(self.tokens[self.position : self.position + 12])):
+        if self.peek() == "[" and PATTERNS["height_of_row"].match(
+            "".join(self.tokens[self.position : self.position + 12])
+        ):
             while self.take() != "]":
                 pass

@@ -14,6 +14,7 @@ import sympy as sp
 from qdot.exercises.formula.sympy_text import expression_text
 
 SortKey = tuple[object, ...]
+"""A key by which `sorted` compares names, terms or factors."""
 
 NAMED_ANGLE_PATTERN = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol for an angle; its index lists the joints whose angles it contains."""
@@ -37,7 +38,7 @@ def _make_trig_key(trig: sp.Expr) -> SortKey:
 
 
 def find_joints(symbol: sp.Symbol) -> list[int]:
-    """Return the joint that a symbol belongs to, or the joints whose angles are summed in a named angle."""
+    """Return the number of the joint that a symbol belongs to, or of all joints whose angles are in a named angle."""
     named = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
     return [int(digit) for digit in named.group(1)] if named else [find_number_in_name(symbol)]
 
@@ -45,13 +46,13 @@ def find_joints(symbol: sp.Symbol) -> list[int]:
 @lru_cache(maxsize=4096)
 def _make_term_key(term: sp.Expr) -> SortKey:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
-    moving_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
+    motion_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
     trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
     names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
     is_joint_first = not any(name[0] == "theta" for name in names)
-    if not trig_keys and not moving_keys and names:
+    if not trig_keys and not motion_keys and names:
         return ([], [], is_joint_first, False, names, expression_text(term))
-    return (moving_keys, trig_keys, is_joint_first, term.is_number, names, expression_text(term))
+    return (motion_keys, trig_keys, is_joint_first, term.is_number, names, expression_text(term))
 
 
 @lru_cache(maxsize=4096)
@@ -61,6 +62,7 @@ def is_rate_or_component(symbol: sp.Symbol) -> bool:
 
 
 def _make_motion_key(symbol: sp.Symbol) -> SortKey:
+    """Return a key that sorts joint rates by joint, before components of velocities and forces."""
     if not COMPONENT_PATTERN.fullmatch(symbol.name):
         return (0, find_number_in_name(symbol))
     return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
@@ -91,8 +93,9 @@ def _contains_motion(term: sp.Expr) -> bool:
 class Product:
     """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
 
-    The signs of the sums in `flipped_sums` are changed. No bracket then starts with a minus, and a sum has the same
-    signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x + c_1 v_y)/a_1.
+    The sums in `flipped_sums` are printed with the opposite signs. So no bracket starts with a minus, and a sum has the
+    same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in
+    (-s_1 v_x + c_1 v_y)/a_1.
     """
 
     is_negative: bool
@@ -105,10 +108,10 @@ class Product:
 @lru_cache(maxsize=4096)
 def order_product(expression: sp.Expr) -> Product:
     """Return an expression other than a sum as a product with its factors in order."""
-    number, rest = expression.as_coeff_Mul()
+    number, remainder = expression.as_coeff_Mul()
     is_negative = bool(number.is_negative)
     numerator, denominator = list[sp.Expr](), list[sp.Expr]()
-    for factor in sorted(sp.Mul.make_args(rest), key=_make_factor_key):
+    for factor in sorted(sp.Mul.make_args(remainder), key=_make_factor_key):
         if factor.is_Pow and factor.exp.could_extract_minus_sign():
             denominator.append(1 / factor)
         elif factor != 1:
@@ -135,9 +138,9 @@ def _may_start_with_minus(factor: sp.Expr) -> bool:
 @lru_cache(maxsize=4096)
 def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return (is subtracted, term) for the terms of a sum in order; if `flip_signs`, all signs are changed."""
-    in_order = sorted(sp.Add.make_args(expression), key=_make_term_key)
-    signed_terms = [_split_sign(term, flip_signs) for term in in_order]
-    if any(map(_contains_motion, in_order)):
+    sorted_terms = sorted(sp.Add.make_args(expression), key=_make_term_key)
+    signed_terms = [_split_sign(term, flip_signs) for term in sorted_terms]
+    if any(map(_contains_motion, sorted_terms)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
         signed_terms.sort(key=lambda term: 1 if _contains_motion(term[1]) else 2 * term[0])
         return tuple(_move_plus_first(signed_terms))
@@ -150,16 +153,19 @@ def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[tuple[bo
 
 
 def _split_sign(term: sp.Expr, flip_signs: bool) -> tuple[bool, sp.Expr]:
-    """Return whether a term is subtracted, and the term with the matching signs in its brackets."""
-    if flip_signs and not (changed := -term).is_Add:
-        return order_product(changed).is_negative, changed
+    """Return whether a term is subtracted, and the term as it is printed after that sign.
+
+    If `flip_signs`, the opposite of the term is meant.
+    """
+    if flip_signs and not (opposite := -term).is_Add:
+        return order_product(opposite).is_negative, opposite
     return order_product(term).is_negative != flip_signs, term
 
 
 def _move_plus_first(signed_terms: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
-    """Return the terms reordered if the first has a minus and may be swapped with a later positive term.
+    """Return the terms with a positive term first, if the first term has a minus and the terms may be swapped.
 
-    This applies to sums of rates, and to the sine and cosine of the same angle.
+    They may be swapped in a sum of rates, and if the first two contain a sine and a cosine of the same angle.
     """
     symbols = {str(symbol) for _, term in signed_terms for symbol in term.free_symbols}
     if signed_terms[0][0] and all(map(_RATE_PATTERN.fullmatch, symbols)):
@@ -181,7 +187,7 @@ def decimal_text(value: sp.Expr) -> str | None:
 
 @lru_cache(maxsize=4096)
 def find_joint_sum_digits(angle: sp.Expr) -> str | None:
-    """Return "12" for theta1 + theta2, and None for an angle that the shorthand c12 can't express."""
+    """Return "12" for theta1 + theta2, and None for an angle without such a shorthand (as in c12)."""
     digits = []
     for term in sp.Add.make_args(angle):
         match = re.fullmatch(r"theta(\d)", str(term))

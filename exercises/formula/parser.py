@@ -2,25 +2,25 @@
 
 The grammar is the notation of Python and SymPy, extended by what people type: `^` for powers, `2a1`, theta as a Greek
 letter, `theta_1`, and the robotics shorthand c12 = cos(theta1 + theta2). Lists, sets, dictionaries and equations are
-parsed, too, because some answers consist of them. The caller decides what a node means as a scalar, a matrix or a set
+parsed, too, because some answers consist of them. The caller decides whether a tree means a scalar, a matrix or a set
 of conditions.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 from qdot.exercises.formula import names, trees
-from qdot.exercises.formula.algebra import ONE, ZERO, number
 from qdot.exercises.formula.metres import METRE, remove_metres
 from qdot.exercises.formula.names import ARITY, FUNCTIONS, SHORTHAND, NamePart, normalize_name, split_name
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.products import evaluate_matrices
-from qdot.exercises.formula.trees import EQUATION_CHAIN, Node, ParseError, combine_from_left, find_names, make_rows
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, find_names, make_number, make_rows
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 MAX_DEPTH = LIMITS["depth"]
 MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["either"]
@@ -41,37 +41,48 @@ _TOKEN = re.compile("|".join(
 ))  # fmt: skip
 
 _NEVER_INSIDE_BARS = ("=", "==", ",", ";", ":", "&")
+"""Tokens that can't occur inside an absolute value, as in |a1|."""
 _AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
-"""Tokens that can't occur inside a factor in bars, and tokens after its second bar that can't begin an alternative."""
+"""Tokens after a bar that show that the bar ends an absolute value; they can't begin an alternative."""
 _BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
 _OR_WORDS = ("or", "|")
-"""Words that add nothing to the comma before them. This holds between conditions only, not between vector entries."""
+"""Words that are ignored after a comma between two conditions, but not between two entries of a vector."""
 
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 """For each opening bracket its closing bracket and the meaning of its content."""
 _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
-def _tokenize(text: str) -> list[tuple[str, str, int]]:
-    tokens: list[tuple[str, str, int]] = []
+class _Token(NamedTuple):
+    """A part of a text that the grammar doesn't split: its `kind` is "number", "name", "op" or "end"."""
+
+    kind: str
+    text: str
+    position: int
+
+
+def _tokenize(text: str) -> list[_Token]:
+    """Return the tokens of a text, and one at its end. Raises ParseError."""
+    tokens: list[_Token] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):
         if match.start() != position:
             break
         if match.lastgroup != "space":
-            tokens.append((str(match.lastgroup), match.group(), position))
+            tokens.append(_Token(str(match.lastgroup), match.group(), position))
             depth += _DEPTH_CHANGES.get(match.group(), 0)
-            if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
+            if depth > MAX_DEPTH:  # checked here, so that no time is spent on the other tokens
                 raise ParseError(f"brackets are nested more than {MAX_DEPTH} deep {_describe_position(text, position)}")
         position = match.end()
     if position < len(text):
         example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
         raise ParseError(f"unexpected {text[position]!r} {_describe_position(text, position)}; {example}")
-    tokens.append(("end", "", position))
+    tokens.append(_Token("end", "", position))
     return tokens
 
 
 def _describe_position(text: str, position: int) -> str:
+    """Return a position and the characters around it, for a message."""
     start = max(0, position - 15)
     nearby = (" " if ch.isspace() else ch for ch in text[start : position + 15])
     printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
@@ -84,42 +95,46 @@ class _Parser:
     def __init__(self, text: str, known_symbols: frozenset[str]) -> None:
         self.text, self.known_symbols = text, known_symbols
         self.tokens, self.position, self.depth = self.translate_words(_tokenize(text)), 0, 0
-        if (signs := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
-            raise ParseError(f"the answer has {signs} signs ±, and each doubles the cases; write out the cases")
+        if (sign_count := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
+            raise ParseError(f"the answer has {sign_count} signs ±, and each doubles the cases; write out the cases")
         self.bare_argument_end = -1
         """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.joined_product: Node | None = None
         """The last parsed product of names written without spaces or brackets, as in a1c2."""
-        self.in_bars = False
+        self.is_inside_bars = False
         """Whether the next bar ends an absolute value."""
         self.braces_are_lists = False
-        """Whether a function had square brackets, as in Mathematica, where {a, b} is a list."""
+        """Whether a function was typed with square brackets, as in Mathematica, where {a, b} is a list."""
 
-    def translate_words(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
+    def translate_words(self, tokens: list[_Token]) -> list[_Token]:
         """Return the tokens with words of other languages replaced, such as the German word for "or"."""
-        translated = []
-        for kind, text, at in tokens:
-            word = _SYNONYMS.get(text) if kind == "name" and text not in self.known_symbols else None
+        translated: list[_Token] = []
+        for token in tokens:
+            kind, text, position = token
+            word = VOCABULARY["synonyms"].get(text) if kind == "name" and text not in self.known_symbols else None
             is_dotted = word is None and kind == "name" and "." in text
             if word:
-                translated.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
+                word_kind = "number" if word.isdigit() else "name" if word.isalpha() else "op"
+                translated.append(_Token(word_kind, word, position))
             elif is_dotted and (factors := names.split_dotted_product(text, self.known_symbols)):
-                start = at
+                start = position
                 for factor in factors:  # a1.a2.sin
-                    translated += [("op", "*", start), ("name", factor, start)]
+                    translated += [_Token("op", "*", start), _Token("name", factor, start)]
                     start += len(factor) + 1
                 del translated[-2 * len(factors)]
             elif word is None:
-                translated.append((kind, text, at))
+                translated.append(token)
         return translated
 
     def peek(self, ahead: int = 0) -> str:
-        return self.tokens[min(self.position + ahead, len(self.tokens) - 1)][1]
+        """Return the text of the next token or, if `ahead` is not 0, of the token that comes `ahead` tokens later."""
+        return self.tokens[min(self.position + ahead, len(self.tokens) - 1)].text
 
     def parse_error(self, message: str) -> ParseError:
-        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.position][2])}")
+        return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.position].position)}")
 
     def take(self, *texts: str) -> bool:
+        """Skip the next token if it is one of these; return whether it was."""
         kind, text, _ = self.tokens[self.position]
         is_next = kind in ("op", "name") and text in texts
         self.position += is_next
@@ -130,7 +145,8 @@ class _Parser:
             raise self.parse_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
 
     def parse(self) -> Node:
-        if self.tokens[0][0] == "end":
+        """Return the tree of the whole text."""
+        if self.tokens[0].kind == "end":
             raise ParseError("the text is empty")
         self.skip_lambda_head()
         tree = self.parse_to_end()
@@ -142,13 +158,13 @@ class _Parser:
     def parse_to_end(self) -> Node:
         """Return the tree of all remaining tokens."""
         rows, has_comma = self.parse_rows("")
-        if self.tokens[self.position][0] != "end":
+        if self.tokens[self.position].kind != "end":
             raise self.parse_error(f"unexpected {self.peek()!r}")
         if not rows[0]:  # semicolons alone
             raise ParseError("the text is empty")
         if len(rows) > 1 and any(len(row) > 1 for row in rows):
             return make_rows(rows)
-        items = [entry for row in rows for entry in row]  # of a; b, too
+        items = [entry for row in rows for entry in row]  # also a column, as in a; b
         if any(item.kind == "pair" for item in items):  # x: a, y: b
             return self.make_dictionary(items)
         return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
@@ -156,12 +172,12 @@ class _Parser:
     def parse_rows(self, closing: str) -> tuple[list[list[Node]], bool]:
         """Parse entries up to the closing bracket; return them in rows, and whether there was a comma.
 
-        Commas separate entries, semicolons separate rows. An entry may have a name, as in x: a, in braces or if
-        `closing` is empty.
+        Commas separate entries, semicolons separate rows. If `closing` is "", entries are parsed up to the end of the
+        text. In braces and outside all brackets, an entry may have a name, as in x: a.
         """
         rows: list[list[Node]] = [[]]
         has_comma = False
-        while not self.take_closing(closing):
+        while not (self.take(closing) if closing else self.tokens[self.position].kind == "end"):
             if self.take(";"):
                 rows.append([])
                 continue
@@ -183,23 +199,24 @@ class _Parser:
         return [row for row in rows if row] or [[]], has_comma
 
     def require_more(self) -> None:
-        if self.tokens[self.position][0] == "end":
+        """Raise ParseError at the end of the text."""
+        if self.tokens[self.position].kind == "end":
             raise self.parse_error("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_before_and(self) -> bool:
         return self.peek() == "," and self.peek(1) in ("and", "&")
 
     def is_condition(self, node: Node) -> bool:
-        """Return whether a node is a condition on a symbol of the problem; x = 1 only names an entry."""
+        """Return whether a node is a condition on a symbol of the problem, unlike x = 1, which only names an entry."""
         if node.kind in ("and", "or"):
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not find_names(node.args[0]).isdisjoint(self.known_symbols)
 
     def join_conditions(self, first: Node, is_alone: bool) -> Node:
-        """Parse "A, and B" as "A and B" if B is a condition.
+        """Parse "A, and B" as "A and B" if B is a condition; return the conjunction. `first` is A.
 
-        Raises ParseError if further commas or alternatives make this ambiguous. Before a value, as in theta2 = 0, and
-        pi, the comma separates the entries of a list.
+        If B is a value, as in theta2 = 0, and pi, the comma separates the entries of a list; return A. Raises
+        ParseError if more commas or alternatives make this ambiguous; `is_alone` says whether A is the first entry.
         """
         start = self.position
         terms = list(first.args) if first.kind == "and" else [first]
@@ -219,10 +236,8 @@ class _Parser:
             raise self.parse_error(f"a comma before 'and' is ambiguous; use brackets and no comma, as in {example}")
         return Node("and", tuple(terms))
 
-    def take_closing(self, closing: str) -> bool:
-        return self.take(closing) if closing else self.tokens[self.position][0] == "end"
-
     def make_dictionary(self, items: Sequence[Node]) -> Node:
+        """Return a dictionary; values without a name belong to the name before them."""
         pairs: list[list[Node]] = []
         for item in items:
             if item.kind == "pair":
@@ -238,7 +253,7 @@ class _Parser:
     def skip_lambda_head(self) -> None:
         """Skip the head of a Python function, lambda theta1, theta2: …; the expression it returns is the answer."""
         if self.take("lambda"):
-            while self.tokens[self.position][0] == "name":
+            while self.tokens[self.position].kind == "name":
                 self.position += 1
                 if not self.take(","):
                     break
@@ -255,16 +270,17 @@ class _Parser:
 
     def parse_disjunction(self) -> Node:
         with self.count_nesting():
-            terms = [self.parse_conjunction()]
-            while self.take("or", "|"):
-                terms.append(self.parse_conjunction())
-        return terms[0] if len(terms) == 1 else Node("or", tuple(terms))
+            return self.parse_chain("or", "|", self.parse_conjunction)
 
     def parse_conjunction(self) -> Node:
-        terms = [self.parse_relation()]
-        while self.take("and", "&"):
-            terms.append(self.parse_relation())
-        return terms[0] if len(terms) == 1 else Node("and", tuple(terms))
+        return self.parse_chain("and", "&", self.parse_relation)
+
+    def parse_chain(self, word: str, sign: str, parse_term: Callable[[], Node]) -> Node:
+        """Parse terms that are connected by a word or by its sign."""
+        terms = [parse_term()]
+        while self.take(word, sign):
+            terms.append(parse_term())
+        return terms[0] if len(terms) == 1 else Node(word, tuple(terms))
 
     def parse_relation(self) -> Node:
         sides = [self.parse_modulo(self.parse_sum())]
@@ -274,7 +290,7 @@ class _Parser:
             del sides[0]  # P = [x; y] = […]
         equations = tuple(Node("eq", pair) for pair in pairwise(sides))
         if len(equations) > 1:  # theta1 = theta2 = 0
-            return Node("and", equations, EQUATION_CHAIN)
+            return Node("and", equations, trees.EQUATION_CHAIN)
         if not equations and self.take("in"):
             return Node("in", (sides[0], self.parse_modulo(self.parse_sum())))
         return equations[0] if equations else sides[0]
@@ -285,7 +301,7 @@ class _Parser:
         while self.peek() in ("or", "and", "|", "&"):
             position = self.position
             self.position += 1
-            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.position][0] != "end" else None
+            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.position].kind != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
                 self.position = position  # another condition begins there
                 break
@@ -293,15 +309,15 @@ class _Parser:
         return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
 
     def parse_modulo(self, value: Node) -> Node:
-        """Parse "0 mod pi" or "0 (mod pi)": the value plus any whole multiple of pi."""
-        bracket = self.peek() == "(" and self.peek(1) in _MODULO_WORDS
-        if not bracket and self.peek() not in _MODULO_WORDS:
+        """Parse what follows a value in "0 mod pi" or "0 (mod pi)"; return the value plus any whole multiple of pi."""
+        is_in_brackets = self.peek() == "(" and self.peek(1) in _MODULO_WORDS
+        if not is_in_brackets and self.peek() not in _MODULO_WORDS:
             return value
-        self.position += 2 if bracket else 1
-        if self.peek(-1) == "%" and self.tokens[self.position][0] in ("end", "op") and self.peek() != "(":
+        self.position += 2 if is_in_brackets else 1
+        if self.peek(-1) == "%" and self.tokens[self.position].kind in ("end", "op") and self.peek() != "(":
             raise self.parse_error("percentages are not allowed; write a decimal such as 0.5")
         step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
-        if bracket:
+        if is_in_brackets:
             self.expect(")")
         if value.kind in ("list", "set"):
             return Node(value.kind, tuple(Node("+", (term, step)) for term in value.args))
@@ -327,8 +343,9 @@ class _Parser:
         return node
 
     def parse_sign(self) -> bool:
+        """Parse the signs before a term; return whether the term is negative."""
         is_negative = False
-        while self.peek() in ("+", "-") and self.tokens[self.position][0] == "op":
+        while self.peek() in ("+", "-") and self.tokens[self.position].kind == "op":
             is_negative ^= self.peek() == "-"
             self.position += 1
         return is_negative
@@ -344,7 +361,7 @@ class _Parser:
                 node = Node(text if text == "/" else "*", (node, _apply_sign(self.parse_sign(), self.parse_power())))
                 is_name = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
                 divisor_end = self.position if is_name else -1
-            elif kind == "number" == self.tokens[self.position - 1][0]:
+            elif kind == "number" == self.tokens[self.position - 1].kind:
                 raise self.parse_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
                 raise self.parse_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
@@ -380,43 +397,43 @@ class _Parser:
         return node
 
     def begins_absolute_value(self) -> bool:
-        """Return whether this bar begins an absolute value, as in a1|s2|, rather than an alternative, as in 0 | pi."""
-        if self.in_bars:
+        """Return whether the bar here begins an absolute value, as in a1|s2|, and not an alternative, as in 0 | pi."""
+        if self.is_inside_bars:
             return False
-        depth, at, has_symbol = 0, self.position + 1, False
-        while self.tokens[at][0] != "end" and not (self.tokens[at][1] == "|" and depth == 0):
-            kind, text, _ = self.tokens[at]
+        depth, index, has_symbol = 0, self.position + 1, False
+        while self.tokens[index].kind != "end" and not (self.tokens[index].text == "|" and depth == 0):
+            kind, text, _ = self.tokens[index]
             depth += _DEPTH_CHANGES.get(text, 0)
             if depth < 0 or (depth == 0 and (text in _NEVER_INSIDE_BARS or text in _CONNECTIVES)):
                 return False
             has_symbol |= kind == "name" and not text.startswith(_PI_NAMES)
-            at += 1
-        if self.tokens[at][0] == "end" or not has_symbol:
+            index += 1
+        if self.tokens[index].kind == "end" or not has_symbol:
             return False
-        first, last = self.tokens[self.position + 1], self.tokens[at - 1]
-        is_tight = first[2] == self.tokens[self.position][2] + 1 and last[2] + len(last[1]) == self.tokens[at][2]
-        return is_tight or self.tokens[at + 1][0] == "end" or self.tokens[at + 1][1] in _AFTER_BARS
+        opening, first, last, end = (self.tokens[k] for k in (self.position, self.position + 1, index - 1, index))
+        is_tight = first.position == opening.position + 1 and last.position + len(last.text) == end.position
+        return is_tight or self.tokens[index + 1].kind == "end" or self.tokens[index + 1].text in _AFTER_BARS
 
     def is_row_below(self, node: Node) -> bool:
-        """Return whether the next list is another row below `node`, as calculators write [a, b][c, d]."""
+        """Return whether the next list is one more row below `node`, as in [a, b][c, d], a calculator's notation."""
         return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_column_ahead()
 
     def is_column_ahead(self) -> bool:
         """Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
-        return self.peek(1) == "[" or (1, ";") in self.next_bracket_tokens()
+        return self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()
 
-    def next_bracket_tokens(self) -> list[tuple[int, str]]:
+    def list_bracket_tokens(self) -> list[tuple[int, str]]:
         """Return (depth, text) of each token from the bracket that begins here to its closing bracket."""
         depth, tokens_with_depth = 0, list[tuple[int, str]]()
-        for at in range(self.position, len(self.tokens)):
-            depth += _DEPTH_CHANGES.get(self.tokens[at][1], 0)
-            tokens_with_depth.append((depth, self.tokens[at][1]))
+        for _, text, _ in self.tokens[self.position :]:
+            depth += _DEPTH_CHANGES.get(text, 0)
+            tokens_with_depth.append((depth, text))
             if depth == 0:
                 break
         return tokens_with_depth
 
     def parse_row_below(self, node: Node) -> Node:
-        """Parse the next list and return `node` with it as another row."""
+        """Parse the next list; return `node` with this list as its last row."""
         self.take("[")
         row = self.parse_bracket("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
@@ -427,8 +444,8 @@ class _Parser:
     def is_unit(self, text: str) -> bool:
         """Return whether a name after a number is a unit.
 
-        Angles have one only at the end of a product, as in 0.25 rad; lengths also before a factor, as in 25 cm. The
-        name m is decided later, when the whole formula is known (`metres`).
+        A unit of angles is at the end of a product, as in 0.25 rad; a unit of lengths may also be before a factor. The
+        meaning of m is decided later, when the whole formula is known (`metres`).
         """
         if text not in _UNITS or text in self.known_symbols or text in VOCABULARY["whole_numbers"]:
             return False
@@ -442,7 +459,7 @@ class _Parser:
 
     def parse_power(self) -> Node:
         base = self.parse_primary()
-        if self.tokens[self.position][1] not in ("**", "^"):
+        if self.tokens[self.position].text not in ("**", "^"):
             return base
         exponents, applies_to_last_factor = [], base is self.joined_product
         while self.take("**", "^"):
@@ -479,16 +496,17 @@ class _Parser:
     def parse_absolute_value(self) -> Node:
         """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
         with self.count_nesting():
-            self.in_bars, was_in_bars = True, self.in_bars
+            self.is_inside_bars, was_inside_bars = True, self.is_inside_bars
             inner = self.parse_sum()
-            self.in_bars = was_in_bars
+            self.is_inside_bars = was_inside_bars
             self.expect("|")
         return _make_call(FUNCTIONS["abs"], (inner,))
 
     def parse_bracket(self, closing: str, kind: str) -> Node:
-        self.in_bars, was_in_bars = False, self.in_bars
+        """Parse the content of brackets: of a "group" in parentheses, a "list", a "set" or "args" of a function."""
+        self.is_inside_bars, was_inside_bars = False, self.is_inside_bars
         rows, has_comma = self.parse_rows(closing)
-        self.in_bars, self.joined_product = was_in_bars, None
+        self.is_inside_bars, self.joined_product = was_inside_bars, None
         items = rows[0]
         if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
             is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
@@ -507,7 +525,7 @@ class _Parser:
         is_bracket_next = self.peek() == "("
         if is_bracket_next and name in _BINDING_CALLS:
             return self.parse_binding_call(name)
-        may_depend_on_time = name in self.known_symbols or _JOINT_PATTERN.fullmatch(name) is not None
+        may_depend_on_time = name in self.known_symbols or PATTERNS["joint"].fullmatch(name) is not None
         if is_bracket_next and may_depend_on_time and self.peek(1) == "t" and self.peek(2) == ")":
             self.position += 3  # theta1(t), as dynamicsymbols prints it
             return _make_part_node(split_name(typed_name, self.known_symbols)[0])
@@ -520,30 +538,30 @@ class _Parser:
             return Node("blank")
         if name in SHORTHAND and name not in self.known_symbols and self.is_angle_ahead():
             return self.parse_shorthand(name)
-        pieces = split_name(typed_name, self.known_symbols)
-        symbol = pieces[0].names[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
+        parts = split_name(typed_name, self.known_symbols)
+        symbol = parts[0].names[0] if len(parts) == 1 and parts[0].kind == "name" else ""
         if is_bracket_next and symbol and not {name, symbol} & self.known_symbols and symbol not in _BEFORE_BRACKETS:
-            after_bracket = self.position + len(self.next_bracket_tokens())
-            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket][1] == "=":
+            after_bracket = self.position + len(self.list_bracket_tokens())
+            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":
                 self.position = after_bracket  # J(q) = …
                 return Node("name", value=symbol)
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
             raise self.parse_error(f"the function {name!r} {advice}")
-        product = self.multiply_parts(pieces)
-        if pieces[-1].kind in FUNCTIONS and _ANGLE_SHORTHAND_PATTERN.search(name):
+        product = self.multiply_parts(parts)
+        if parts[-1].kind in FUNCTIONS and PATTERNS["short_of_angle"].search(name):
             self.bare_argument_end = self.position
         return product
 
     def begins_statement(self) -> bool:
         """Return whether the last parsed name begins a statement."""
-        return self.position == 1 or self.tokens[self.position - 2][1] in _BEFORE_STATEMENT
+        return self.position == 1 or self.tokens[self.position - 2].text in _BEFORE_STATEMENT
 
     def is_angle_ahead(self) -> bool:
         """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""
         ahead = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2
         kind, text, _ = self.tokens[min(self.position + ahead, len(self.tokens) - 1)]
-        piece = split_name(text, self.known_symbols)[0] if kind == "name" else None
-        return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.names[0])))
+        part = split_name(text, self.known_symbols)[0] if kind == "name" else None
+        return text == "(" or (part is not None and (part.kind == "sum" or _is_angle(part.names[0])))
 
     def parse_shorthand(self, name: str) -> Node:
         """Parse c or s as the cosine or sine of the angle that follows.
@@ -558,21 +576,21 @@ class _Parser:
             raise self.parse_error(f"{name} means {function} only before an angle, {advice}")
         return call
 
-    def multiply_parts(self, pieces: Sequence[NamePart]) -> Node:
+    def multiply_parts(self, parts: Sequence[NamePart]) -> Node:
         """Return the product of names written without spaces; a function applies to the name after it."""
         factors: list[Node] = []
-        remaining = list(pieces)
-        while remaining:
-            piece = remaining.pop(0)
-            if piece.kind != "function":
-                factors.append(_make_part_node(piece))
-            elif remaining and remaining[0].kind != "function" and piece.names[0] not in ARITY:
-                factors.append(_make_call(piece.names[0], (_make_part_node(remaining.pop(0)),)))
-                self.bare_argument_end = self.position if not remaining else -1
-            elif not remaining:
-                factors.append(self.parse_function(piece.names[0]))
+        remaining_parts = list(parts)
+        while remaining_parts:
+            part = remaining_parts.pop(0)
+            if part.kind != "function":
+                factors.append(_make_part_node(part))
+            elif remaining_parts and remaining_parts[0].kind != "function" and part.names[0] not in ARITY:
+                factors.append(_make_call(part.names[0], (_make_part_node(remaining_parts.pop(0)),)))
+                self.bare_argument_end = self.position if not remaining_parts else -1
+            elif not remaining_parts:
+                factors.append(self.parse_function(part.names[0]))
             else:
-                raise self.parse_error(f"{piece.names[0]} has no argument")
+                raise self.parse_error(f"{part.names[0]} has no argument")
         product = combine_from_left("*", factors)
         if len(factors) > 1:
             self.joined_product = product
@@ -586,7 +604,7 @@ class _Parser:
         self.position += 1
         args = first_arguments + self.parse_bracket(")", "args").args
         is_rate = _BINDING_CALLS[name] == "rate"
-        joint = _JOINT_PATTERN.fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
+        joint = PATTERNS["joint"].fullmatch(str(args[0].value)) if args and args[0].kind == "name" else None
         if is_rate and len(args) in (1, 2) and joint is not None:
             return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
@@ -594,6 +612,7 @@ class _Parser:
         raise self.parse_error(f"this form of {name} is not supported")
 
     def parse_function(self, name: str) -> Node:
+        """Parse what follows the name of a function: perhaps a power, and the arguments."""
         power = None
         with self.count_nesting("functions"):
             if self.take("^", "**"):  # sin^2(x)
@@ -615,11 +634,11 @@ class _Parser:
     def parse_bare_argument(self, name: str) -> Node:
         """Parse the argument of a function without brackets: a number and one name, as in sin 2 theta1."""
         factors = []
-        if self.tokens[self.position][0] == "number":
+        if self.tokens[self.position].kind == "number":
             factors.append(_parse_number(self.peek()))
             self.position += 1
-        if self.tokens[self.position][0] == "name" and self.peek() not in _CONNECTIVES:
-            if any(piece.kind != "name" for piece in split_name(self.peek(), self.known_symbols)[1:]):
+        if self.tokens[self.position].kind == "name" and self.peek() not in _CONNECTIVES:
+            if any(part.kind != "name" for part in split_name(self.peek(), self.known_symbols)[1:]):
                 raise self.parse_error(f"expected '(' after {name}")  # sin theta1cos(theta2)
             self.position += 1
             factors.append(self.parse_name(self.peek(-1)))
@@ -629,31 +648,30 @@ class _Parser:
         return combine_from_left("*", factors)
 
 
-_JOINT_PATTERN = compile_pattern("joint")
-_ANGLE_PATTERN, _ANGLE_SHORTHAND_PATTERN = compile_pattern("angle"), compile_pattern("short_of_angle")
 _ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
 _NEGATION_ADVICE = "is not supported; write the equations that hold, not those that don't"
 _UNKNOWN_FUNCTION_ADVICE = "is unknown; use sin, cos, tan, sqrt, exp or atan2"
 _MODULO_WORDS: list[str] = VOCABULARY["modulo"]
-_SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
 _BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
-"""Names that are multiplied by the bracket after them, because nobody gives functions these names."""
+"""Names that are a factor of the bracket after them, because no function has these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _UNIT_OPERATORS = ("/", "^", "**")
 _FACTOR_CONTINUATIONS = ("*", "(", *_UNIT_OPERATORS)
-"""Tokens after a name that show that it is a factor rather than a unit at the end of a product."""
+"""Tokens after a name that show that the name is a factor, not a unit at the end of a product."""
 
 
 def _make_list_of_set(node: Node, args: Sequence[Node]) -> Node:
+    """Return the node with these arguments, as a list if it is a set."""
     return Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
 
 
 def _is_angle(name: str) -> bool:
-    return _ANGLE_PATTERN.fullmatch(name) is not None
+    return PATTERNS["angle"].fullmatch(name) is not None
 
 
 def _is_value(node: Node) -> bool:
+    """Return whether a node is a constant value, which may contain whole numbers."""
     return node.kind not in ("eq", "in", "and", "or") and find_names(node) <= set(VOCABULARY["whole_numbers"])
 
 
@@ -661,7 +679,7 @@ def _convert_unit(value: Node, unit: str) -> Node:
     """Return a value converted to metres or radians."""
     factor = _UNITS[unit]
     if factor.startswith("/"):
-        return Node("/", (value, number(int(factor[1:]))))
+        return Node("/", (value, make_number(int(factor[1:]))))
     return _make_call("radians", (value,)) if factor else value
 
 
@@ -677,24 +695,26 @@ def _apply_sign(is_negative: bool, node: Node) -> Node:
     return Node("neg", (node,)) if is_negative else node
 
 
-_MINUS_ONE = Node("neg", (ONE,))
+_MINUS_ONE = Node("neg", (trees.ONE,))
 
 
-def _make_part_node(piece: NamePart) -> Node:
-    if piece.kind == "name":
-        return Node("name", value=piece.names[0])
-    angle = combine_from_left("+", [Node("name", value=part) for part in piece.names])
-    return angle if piece.kind == "sum" else Node("call", (angle,), piece.kind)
+def _make_part_node(part: NamePart) -> Node:
+    """Return a part of a name as a tree; the part is not a function."""
+    if part.kind == "name":
+        return Node("name", value=part.names[0])
+    angle = combine_from_left("+", [Node("name", value=name) for name in part.names])
+    return angle if part.kind == "sum" else Node("call", (angle,), part.kind)
 
 
 def _make_call(name: str, args: tuple[Node, ...]) -> Node:
     if name == "radians":
-        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), number(180)))
+        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), make_number(180)))
     return Node("call", args, name)
 
 
 @lru_cache(maxsize=1024)
 def _parse_number(text: str) -> Node:
+    """Return the node of a number. Raises ParseError if the number is out of range."""
     mantissa, _, exponent = text.lower().partition("e")
     is_long = len(mantissa) > LIMITS["mantissa"] or len(exponent) > LIMITS["exponent_characters"]
     if is_long or abs(int(exponent or 0)) > LIMITS["exponent"]:
@@ -720,6 +740,7 @@ def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
 
 
 def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
+    """Return the tree of a SymPy, NumPy or Python call that is not a function of numbers. Raises ParseError."""
     meaning = _CONTAINERS[name]
     if meaning == "set" or (meaning in ("or", "and") and args) or (meaning in _TWO_ARGUMENT_KINDS and len(args) == 2):
         return Node(meaning, args)
@@ -738,16 +759,16 @@ def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     if meaning == "matrix" and len(args) == 3 and (matrix := _fill_matrix(*args)) is not None:
         return matrix
     if meaning == "diagonal" and len(args) <= MAX_DIAGONAL:
-        return make_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
+        return make_rows([arg if i == j else trees.ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meaning == "list":
         return Node("list", args)
     raise parser.parse_error(f"{name} with {len(args)} arguments is not supported")
 
 
 def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
-    """Return the tree of `text`; the names `known_symbols` of the problem's symbols take precedence over shorthand.
+    """Return the tree of a text; the problem's symbols `known_symbols` take precedence over shorthand.
 
-    Raises ParseError with the position and the expected token. Time and memory are linear in the length.
+    Raises ParseError with the position and the expected token. Time and memory are linear in the length of the text.
 
     >>> parse_formula("2*a1 + c12").kind
     '+'
@@ -761,11 +782,11 @@ def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
 
 
 SHORT_TEXT_LENGTH = 4000
-"""Length in characters below which many answers are cached; only a few longer answers are."""
+"""Length in characters below which many answers are cached; of longer answers, only a few are cached."""
 
 
 def _parse(text: str, known_symbols: frozenset[str]) -> Node:
-    """Return the tree. It is cached because grading, diagnosis and the student's page all parse the same answer."""
+    """Return the tree; it is cached, because grading, diagnosis and the student's page parse the same answer."""
     return _Parser(to_plain_text(text, known_symbols), known_symbols).parse()
 
 

@@ -10,10 +10,10 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 MAX_CACHED_TEXTS, MAX_CACHED_LENGTH = 4096, 1000
-"""Maximum number of cached texts, and maximum length of each; the same angles often recur in an answer."""
+"""Maximum number of cached texts, and maximum length of each. Caching helps because angles recur in an answer."""
 
 _texts: dict[tuple[type, int], tuple[sympy.Basic, str]] = {}
-"""Texts by the identity of the object; equality is not enough, because 0.5 is equal to 0.50."""
+"""Texts by printer and by the identity of the expression; equality is not enough, because 0.5 is equal to 0.50."""
 
 
 class Printer(StrPrinter):

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from qdot.exercises.formula import trees
-from qdot.exercises.formula.algebra import ONE
-from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fold, make_rows
+from qdot.exercises.formula.trees import ONE, Node, ParseError, combine_from_left, fold, make_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
@@ -18,7 +17,7 @@ _TOO_LONG = "the matrix products are too long; write out their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
-    """Carry out all operations on matrices in a tree, so that no matrix is an operand. Raises ParseError.
+    """Return a tree in which the results replace all operations on matrices. Raises ParseError.
 
     >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=2), Node("name", value="x")
@@ -29,15 +28,15 @@ def evaluate_matrices(tree: Node) -> Node:
     operations = (node for node in trees.iterate_nodes(tree) if node.kind in _OPERATIONS or node.kind == "eq")
     if not any(arg.kind == "list" for node in operations for arg in node.args):
         return tree
-    total = 0
+    node_count = 0
 
     def carry_out(node: Node, args: Sequence[Node]) -> Node:
-        nonlocal total
+        nonlocal node_count
         is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
         result = _equate_entries(args) if is_equation else _carry_out_operation(node, args)
         if node.kind in _OPERATIONS and result.kind == "list":
-            total += trees.count_nodes(result, _MAX_NODES - total)
-            if total >= _MAX_NODES:
+            node_count += trees.count_nodes(result, _MAX_NODES - node_count)
+            if node_count >= _MAX_NODES:
                 raise ParseError(_TOO_LONG)
         return result
 
@@ -45,16 +44,17 @@ def evaluate_matrices(tree: Node) -> Node:
 
 
 def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
+    """Return the result of an operation on matrices; any other node is returned with these arguments."""
     if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
         args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
     is_list = [arg.kind == "list" for arg in args]
     if node.kind not in _OPERATIONS or not any(is_list):
         return node.with_args(args)
-    matrices = [_matrix_rows(arg) for arg in args if arg.kind == "list"]
+    matrices = [_list_rows(arg) for arg in args if arg.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
     if node.kind == "^" and is_list == [True, False]:
-        return _power(matrices[0], args[1])
+        return _raise_matrix(matrices[0], args[1])
     if node.kind in "+-" and all(is_list) and _shape(matrices[0]) == _shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
         return make_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
@@ -67,7 +67,7 @@ def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(args))
 
 
-def _matrix_rows(node: Node) -> Rows:
+def _list_rows(node: Node) -> Rows:
     """Return the rows of a list; a list of entries is a column."""
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows or len({len(row) for row in rows}) != 1 or any(entry.kind == "list" for row in rows for entry in row):
@@ -86,10 +86,10 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
 
 
 def _equate_entries(args: Sequence[Node]) -> Node:
-    """Return an equation of two vectors or matrices as one equation for each entry, with a name on the left."""
+    """Return an equation of two vectors or matrices as an equation for each entry, with a name on the left side."""
     if trees.is_list_of_one(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
-    sides = [_matrix_rows(arg) for arg in args]
+    sides = [_list_rows(arg) for arg in args]
     shapes = [_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
@@ -99,6 +99,7 @@ def _equate_entries(args: Sequence[Node]) -> Node:
 
 
 def _multiply(left: Rows, right: Rows) -> Node:
+    """Return the product of two matrices."""
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
@@ -109,8 +110,8 @@ def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
     return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
 
 
-def _power(rows: Rows, exponent: Node) -> Node:
-    """Return the transpose, or the inverse by cofactors, of a matrix."""
+def _raise_matrix(rows: Rows, exponent: Node) -> Node:
+    """Return the transpose of a matrix for the exponent T, and the inverse (by cofactors) for the exponent -1."""
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
         return make_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
@@ -124,6 +125,7 @@ def _power(rows: Rows, exponent: Node) -> Node:
 
 
 def _minor(rows: Rows, i: int, j: int) -> Node:
+    """Return the determinant without row i and column j."""
     return _determinant([[entry for c, entry in enumerate(row) if c != j] for r, row in enumerate(rows) if r != i])
 
 

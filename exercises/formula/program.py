@@ -1,9 +1,9 @@
 """Evaluate expression trees at many points at once, with an estimate of the rounding error.
 
-A program is a list of steps. Equal sub-expressions occur once, and equal terms of a sum are counted, so that
-a1 - a1 + a1 - a1 ... is one step. Every value comes with its *magnitude*, the size of the terms that were added to
-obtain it. Rounding errors are of the order of 1e-16 times the magnitude. A difference can therefore be compared with
-the terms that cancel, not only with the sum that remains.
+A program is a list of steps. Equal sub-expressions are one step, and equal terms of a sum are counted, so that
+a1 - a1 + a1 - a1 ... is one step. Every value comes with its magnitude, the size of the terms that were added to obtain
+the value. Rounding errors are of the order of 1e-16 times the magnitude. So a difference is compared with the terms
+that cancel, not only with the sum that remains.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,11 +20,15 @@ BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", 
 """Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
 
 Step = tuple[str, tuple[int, ...], Any]
+"""An operation, the indices of the steps that are its operands, and a constant.
+
+The constant is the value of a number or name, an integer exponent, or how often each operand of a sum is added.
+"""
 
 
 @dataclass(frozen=True)
 class Program:
-    """Steps (operation, indices of its operands, value) and the indices of the results."""
+    """The steps of a program, and the indices of the steps that compute the results."""
 
     steps: tuple[Step, ...]
     outputs: tuple[int, ...]
@@ -36,16 +40,16 @@ class Program:
 
 
 def compile_program(nodes: Sequence[Node]) -> Program:
-    """Return one program for several scalar trees. Raises ParseError if a tree contains a list, set or equation."""
+    """Return a program that computes several scalar trees. Raises ParseError for a list, set or equation in a tree."""
     steps: list[Step] = []
     step_indices: dict[Any, int] = {}
 
     def add(step: Step) -> int:
+        """Return the index of a step, which is added unless there is an equal step."""
         op, _, value = step
         key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
-        index = step_indices.get(key)
-        if index is None:
-            index = step_indices[key] = len(steps)
+        index = step_indices.setdefault(key, len(steps))
+        if index == len(steps):
             steps.append(step)
         return index
 
@@ -77,6 +81,7 @@ def _split_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
 
 
 def _make_sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
+    """Return the step for a sum, in which each operand occurs once, with the sum of its signs."""
     counts: dict[int, int] = {}
     for operand, sign in zip(operands, signs, strict=True):
         counts[operand] = counts.get(operand, 0) + sign
@@ -84,6 +89,7 @@ def _make_sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
 
 
 def _make_step(node: Node, operands: tuple[int, ...]) -> Step:
+    """Return the step for a node that is not a sum."""
     if node.kind in ("number", "decimal"):
         return ("number", (), node.value)
     if node.kind == "name":
@@ -121,9 +127,10 @@ _DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
     "sec": lambda x: np.sin(x) / np.cos(x) ** 2, "csc": lambda x: np.cos(x) / np.sin(x) ** 2,
     "acot": lambda x: 1 / (1 + x * x), "sign": np.zeros_like,
 }  # fmt: skip
-
+"""The derivative of each function, up to its sign: the factor by which the error of the argument is multiplied."""
 
 ValueAndMagnitude = tuple[np.ndarray, np.ndarray]
+"""The values (points,) of a step, complex, and their magnitudes (points,)."""
 
 
 def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +144,7 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: in
 def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the values (trees, points) of trees that share subtrees (the same objects), without magnitudes.
 
-    This is faster than a program for many variants of one tree that differ in a single node.
+    For many variants of a tree that differ in a single node, this is faster than a program.
     """
     known_values: dict[int, np.ndarray] = {}
 
@@ -154,7 +161,7 @@ def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], p
 
 
 def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_count: int) -> list[ValueAndMagnitude]:
-    """Return the value and magnitude of every step of a program, as `evaluate` does for the results."""
+    """Return the values and magnitudes of every step of a program; see `evaluate`."""
     results: list[ValueAndMagnitude] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
@@ -172,7 +179,10 @@ def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> tuple[np
 def assign_regions(
     evaluated_programs: Sequence[tuple[Program, list[ValueAndMagnitude]]], point_count: int
 ) -> np.ndarray:
-    """Return the number of each point's region, in which the operands of functions with branches keep their signs."""
+    """Return the number of each point's region, (points,).
+
+    In a region, the operands of functions with branches keep their signs.
+    """
     region_numbers = np.zeros(point_count, dtype=np.int64)
     for program, steps in evaluated_programs:
         branching = (operands for op, operands, _ in program.steps if op in BRANCHING_FUNCTIONS)
@@ -185,7 +195,7 @@ def assign_regions(
 
 
 def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
-    """Return the value of a step from those of its operands."""
+    """Return the values (points,) of a step, given the values of its operands."""
     op, _, constant = step
     if op in ("number", "name"):
         number = _to_float(constant) if op == "number" else _CONSTANTS.get(constant)
@@ -201,7 +211,7 @@ def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndar
 
 
 def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnitude]) -> np.ndarray:
-    """Return the magnitude of a step's value: the size of the terms that were added to obtain it."""
+    """Return the magnitude of a step's value, given the values and magnitudes of its operands."""
     op, _, constant = step
     if not args:
         return np.abs(value)
@@ -232,6 +242,7 @@ def _compute_relative_magnitude(magnitude: np.ndarray, value: np.ndarray) -> np.
 
 
 def _to_float(number: Any) -> float:
+    """Return a number as a float, inf if it is too large."""
     try:
         return float(number)
     except OverflowError:
@@ -239,30 +250,28 @@ def _to_float(number: Any) -> float:
 
 
 _LARGEST_EXPONENT = 1e5
-"""Largest exponent in a precise evaluation; a larger number could use up all memory (9**9**9**9)."""
+"""Largest exponent in a precise evaluation; with a larger exponent, a number could use up all memory (9**9**9**9)."""
 
 _LARGEST_ANGLE = 1e60
-"""Largest angle; reducing a larger one to a single turn would take more digits than are computed."""
+"""Largest angle; to reduce a larger angle to a single revolution takes more digits than are computed."""
 
 
 def _limit_argument(function: Callable[[Any], Any], limit: float) -> Callable[[Any], Any]:
-    return lambda x: function(x) if abs(x) < limit else mpmath.nan
-
-
-def _limit_trigonometric_argument(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    limited = _limit_argument(function, _LARGEST_ANGLE)
-    return lambda x: limited(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
+    """Return a function that is undefined (nan) for large arguments."""
+    return lambda x: function(x) if abs(x) < limit and abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
 def _compute_limited_power(x: Any, y: Any) -> Any:
-    if x == 0 or not mpmath.isfinite(x) or not mpmath.isfinite(y):
-        return x**y if mpmath.isfinite(x) and mpmath.isfinite(y) else mpmath.nan
-    return x**y if abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT else mpmath.nan
+    """Return x^y, nan if it is undefined or too large."""
+    if not (mpmath.isfinite(x) and mpmath.isfinite(y)):
+        return mpmath.nan
+    is_small = x == 0 or abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT
+    return x**y if is_small else mpmath.nan
 
 
 _TRIGONOMETRIC_FUNCTIONS = ("sin", "cos", "tan", "cot", "sec", "csc")
 _MPMATH_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **{name: _limit_trigonometric_argument(getattr(mpmath, name)) for name in _TRIGONOMETRIC_FUNCTIONS},
+    **{name: _limit_argument(getattr(mpmath, name), _LARGEST_ANGLE) for name in _TRIGONOMETRIC_FUNCTIONS},
     **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
@@ -302,7 +311,7 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
 
 PRECISE_DIGITS = 50
 PRECISE_TOLERANCE = 1e-40
-"""Values of PRECISE_DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
+"""Values of PRECISE_DIGITS digits are equal if their difference is smaller, relative to the size of the terms."""
 
 
 def evaluate_constant(node: Node) -> Any:

@@ -1,6 +1,6 @@
 """Decide whether an answer is correct except for signs and a constant factor, and which of these are wrong.
 
-Some entries of the reference may change their sign. The answer must then be k times the reference at every
+The signs of some entries of the reference are changed first. Then the answer must be k times the reference at every
 configuration, with a constant k > 0. Let s_i and r_i be the entries of answer and reference (with these signs), and
 s'_i and r'_i the same at another configuration with the same constants. Let r_p be a nonzero entry. The condition is
 s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference (`equality`).
@@ -12,49 +12,48 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ZERO, multiply_nodes, negate
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, Nodes, replace_names
+from qdot.exercises.formula.trees import ZERO, Node, Nodes, replace_names
 
 EXTRA_POINTS = 6
+"""Number of points besides those with two decimals; at the last of them, the signs of the entries are found."""
 
 
 @dataclass(frozen=True)
 class ConstantFactor:
-    """The factor between an answer and its reference: whether signs are wrong, and whether it differs from 1 and -1."""
+    """The factor between an answer and its reference: whether signs are wrong, and whether its size differs from 1."""
 
     is_negative: bool
     changes_size: bool
 
 
 def find_constant_factor(
-    entries: Nodes,
-    reference: Nodes,
-    domain: Domain,
-    varying: AbstractSet[str],
-    seed: str,
+    entries: Nodes, reference: Nodes, domain: Domain, varying: AbstractSet[str], seed: str,
     rounding: Rounding | None = None,
-) -> ConstantFactor | None:
-    """Return the constant factor between all entries and the reference, up to signs; None if there is none."""
+) -> ConstantFactor | None:  # fmt: skip
+    """Return the constant factor between all entries and the reference, up to signs; None if there is none.
+
+    `varying` are the symbols that differ between configurations; all other symbols are constants.
+    """
     pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None
-    sampled = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
-    values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
-    evaluated = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS)[0]
+    samples = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
+    values = {name: column if name in varying else np.abs(column) for name, column in samples.items()}
+    entry_values = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS)[0]
     with np.errstate(all="ignore"):
-        ratios = evaluated[: len(reference)] / evaluated[len(reference) :]
+        ratios = entry_values[: len(reference)] / entry_values[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed = [negate(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
+    signed = [-entry if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
     if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).is_correct):
         return ConstantFactor(is_negative=True, changes_size=False)
-    # a prime marks the symbols of the second configuration
+    # a prime marks the symbols of the other configuration
     extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying}})
-    renamed = {name: Node("name", value=f"{name}'") for name in varying}
-    answered, expected = (replace_names(tree, renamed) for tree in (entries[pivot], signed[pivot]))
-    products = [multiply_nodes(entry, expected) for entry in entries]
-    expected_products = [multiply_nodes(entry, answered) for entry in signed]
+    primed_names = {name: Node("name", value=f"{name}'") for name in varying}
+    other_entry, other_reference = (replace_names(tree, primed_names) for tree in (entries[pivot], signed[pivot]))
+    products = [entry * other_reference for entry in entries]
+    expected_products = [entry * other_entry for entry in signed]
     if not all(compare_entries(products, expected_products, extended_domain, f"{seed}/moved").is_correct):
         return None
     finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real

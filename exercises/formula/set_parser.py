@@ -1,6 +1,7 @@
 """Parse conditions in any common notation as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
 
-A piece is a list of atoms that hold simultaneously. An atom is either `expression = 0` or `joint = value`.
+The conditions describe a set of configurations. A piece is a tuple of atoms that hold simultaneously. An atom is either
+`expression = 0` or `joint = value`.
 """
 
 import math
@@ -8,15 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from qdot.exercises.formula.algebra import number
 from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, replace_names
+from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, make_number, replace_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 
 WHOLE_NUMBER_NAMES: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
-WHOLE_NUMBER_VALUES = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range(-6, 7))
+WHOLE_NUMBER_VALUES = tuple(make_number(k) if k >= 0 else -make_number(-k) for k in range(-6, 7))
 """The whole numbers from -6 to 6."""
 _MAX_PIECES = 500
 _MAX_NODES, _MAX_STEPS = 100_000, 6000
@@ -29,9 +29,9 @@ _NO_JOINT_MESSAGE = "a value belongs to no joint; write theta1 = pi/3, for examp
 
 @dataclass(frozen=True)
 class Atom:
-    """One condition: `expression` vanishes (if `joint` is None), or it is the value of `joint`.
+    """A condition: `expression` vanishes or, if there is a `joint`, the expression is the value of this joint.
 
-    The value of an angle counts modulo 2 pi.
+    Values of an angle that differ by 2 pi are equal.
     """
 
     expression: Node
@@ -42,10 +42,10 @@ Piece = tuple[Atom, ...]
 
 
 def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the union of pieces that a tree describes.
+    """Return the union of pieces that a tree describes. Raises ParseError.
 
-    Accepted: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
-    lists of these, `k*pi` for every whole number k. Raises ParseError.
+    Accepted are equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
+    lists of these, and `k*pi` for every whole number k.
     """
     if node.kind in ("or", "list", "set"):
         return _parse_alternatives(node, joints)
@@ -88,7 +88,7 @@ def _find_joint_with_two_values(piece: Piece) -> str | None:
 def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of a list's entries.
 
-    A bare value belongs to the joint before it, as in theta3 = 0, pi, or (theta3, [0, pi]).
+    A bare value belongs to the joint before the value, as in theta3 = 0, pi, or (theta3, [0, pi]).
     """
     union: list[Piece] = []
     joint: Node | None = None
@@ -110,9 +110,9 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return the joint that a condition assigns a value to, or that is a bare name; None if there is none.
+    """Return the joint of a condition: it gets a value, or it is a bare name. Return None if there is no such joint.
 
-    For alternatives it is the joint of the last one.
+    The joint of alternatives is the joint of the last alternative.
     """
     if node.kind == "or":
         return _find_joint(node.args[-1], joints)
@@ -121,7 +121,7 @@ def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
 
 
 def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
-    """Return the pieces of the intersection: every combination of one piece from each set."""
+    """Return the pieces of an intersection of unions: every combination of one piece from each union."""
     count = math.prod(len(pieces) for pieces in unions)
     if count > _MAX_PIECES:
         raise ParseError(f"the conditions make {count} cases; at most {_MAX_PIECES} are allowed")
@@ -129,6 +129,7 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
 
 
 def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return a piece for each value; if `joint` is an expression, their difference vanishes."""
     if joint.kind != "name" or joint.value not in joints:
         differences = (Node("-", (joint, value)) for value in _list_values(values))
         return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
@@ -151,7 +152,7 @@ def _parse_vanishing_expression(node: Node) -> list[Piece]:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4 and the like, which have the same zeros but no nonzero derivative for a search."""
+    """Return X for sqrt(X), X^4 etc., which have the same zeros, but no derivative at a zero for a search."""
     while True:
         is_minus_zero = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
         is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
@@ -162,7 +163,7 @@ def _strip_powers(node: Node) -> Node:
 
 
 def _list_whole_number_cases(node: Node) -> list[Node]:
-    """Return the distinct cases of a node with whole numbers k; those of k*pi/6 are complete modulo 2 pi."""
+    """Return the distinct cases of a node with whole numbers from -6 to 6; the cases of k*pi/6 are all modulo 2 pi."""
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
@@ -171,28 +172,28 @@ def _list_whole_number_cases(node: Node) -> list[Node]:
 
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
-    """Return whether a joint's value depends on other joints and another condition contains the joint.
+    """Return whether an atom's joint is tied to others: its value contains joints, and another atom contains the joint.
 
-    An example is q1 = q2 and c1 = 0.
+    An example is q1 in "q1 = q2 and c1 = 0".
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
-    others = [other for other in piece if other is not atom]
-    return depends_on_joints and any(atom.joint in (o.joint, *find_names(o.expression)) for o in others)
+    others = (other_atom for other_atom in piece if other_atom is not atom)
+    return depends_on_joints and any(atom.joint in (a.joint, *find_names(a.expression)) for a in others)
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ParseError also if checking all of them would take too long."""
+    """Return the pieces of an answer. Raises ParseError, also if to check all pieces would take too long."""
     node = remove_noise(node)
     if _count_nodes_of_cases(node) > _MAX_NODES:
         raise ParseError(_TOO_LONG_MESSAGE)
-    claims, work = parse_pieces(node, joints), 0
-    for piece in claims:
+    pieces, total_steps = parse_pieces(node, joints), 0
+    for piece in pieces:
         steps = _FIXED_COST + sum(len(compile_program([atom.expression]).steps) for atom in piece)
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
-        work += steps if is_searched else steps // 10  # a value needs no search
-        if work > _MAX_STEPS:
-            raise ParseError(f"the conditions, with their {len(claims)} cases, are too long")
-    return claims
+        total_steps += steps if is_searched else steps // 10  # a value needs no search
+        if total_steps > _MAX_STEPS:
+            raise ParseError(f"the conditions, with their {len(pieces)} cases, are too long")
+    return pieces
 
 
 def _count_nodes_of_cases(node: Node) -> int:

@@ -1,4 +1,4 @@
-"""Represent expressions as trees of plain nodes, with queries that don't depend on the notation of the text."""
+"""Represent parsed expressions as trees of nodes, which don't depend on the notation of the text."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,9 +20,16 @@ class ParseError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A node of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
+    """A node of an expression: its `kind`, and its arguments; `value` holds a number (Fraction) or a name.
 
-    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
+    The kinds are number, decimal, name, blank (an unanswered entry), call (of the function `value`), neg, + - * / ^,
+    list, set, dict, pair (an item of a dict), eq, in, and, or.
+
+    The operators + - * / ** combine nodes or integers, and leave out operands 0 and 1 that change nothing:
+
+    >>> x, y = Node("name", value="x"), Node("name", value="y")
+    >>> node_text(0 + x * y**2), node_text(-(x / ONE))
+    ('(x*(y^2))', '(-x)')
     """
 
     kind: str
@@ -30,11 +37,52 @@ class Node:
     value: Any = None
 
     def with_args(self, args: Sequence["Node"]) -> "Node":
-        """Return the node with other arguments, or itself if they are the same objects."""
+        """Return the node with other arguments; if they are the same objects, return the node itself."""
         has_same_args = len(args) == len(self.args) and all(map(is_, args, self.args))
         return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
+    def __add__(self, addend: "Node | int") -> "Node":
+        addend = _to_node(addend)
+        return addend if self == ZERO else self if addend == ZERO else Node("+", (self, addend))
 
+    __radd__ = __add__
+
+    def __sub__(self, subtrahend: "Node | int") -> "Node":
+        subtrahend = _to_node(subtrahend)
+        return self if subtrahend == ZERO else -subtrahend if self == ZERO else Node("-", (self, subtrahend))
+
+    def __neg__(self) -> "Node":
+        return self if self == ZERO else self.args[0] if self.kind == "neg" else Node("neg", (self,))
+
+    def __mul__(self, factor: "Node | int") -> "Node":
+        if factor == -1:
+            return -self
+        factor = _to_node(factor)
+        if ZERO in (self, factor):
+            return ZERO
+        return factor if self == ONE else self if factor == ONE else Node("*", (self, factor))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: "Node | int") -> "Node":
+        divisor = _to_node(divisor)
+        return ZERO if self == ZERO else self if divisor == ONE else Node("/", (self, divisor))
+
+    def __pow__(self, exponent: "Node | int") -> "Node":
+        exponent = _to_node(exponent)
+        return ONE if exponent == ZERO else self if exponent == ONE else Node("^", (self, exponent))
+
+
+def make_number(value: int | Fraction) -> Node:
+    """Return a node for a number."""
+    return Node("number", value=Fraction(value))
+
+
+def _to_node(value: Node | int) -> Node:
+    return value if isinstance(value, Node) else make_number(value)
+
+
+ZERO, ONE = make_number(0), make_number(1)
 Nodes = Sequence[Node]
 
 EQUATION_CHAIN = "="
@@ -42,7 +90,7 @@ EQUATION_CHAIN = "="
 
 
 def list_equation_sides(node: Node) -> list[Node]:
-    """Return the sides of A = B = C; [] for anything else."""
+    """Return the sides of A = B or A = B = C; [] for any other node."""
     if node.kind == "eq":
         return list(node.args)
     if node.kind != "and" or node.value != EQUATION_CHAIN or any(arg.kind != "eq" for arg in node.args):
@@ -60,9 +108,10 @@ def iterate_nodes(tree: Node) -> Iterator[Node]:
 
 
 def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
-    """Return the result of `combine` for the root; it is called with each node and the results for its arguments.
+    """Return the result of `combine` for the root of a tree.
 
-    There is no recursion, because a long sum is a deep tree.
+    `combine` is called for each node, with the node and the results for its arguments. There is no recursion, because a
+    long sum is a deep tree.
     """
     results: list[Result] = []
     stack = [(tree, False)]
@@ -78,7 +127,7 @@ def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
 
 
 def split_signed_terms(node: Node) -> list[tuple[Node, int]]:
-    """Return the terms of a nested sum, each with its sign 1 or -1; products are not expanded."""
+    """Return the terms of a nested sum, each with its sign, 1 or -1; products are not expanded."""
     terms, stack = [], [(node, 1)]
     while stack:
         current, sign = stack.pop()
@@ -102,7 +151,7 @@ def combine_from_left(kind: str, nodes: Iterable[Node]) -> Node:
 
 
 def make_rows(rows: Iterable[Sequence[Node]]) -> Node:
-    """Return rows of entries as a list of lists."""
+    """Return a matrix: a list node with a list node for each row of entries."""
     return Node("list", tuple(Node("list", tuple(row)) for row in rows))
 
 
@@ -113,7 +162,7 @@ def find_names(tree: Node) -> set[str]:
 
 def _split_decimal(decimal: Fraction) -> tuple[int, int]:
     """Return the digits of a positive decimal as a whole number, and the number of digits after the point."""
-    twos = (decimal.denominator & -decimal.denominator).bit_length() - 1
+    twos = (decimal.denominator & -decimal.denominator).bit_length() - 1  # the denominator is 2^twos 5^fives
     fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
     places = max(twos, fives)
     return decimal.numerator * (10**places // decimal.denominator), places
@@ -151,7 +200,7 @@ _KIND_DESCRIPTIONS = {
 
 
 def find_statement(node: Node) -> Node | None:
-    """Return a list, condition or blank in a tree; None if the tree is a single expression."""
+    """Return a list, a condition or a blank in a tree; None if the tree is a single expression."""
     return next((statement for statement in iterate_nodes(node) if statement.kind not in _SCALAR_KINDS), None)
 
 
@@ -162,7 +211,7 @@ def refuse_statements(node: Node) -> None:
 
 
 def make_scalar_expected_error(node: Node) -> ParseError:
-    """Return the error for a node that can't be part of a single expression."""
+    """Return the error for a list, a condition or a blank that is found in a single expression."""
     advice = "; write the expression alone" if node.kind in ("eq", "and", "or", "in") else ""
     return ParseError(f"expected a single expression, found {_KIND_DESCRIPTIONS.get(node.kind, node.kind)}{advice}")
 
@@ -178,19 +227,21 @@ def _is_column(node: Node) -> bool:
 
 
 def _is_row_matrix(node: Node) -> bool:
+    """Return whether a node is [[a, b, …]], a matrix with one row."""
     return node.kind == "list" and len(node.args) == 1 and node.args[0].kind == "list" and len(node.args[0].args) > 1
 
 
-def _is_rows(node: Node) -> bool:
+def _has_rows(node: Node) -> bool:
+    """Return whether a node is a list of lists."""
     return node.kind == "list" and bool(node.args) and all(item.kind == "list" for item in node.args)
 
 
 def as_matrix(node: Node) -> list[list[Node]]:
-    """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
+    """Return the rows of a matrix. A list of scalars is a column, and a scalar is a matrix of one entry.
 
-    Raises ParseError if rows differ in length or lists nest deeper.
+    Raises ParseError if rows differ in length, or if lists are nested deeper.
     """
-    while node.kind == "list" and len(node.args) == 1 and _is_rows(node.args[0]):
+    while node.kind == "list" and len(node.args) == 1 and _has_rows(node.args[0]):
         node = node.args[0]
     if node.kind == "list" and node.args and all(_is_row_matrix(item) for item in node.args):  # [[[a, b]], [[c, d]]]
         node = Node("list", tuple(item.args[0] for item in node.args))
@@ -213,7 +264,7 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 
 def node_text(node: Node) -> str:
-    """Return a text that is parsed as the same tree, without nested brackets in long sums and products."""
+    """Return a text that is parsed as the same tree; long sums and products have no nested brackets."""
     return fold(node, _combine_texts)
 
 
@@ -222,6 +273,7 @@ _FIRST_OPERANDS_WITHOUT_BRACKETS = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*",
 
 
 def _combine_texts(node: Node, arg_texts: list[str]) -> str:
+    """Return the text of a node, given the texts of its arguments."""
     if node.kind == "decimal":
         digits, places = _split_decimal(node.value)
         text = str(digits).rjust(places + 1, "0")

@@ -12,8 +12,5 @@ VOCABULARY: dict[str, Any] = json.loads(Path(__file__).with_name("vocabulary.jso
 LIMITS: dict[str, int] = VOCABULARY["limits"]
 SPACES: str = VOCABULARY["spaces"]
 """All characters that count as spaces, because `\\s` matches other characters in Python than in a browser."""
-
-
-def compile_pattern(name: str) -> re.Pattern[str]:
-    """Return one of the vocabulary's patterns, compiled."""
-    return re.compile(VOCABULARY["patterns"][name])
+PATTERNS = {name: re.compile(pattern) for name, pattern in VOCABULARY["patterns"].items()}
+"""The vocabulary's patterns, compiled, by their names in vocabulary.json."""

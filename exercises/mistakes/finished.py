@@ -7,23 +7,13 @@ a sine or cosine, or an angle. A mistake that changes every angle in the same wa
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial, reduce
+from functools import partial
 from itertools import combinations
+from math import prod
+from operator import add, sub
 
-from qdot.exercises.formula.algebra import (
-    ONE,
-    TWO,
-    ZERO,
-    add_nodes,
-    divide_nodes,
-    expand_terms,
-    multiply_nodes,
-    negate,
-    number,
-    split_terms,
-    subtract_nodes,
-)
-from qdot.exercises.formula.trees import Node, count_nodes, find_names, node_text
+from qdot.exercises.formula.algebra import expand_terms, split_terms
+from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, make_number, node_text
 
 MAX_ENTRY_NODES = 400
 """Maximum number of nodes of an entry that is edited."""
@@ -77,20 +67,20 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     yield from _edit_all_trigs(entry)
     coefficient = _numeric_factor(entry)
     if coefficient not in (-1, 0, 1):
-        yield Edit("factor-missing", divide_nodes(entry, number(abs(coefficient))))
+        yield Edit("factor-missing", entry / make_number(abs(coefficient)))
         if coefficient:
-            yield Edit("factor-turned-over", divide_nodes(entry, number(coefficient**2)))
+            yield Edit("factor-turned-over", entry / make_number(coefficient**2))
     yield from _exchange_similar_symbols(entry, symbols)
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_find_angles(entry)):
         for new_angle in _edit_angle(angle):
             yield Edit("angle-typed", _map_trigs(entry, partial(_replace_angle, {angle: new_angle})))
     terms = expand_terms(entry, MAX_TERMS)
-    yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", negate(entry))
+    yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", -entry)
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
             other_terms = [*terms[:k], *terms[k + 1 :]]
-            yield Edit("term-sign-typed", _sum([*other_terms, negate(term)]))
+            yield Edit("term-sign-typed", _sum([*other_terms, -term]))
             yield Edit("term-missing", _sum(other_terms), term)
 
 
@@ -120,8 +110,8 @@ def _edit_node(node: Node) -> Iterator[Edit]:
         swapped = _swap_trig(node)
         yield Edit("wave-typed", swapped)
         yield Edit("wave-derived" if node.value == "sin" else "wave-not-derived", swapped)
-        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", negate(swapped))
-        yield Edit("wave-and-sign", negate(swapped))
+        yield Edit("wave-not-derived" if node.value == "sin" else "wave-derived", -swapped)
+        yield Edit("wave-and-sign", -swapped)
         for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", Node("call", (angle,), node.value))
         yield from _split_trig_of_sum(node)
@@ -132,18 +122,16 @@ def _edit_node(node: Node) -> Iterator[Edit]:
 def _edit_sum(node: Node) -> Iterator[Edit]:
     first_term, second_term = node.args
     yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
-    yield Edit("term-sign-typed", Node(node.kind, (negate(first_term), second_term)))
+    yield Edit("term-sign-typed", Node(node.kind, (-first_term, second_term)))
     yield Edit("term-missing", first_term, second_term)
-    yield Edit("term-missing", second_term if node.kind == "+" else negate(second_term), first_term)
+    yield Edit("term-missing", second_term if node.kind == "+" else -second_term, first_term)
     yield Edit("sum-multiplied", _product(split_terms(node)))
     yield from _add_unlike_terms(node)
     if second_term.kind == "*" and node.kind == "-":  # without a bracket, the minus applies to the first term only
         for edit in _edit_product(second_term):
             if edit.mistake == "bracket-missing":
                 first_factor, second_factor = edit.entry.args
-                yield Edit(
-                    "bracket-missing", Node(edit.entry.kind, (subtract_nodes(first_term, first_factor), second_factor))
-                )
+                yield Edit("bracket-missing", Node(edit.entry.kind, (first_term - first_factor, second_factor)))
 
 
 def _add_unlike_terms(node: Node) -> Iterator[Edit]:
@@ -151,10 +139,10 @@ def _add_unlike_terms(node: Node) -> Iterator[Edit]:
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and find_names(term):
             factor = _numeric_factor(constant) / _numeric_factor(term) if _numeric_factor(term) else Fraction(0)
-            kept_term, scaled_term = (term, multiply_nodes(number(factor), term))
+            kept_term, scaled_term = (term, make_number(factor) * term)
             yield Edit(
                 "unlike-terms-added",
-                add_nodes(kept_term, scaled_term) if node.kind == "+" else subtract_nodes(kept_term, scaled_term),
+                kept_term + scaled_term if node.kind == "+" else kept_term - scaled_term,
             )
 
 
@@ -167,14 +155,14 @@ def _edit_product(node: Node) -> Iterator[Edit]:
         and len(split_terms(second_factor.args[0])) > 1
     ):
         first, *rest = _trigs_of_terms(second_factor)  # s1 + s2 instead of s12, without a bracket
-        yield Edit("sum-of-angles-split", add_nodes(multiply_nodes(first_factor, first), _sum(rest)))
+        yield Edit("sum-of-angles-split", first_factor * first + _sum(rest))
     for missing, kept in ((first_factor, second_factor), (second_factor, first_factor)):
         yield Edit("factor-missing", kept, missing)
         if missing.kind in ("+", "-"):  # the other factor multiplies only one of the terms
-            add = add_nodes if missing.kind == "+" else subtract_nodes
-            yield Edit("waves-in-factor", multiply_nodes(_map_trigs(missing, _swap_trig), kept))
-            yield Edit("bracket-missing", add(missing.args[0], multiply_nodes(missing.args[1], kept)))
-            yield Edit("bracket-missing", add(multiply_nodes(kept, missing.args[0]), missing.args[1]))
+            combine = add if missing.kind == "+" else sub
+            yield Edit("waves-in-factor", _map_trigs(missing, _swap_trig) * kept)
+            yield Edit("bracket-missing", combine(missing.args[0], missing.args[1] * kept))
+            yield Edit("bracket-missing", combine(kept * missing.args[0], missing.args[1]))
 
 
 def _edit_quotient(node: Node) -> Iterator[Edit]:
@@ -183,32 +171,32 @@ def _edit_quotient(node: Node) -> Iterator[Edit]:
     for k in range(len(terms)) if 1 < len(terms) <= MAX_TERMS else ():  # divide only one term, or all but one
         yield Edit(
             "bracket-missing",
-            _sum([divide_nodes(term, denominator) if i == k else term for i, term in enumerate(terms)]),
+            _sum([term / denominator if i == k else term for i, term in enumerate(terms)]),
         )
         yield Edit(
             "bracket-missing",
-            _sum([term if i == k else divide_nodes(term, denominator) for i, term in enumerate(terms)]),
+            _sum([term if i == k else term / denominator for i, term in enumerate(terms)]),
         )
     if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
-            yield Edit("bracket-missing", Node(denominator.kind, (divide_nodes(numerator, divisor), remainder)))
+            yield Edit("bracket-missing", Node(denominator.kind, (numerator / divisor, remainder)))
     yield Edit("factor-missing", numerator, denominator)
-    yield Edit("factor-missing", multiply_nodes(numerator, denominator))
+    yield Edit("factor-missing", numerator * denominator)
 
 
 def _edit_power(node: Node) -> Iterator[Edit]:
-    if node.args[1] == TWO:
+    if node.args[1] == make_number(2):
         yield Edit("square-missing", node.args[0])
-        yield Edit("square-missing", multiply_nodes(TWO, node.args[0]))
+        yield Edit("square-missing", make_number(2) * node.args[0])
 
 
 def _edit_negative(node: Node) -> Iterator[Edit]:
     (inside,) = node.args
     yield Edit("term-sign-typed", inside)
-    yield from _drop_denominator_bracket(number(-1), inside)
+    yield from _drop_denominator_bracket(make_number(-1), inside)
     terms = split_terms(inside.args[0]) if inside.kind == "/" else []
     if 1 < len(terms) <= MAX_TERMS:  # negate only the first term, and divide only the last one
-        yield Edit("bracket-missing", _sum([negate(terms[0]), *terms[1:-1], divide_nodes(terms[-1], inside.args[1])]))
+        yield Edit("bracket-missing", _sum([-terms[0], *terms[1:-1], terms[-1] / inside.args[1]]))
 
 
 def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
@@ -219,7 +207,7 @@ def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
             "bracket-missing",
             Node(
                 denominator.kind,
-                (divide_nodes(multiply_nodes(factor, numerator), denominator.args[0]), denominator.args[1]),
+                (factor * numerator / denominator.args[0], denominator.args[1]),
             ),
         )
 
@@ -263,11 +251,11 @@ def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
         is_single_angle = find_names(node.args[0]) == {joint.value}  # negating it is not a mistake in a sum of angles
         for term in (
             joint,
-            negate(joint),
-            multiply_nodes(TWO, joint),
-            *(() if is_single_angle else (negate(multiply_nodes(TWO, joint)),)),
+            -joint,
+            make_number(2) * joint,
+            *(() if is_single_angle else (-(make_number(2) * joint),)),
         ):
-            yield Edit("angle-typed", Node("call", (add_nodes(node.args[0], term),), node.value))
+            yield Edit("angle-typed", Node("call", (node.args[0] + term,), node.value))
 
 
 def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[Node]:
@@ -281,7 +269,7 @@ def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[
 
 def add_quarter_turn(node: Node) -> Node:
     """Return a sine or cosine with pi/2 added to its angle."""
-    return _swap_trig(node) if node.value == "sin" else negate(_swap_trig(node))
+    return _swap_trig(node) if node.value == "sin" else -_swap_trig(node)
 
 
 def _name_stem(name: str) -> str:
@@ -304,7 +292,7 @@ def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
         yield Edit("sum-of-angles-split", _product(_trigs_of_terms(node)))
         yield Edit("sum-of-angles-split", _sum(_signed_trigs_of_terms(node)))
         all_but_last, last_term = _sum(terms[:-1]), terms[-1]
-        yield Edit("bracket-missing", add_nodes(Node("call", (all_but_last,), node.value), last_term))
+        yield Edit("bracket-missing", Node("call", (all_but_last,), node.value) + last_term)
 
 
 def _trigs_of_terms(node: Node) -> list[Node]:
@@ -315,13 +303,13 @@ def _trigs_of_terms(node: Node) -> list[Node]:
 def _signed_trigs_of_terms(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle; the minus of a negative term stands before the function."""
     return [
-        negate(Node("call", part.args, node.value)) if part.kind == "neg" else Node("call", (part,), node.value)
+        -Node("call", part.args, node.value) if part.kind == "neg" else Node("call", (part,), node.value)
         for part in split_terms(node.args[0])
     ]
 
 
 def _product(factors: Sequence[Node]) -> Node:
-    return reduce(multiply_nodes, factors, ONE)
+    return prod(factors, start=ONE)
 
 
 def _edit_angle(angle: Node) -> Iterator[Node]:
@@ -335,10 +323,10 @@ def _edit_angle(angle: Node) -> Iterator[Node]:
             if len(joint_terms) > 1 or not find_names(
                 term
             ):  # negating a single angle is not a mistake in a sum of angles
-                yield _sum([*other_terms, negate(term)])
+                yield _sum([*other_terms, -term])
         if not find_names(term):
-            for factor in (number(2), number(Fraction(1, 2)), divide_nodes(number(180), Node("name", value="pi"))):
-                yield _sum([*other_terms, multiply_nodes(factor, term)])
+            for factor in (make_number(2), make_number(Fraction(1, 2)), make_number(180) / Node("name", value="pi")):
+                yield _sum([*other_terms, factor * term])
     if len(joint_terms) > 1:
         yield _sum([_product(joint_terms), *(term for term in terms if not find_names(term))])
     if len(terms) > 2:
@@ -431,9 +419,7 @@ def _drop_constants(angle: Node) -> Node:
 
 
 def _scale_constants(factor: Node) -> Callable[[Node], Node]:
-    return lambda angle: _sum(
-        [part if find_names(part) else multiply_nodes(factor, part) for part in split_terms(angle)]
-    )
+    return lambda angle: _sum([part if find_names(part) else factor * part for part in split_terms(angle)])
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
@@ -455,10 +441,10 @@ def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
 
 _CHANGES_OF_ALL_ANGLES: tuple[tuple[str, Callable[[Node], Node]], ...] = (
     ("constants-left-out", _drop_constants),
-    ("constants-sign", _scale_constants(number(-1))),
-    ("constants-in-degrees", _scale_constants(divide_nodes(number(180), Node("name", value="pi")))),
-    ("constants-wrong-radians", _scale_constants(number(2))),
-    ("constants-wrong-radians", _scale_constants(number(Fraction(1, 2)))),
+    ("constants-sign", _scale_constants(make_number(-1))),
+    ("constants-in-degrees", _scale_constants(make_number(180) / Node("name", value="pi"))),
+    ("constants-wrong-radians", _scale_constants(make_number(2))),
+    ("constants-wrong-radians", _scale_constants(make_number(Fraction(1, 2)))),
     ("relative-throughout", _keep_last_angle(keeps_constants=True)),
     ("relative-throughout", _keep_last_angle(keeps_constants=False)),
 )
@@ -468,4 +454,4 @@ _CHANGES_OF_ALL_ANGLES: tuple[tuple[str, Callable[[Node], Node]], ...] = (
 
 
 def _sum(terms: Sequence[Node]) -> Node:
-    return reduce(add_nodes, terms, ZERO)
+    return sum(terms, ZERO)

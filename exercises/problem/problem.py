@@ -13,7 +13,7 @@ from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.common.errors import QdotError, find_most_similar
+from qdot.exercises.common.errors import QdotError, find_most_similar, make_name_error
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
@@ -150,8 +150,7 @@ def _find_name(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[st
     if name not in known:
         normalized_name = name.lower().replace("_", "-").replace(" ", "")
         suggestion = aliases.get(normalized_name) or find_most_similar(normalized_name, known)
-        hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
-        raise QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
+        raise make_name_error(kind, name, known, suggestion)
     return "" if name == known[0] else name
 
 

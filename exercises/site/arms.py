@@ -1,4 +1,4 @@
-"""Make the gallery of arms: every family with its thumbnail, its questions, and a link for practice."""
+"""Make the page "The arms", a gallery: every family with its picture, its questions, and a link for practice."""
 
 from collections.abc import Collection
 
@@ -18,7 +18,7 @@ GALLERY_PATH = "arms.html"
 
 
 def make_gallery_page(bank_families: Collection[str]) -> Page:
-    """Return the page with the gallery; `bank_families` are the families in the site's bank."""
+    """Return the page; `bank_families` are the families in the site's bank, which can be practised."""
     words = {code: catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",
@@ -34,5 +34,5 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
 
 
 def _write_task(name: str) -> str:
-    """Return the task of a family's arms as MathML."""
+    """Return the task of a family's arms, such as x, y, as MathML."""
     return mathml_text(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))

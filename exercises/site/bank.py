@@ -1,17 +1,19 @@
 """Write the problem bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
 
-bank/index.json                 the list of problems
-bank/FAMILY/KEY.json            a problem (`record.make_site_record`)
-bank/FAMILY/KEY.solutions.json  its worked solutions, loaded on demand, if students may see them
-bank/FAMILY/KEY.de.json         its texts in German, loaded if the page is in German (`languages`)
-bank/FAMILY/KEY.solutions.de.json  its solutions in German
-bank/index.de.json              the titles of index.json in German
+bank/index.json                    the list of problems
+bank/FAMILY/KEY.json               a problem (`record.make_site_record`)
+bank/FAMILY/KEY.solutions.json     the worked solutions of the problem, loaded on demand, if students may see them
+bank/FAMILY/KEY.de.json            the texts of the problem in German, loaded if the page is in German (`languages`)
+bank/FAMILY/KEY.solutions.de.json  the solutions in German
+bank/index.de.json                 the titles of index.json in German
 """
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -34,16 +36,17 @@ BANK_FOLDER = "bank"
 
 PROBLEM_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
 SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
-"""The endings of the file names of a problem, and of its solutions."""
+"""The endings of the names of a problem's files, and of its solutions' files."""
 
 
 def write_bank(
     folder: Path, problems: Sequence[BankProblem], find_failures: FindFailures, jobs: int,
     on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None], with_solutions: bool = True,
 ) -> list[Json]:  # fmt: skip
-    """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
+    """Write the problems and return their entries in index.json.
 
-    `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
+    An entry has the keys family, key, difficulty, title, questions and variation, and flat if the arm's figure is
+    planar. `on_problem` is called after every problem, and `on_failed` for each problem of which every draw fails its
     certificate. Solutions are written only if `with_solutions`.
     """
     entries, state = [], (folder, find_failures, with_solutions)
@@ -58,25 +61,23 @@ def write_bank(
 
 
 _BankState = tuple[Path, FindFailures, bool]
+"""The parameters `folder`, `find_failures` and `with_solutions` of `write_bank`."""
 
 
 def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | FailedSlot:
-    folder, failures, solved = state
+    """Write the files of a problem that are not up to date; return the problem's entry in index.json."""
+    folder, find_failures, with_solutions = state
     path = folder / BANK_FOLDER / bank_problem.family / f"{bank_problem.key}.json"
     problem_id = bank_problem.problem and bank_problem.problem.id
-    problem_source = (
-        f"{bank_problem.seed}/{bank_problem.questions}/{bank_problem.question_share}/{bank_problem.variation}/"
-        f"{bank_problem.frame_convention}/{problem_id}"
-    )
-    digest_input = f"{code_digest()}/{_compute_texts_digest()}/{problem_source}"
-    made_from = hashlib.sha256(digest_input.encode()).hexdigest()  # the bank must not reveal seeds
-    if not solved:
+    source = f"{code_digest()}/{_compute_texts_digest()}/{replace(bank_problem, problem=None)}/{problem_id}"
+    source_digest = hashlib.sha256(source.encode()).hexdigest()  # the bank must not reveal seeds
+    if not with_solutions:
         for ending in SOLUTION_ENDINGS:
             path.with_suffix(ending).unlink(missing_ok=True)
-    current_entry = _find_up_to_date(path, made_from, PROBLEM_ENDINGS + SOLUTION_ENDINGS * solved)
+    current_entry = _find_current_entry(path, source_digest, PROBLEM_ENDINGS + SOLUTION_ENDINGS * with_solutions)
     if current_entry is not None:
         return current_entry
-    problem = bank_problem.find_certified(failures)
+    problem = bank_problem.find_certified(find_failures)
     if isinstance(problem, FailedSlot):
         return problem
     record = make_site_record(problem)
@@ -87,11 +88,11 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
     }  # fmt: skip
     if bank_problem.problem is not None:
         record["id"] = bank_problem.key  # the problem's own id would reveal the seed
-    if solved:
+    if with_solutions:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
         _write_text(path.with_suffix(f".{language}.json"), translate_record(problem, record, language))
-    _write_text(path, {**record, "made_from": made_from, "listed": entry})
+    _write_text(path, {**record, "made_from": source_digest, "listed": entry})
     return entry
 
 
@@ -102,26 +103,19 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 
 def _write_text(path: Path, content: Json) -> None:
-    """Write a file of the bank without syncing the disk, which is slow, because a rerun can regenerate the file."""
+    """Write a file without syncing the disk, which is slow; a rerun can regenerate the file."""
     write_atomically(path, _json_text(content), is_synced=False)
 
 
-def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
-    """Return the index entry of a problem if all its files exist and come from the same code; else None."""
+def _find_current_entry(path: Path, source_digest: str, endings: Sequence[str]) -> Json | None:
+    """Return a problem's entry in index.json if all its files exist and have the same source; else None."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        entry: Json | None = record["listed"] if record["made_from"] == made_from else None
+        entry: Json | None = record["listed"] if record["made_from"] == source_digest else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return entry if all(_is_written(path.with_suffix(ending)) for ending in endings) else None
-
-
-def _is_written(path: Path) -> bool:
-    """Return whether a file exists and is not empty; a power failure may leave an empty file."""
-    try:
-        return path.stat().st_size > 0
-    except OSError:
-        return False
+    files = [path.with_suffix(ending) for ending in endings]  # a power failure may leave an empty file
+    return entry if all(file.is_file() and file.stat().st_size for file in files) else None
 
 
 @cache
@@ -142,9 +136,11 @@ def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
     asked_names = {asked_name for entry in entries for asked_name in entry["questions"]}
+    problems: dict[str, list[Json]] = defaultdict(list)
+    for entry in entries:
+        problems[entry["family"]].append({name: value for name, value in entry.items() if name != "family"})
     families = [
-        {"name": name, "title": title, "source": source, "problems": list(_list_entries(entries, name))}
-        for name, title, source in titles
+        {"name": name, "title": title, "source": source, "problems": problems[name]} for name, title, source in titles
     ]
     questions = [
         {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
@@ -165,12 +161,6 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     return _json_text(
         {"families": families, "questions": {q.name: words.question(q.title) for q in ALL_QUESTIONS.values()}}
     )
-
-
-def _list_entries(entries: Sequence[Json], family: str) -> Iterator[Json]:
-    for entry in entries:
-        if entry["family"] == family:
-            yield {name: value for name, value in entry.items() if name != "family"}
 
 
 def _json_text(content: Json) -> str:

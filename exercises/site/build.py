@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,19 +17,22 @@ from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
+from qdot.exercises.writing.render import render
 
 NOT_BUILT_MESSAGE = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
 SIZES_FILE = f"{BANK_FOLDER}/sizes.json"
+"""The sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
 GALLERY_FOLDER = "docs/families/"
-"""The folder with the pictures of the gallery, which is available offline like the other pages."""
+"""The folder with the pictures of the gallery; unlike other drawings, they are available offline."""
 
 
 @dataclass(frozen=True)
 class SiteSpec:
     """The specification of a site.
 
+    - `folder`: the folder into which the site is written
     - `problems`: the problems of its bank
     - `titles`: the name, the title and the source of each family or slot
     - `find_failures`: a function that returns what is wrong with a problem
@@ -70,46 +73,48 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions
     )
     endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * spec.has_solutions
-    problems = {
-        name: {ending: spec.folder / BANK_FOLDER / f"{name}{ending}" for ending in endings}
-        for name in (f"{entry['family']}/{entry['key']}" for entry in entries)
-    }
+    names = [f"{entry['family']}/{entry['key']}" for entry in entries]
+    bank_paths = {name: {ending: spec.folder / BANK_FOLDER / f"{name}{ending}" for ending in endings} for name in names}
+    sizes = {name: {ending: path.stat().st_size for ending, path in bank_paths[name].items()} for name in names}
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS_FILE: robots_text(),
-        SIZES_FILE: _sizes_text(problems),
+        SIZES_FILE: json.dumps({"format": 1, "files": sizes}, separators=(",", ":")),
         INDEX_FILE: index_text(entries, spec.titles, spec.feedback),
         **{f"{BANK_FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
         "icon.svg": pages.favicon_text(),
-        "manifest.webmanifest": pages.manifest_text(spec.course),
+        "manifest.webmanifest": render(  # for adding the site to a phone's home screen
+            "site/manifest.json.j2", name=spec.course or "qdot: velocity kinematics", short=spec.course or "qdot"
+        ),
+        **_write_pages(spec, assets),
     }
-    families = [name for name, _, _ in spec.titles]
-    for page in pages.make_pages(
-        pages.PageContext(spec.docs, spec.command_reference, spec.course, families, pages.licences_text(assets.folder))
-    ):
+    drawings = {} if spec.docs is None else _read_drawings(spec.docs)
+    offline_files = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY_FOLDER)}
+    bank_data = (path.read_bytes() for paths in bank_paths.values() for path in paths.values())
+    version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
+    for data in (*offline_files.values(), *bank_data):
+        version.update(data.encode() if isinstance(data, str) else data)
+    for path, data in (offline_files | drawings).items():
+        write_atomically(spec.folder / path, data, is_synced=False)
+    service_worker = render("site/sw.js.j2", files=[*offline_files], version=version.hexdigest()[:16])
+    write_atomically(spec.folder / "sw.js", service_worker)
+    questions = sum(len(entry["questions"]) for entry in entries)
+    return {"problems": len(entries), "questions": questions, "files": len(offline_files)}
+
+
+def _write_pages(spec: SiteSpec, assets: pages.Assets) -> dict[str, str]:
+    """Return all pages as HTML, and their translations as JSON, by their paths in the site."""
+    files = {}
+    families, licences = [name for name, _, _ in spec.titles], pages.licences_text(assets.folder)
+    for page in pages.make_pages(spec.docs, spec.command_reference, spec.course, families, licences):
         files[page.path] = pages.page_text(page, assets, spec.course, spec.docs is not None)
         for language, (title, body) in page.translations.items():
-            translated = json.dumps({"title": title, "body": body}, ensure_ascii=False)
-            files[page.translated_path(language)] = translated
-    drawings = {} if spec.docs is None else _drawings(spec.docs)
-    offline = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY_FOLDER)}
-    version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
-    for data in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
-        version.update(data.encode() if isinstance(data, str) else data)
-    for path, data in (offline | drawings).items():
-        write_atomically(spec.folder / path, data, is_synced=False)
-    write_atomically(spec.folder / "sw.js", pages.service_worker_text([*offline], version.hexdigest()[:16]))
-    questions = sum(len(entry["questions"]) for entry in entries)
-    return {"problems": len(entries), "questions": questions, "files": len(offline)}
+            translation = json.dumps({"title": title, "body": body}, ensure_ascii=False)
+            files[page.translated_path(language)] = translation
+    return files
 
 
-def _sizes_text(problems: Mapping[str, Mapping[str, Path]]) -> str:
-    """Return the sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
-    files = {name: {ending: path.stat().st_size for ending, path in paths.items()} for name, paths in problems.items()}
-    return json.dumps({"format": 1, "files": files}, separators=(",", ":"))
-
-
-def _drawings(docs: Path) -> dict[str, bytes]:
+def _read_drawings(docs: Path) -> dict[str, bytes]:
     """Return the drawings and pictures of the documentation, by their paths in the site."""
     paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg"))
     return {f"docs/{path.relative_to(docs).as_posix()}": path.read_bytes() for path in paths}

@@ -18,7 +18,7 @@ from qdot.exercises.writing.render import environment
 SECTION = "examples"
 OVERVIEW, ERRATA = "examples/index.html", "examples/errata.html"
 FORMULA_SHARE = 0.62
-"""The share of the page's width that formulas have beside the arm."""
+"""The fraction of the page's width that is left for formulas beside the arm."""
 
 
 def example_path(number: str) -> str:
@@ -39,13 +39,13 @@ def make_chapter_pages() -> Iterator[Page]:
 
 
 def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: str = "") -> Page:
-    """Return a page whose title and body in a language are what `write` returns."""
+    """Return a page in all languages; `write` returns the title and the body in a language."""
     translations = {language: write(language) for language in LANGUAGES}
     return Page(path, *write(ENGLISH), section=SECTION, kind=kind, translations=translations)
 
 
 def _list_examples(language: str) -> list[dict[str, object]]:
-    """Return the examples for a list; `is_translated` says whether the words in a figure are in the language."""
+    """Return the number, title, address and figure of each example; `is_translated` if the figure's words are."""
     return [
         {"number": e.number, "title": e.title, "address": example_path(e.number)} | _draw_card_figure(e, language)
         for e in solve_examples(language)
@@ -60,9 +60,9 @@ def _write_overview(language: str) -> tuple[str, str]:
 
 
 def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
+    """Return the figure of an example in the list: the arm or, if an earlier example shows it, the singularities."""
     name = f"card-{example.number.replace('.', '-')}"
-    is_arm_shown = not example.shows_arm  # an earlier example shows the arm
-    if is_arm_shown and example.shows_singularities:
+    if not example.shows_arm and example.shows_singularities:
         return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
     return {"figure": figure_svg(example.arm, name), "is_translated": False}
 
@@ -79,7 +79,8 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
     templates, all_examples = environment(language), _list_examples(language)
     example = solve_examples(language)[index]
     arm = example.arm
-    numbers = [number for number, page in _find_errata_pages().items() if page == example_path(example.number)]
+    path = example_path(example.number)
+    numbers = [number for number, page in _find_errata_pages().items() if page == path]
     corrections_here = [(number, read_errata(language)[number - 1]) for number in numbers]
     errata_template = templates.get_template("site/errata-list.md.j2")
     errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
@@ -100,12 +101,12 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
 
 
 def make_arm_data(chain: Chain) -> Json:
-    """Return the data of the interactive arm, with the factors of det J."""
+    """Return the data of an interactive arm (`make_arm_record`), and the factors of det J."""
     return make_arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": list_determinant_factors(chain)}
 
 
 def _find_errata_pages() -> dict[int, str]:
-    """Return the address of the example's page for each correction, by the correction's number."""
+    """Return, by a correction's number, the address of the page of the example that it corrects."""
     return {
         number: example_path(example.number)
         for number, erratum in enumerate(read_errata(), 1)

@@ -1,4 +1,4 @@
-"""List the documentation in the order of the site: pages in groups by reader, each with a line on its content."""
+"""List the pages of the documentation in the site's order: in groups by reader, each with a line on its content."""
 
 import re
 import tomllib
@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 REPLACED_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
-"""Pages of docs/ that the site has in another form, and their paths there."""
+"""Pages of docs/ that the site replaces by pages of its own, and the paths of these."""
 COMMANDS = "commands"
+"""The page on the command line, which is made from the program itself."""
 GROUPS: dict[str, dict[str, tuple[str, str]]] = tomllib.loads(
     Path(__file__).with_name("guide.toml").read_text(encoding="utf-8")
 )
-"""Groups of pages: for each page of docs/, its title and a line on its content."""
+"""By group, the pages of docs/ with their titles and a line on their content."""
 OTHER_PAGES = "More"
 """The last group, for all other pages."""
 
@@ -26,7 +27,7 @@ class DocumentationEntry:
 
 
 def arrange_pages(docs: Path) -> dict[str, list[DocumentationEntry]]:
-    """Return the existing pages by group; pages without a group come last, with their own headings."""
+    """Return the existing pages by group; pages without a group come last, with their headings as titles."""
     paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in REPLACED_PAGES}
     groups = {
         group: [DocumentationEntry(name, *texts) for name, texts in pages.items() if name in {*paths, COMMANDS}]
@@ -40,5 +41,6 @@ def arrange_pages(docs: Path) -> dict[str, list[DocumentationEntry]]:
 
 
 def _find_heading(path: Path) -> str:
+    """Return the first-level heading of a page, or the name of its file if there is none."""
     match = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
     return match.group(1) if match else path.stem

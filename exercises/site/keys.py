@@ -1,8 +1,8 @@
 """Make the keys for grading in a browser: values of the correct answer and of known mistakes at some configurations.
 
-A key contains numbers, no formulas. Configurations have two decimals, so that a counterexample can be checked by hand.
-Correct values are computed with many digits and written with 15, those of mistakes with 6. So a key has the same bytes
-on every machine.
+A key contains numbers, no formulas. The first configurations have two decimals, so that a counterexample can be checked
+by hand. Correct values are computed with many digits and written with 15 digits, those of mistakes with 6 digits. So a
+key has the same bytes on every machine. The forms of a key:
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
@@ -23,7 +23,7 @@ has that vector as "values". The page itself finds single mistakes in a formula,
 (site/src/grade/slips.ts, set-slips.ts).
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 from typing import Any
@@ -35,9 +35,9 @@ from qdot.exercises.answer_types import Answer, AnswerVisitor, ConditionSet, Dir
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
-from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_constant, evaluate_precisely
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_constant, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
@@ -52,15 +52,15 @@ from qdot.exercises.short_questions.single_configuration import RateDetails
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
-"""Number of configurations in a key, and number of sampled ones; the first of them have simple numbers.
+"""Number of configurations in a key, and number of sampled configurations.
 
 More are sampled, because the answer may be undefined at some of them."""
 MAX_ENTRY = 1e8
-"""Maximum of an entry: if one is larger, the arm is nearly singular, and rounding makes formulas indistinguishable."""
+"""Maximum of an entry; a larger entry means a nearly singular arm, whose rounding hides differences of formulas."""
 MIN_POINT_COUNT, FINGERPRINT_POINT_COUNT = 3, 2
 """Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
 MAX_MISTAKES, MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS = 60, 160, 500
-"""Maximum number of mistakes in formulas, of mistakes in numeric answers, and of all numbers in the latter."""
+"""Maximum number of mistakes in formulas, of mistakes in a numeric answer, and of all numbers of the latter."""
 ALWAYS_INCLUDED = (
     *catalogue.NUMERIC_MISTAKES, "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
@@ -70,8 +70,9 @@ THROUGHOUT_MISTAKES = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Mistakes that a student makes everywhere in the finished formulas, the likely ones first; only some are included."""
+"""Mistakes that a student makes everywhere in the finished formulas, the likely mistakes first."""
 MAX_THROUGHOUT_MISTAKES = 16
+"""Maximum number of variants of these mistakes."""
 CONFIGURATIONS_PER_PIECE = 6
 """Number of configurations on each piece of a singular set."""
 GOLDEN_RATIO = 0.6180339887498949
@@ -81,7 +82,7 @@ DIGITS = 30
 
 
 def weight(index: int) -> float:
-    """Return the weight of an entry in the fingerprint ("print") of an answer.
+    """Return the weight of entry number `index` (from 0) in the fingerprint ("print") of an answer.
 
     >>> weight(0), round(weight(1), 6)
     (1.0, 1.618034)
@@ -96,7 +97,7 @@ def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
 
 @dataclass(frozen=True)
 class _KeyMaker(AnswerVisitor[Json]):
-    """Makes the key for each form of answer."""
+    """Makes the key of a part; each method handles one form of answer."""
 
     problem: Problem
     part: Part
@@ -115,27 +116,35 @@ class _KeyMaker(AnswerVisitor[Json]):
         return key
 
     def visit_direction(self, answer: Direction) -> Json:
-        key = self.visit_formulas(answer) if answer.tolerance is None else self._direction_in_numbers()
+        key = self.visit_formulas(answer) if answer.tolerance is None else self._make_numeric_direction()
         return key | {"type": "direction", "tolerance": answer.tolerance}
 
-    def _direction_in_numbers(self) -> Json:
+    def _make_numeric_direction(self) -> Json:
         key, _ = _make_formula_key(self.problem, self.part)
         reference = np.array([entry[0] for entry in key["right"]], dtype=float)
         unit_vectors = _find_wrong_unit_vectors(self.problem, self.part, reference)
         mistakes = _select_likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
-        return key | {"mistakes": self._mistakes(mistakes)}
+        return key | {"mistakes": self._collect(mistakes)}
 
     def visit_number(self, answer: Number) -> Json:
-        mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer))
-        key = _make_numbers_key(answer) | {"mistakes": mistakes}
+        mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer))
+        key: Json = {
+            "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
+            "right": [_to_double(float(value)) for value in answer.reference], "mistakes": mistakes,
+        }  # fmt: skip
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
-            precise_mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
     def visit_singular(self, answer: ConditionSet) -> Json:
-        return _make_set_key(self.problem, self.part, answer)
+        joints, symbols = _list_variables(self.problem)
+        pieces = _sample_pieces(self.problem, self.part, answer)
+        return {
+            "type": "configurations", "joints": joints, "symbols": symbols, "pieces": pieces,
+            "conditions": _count_pieces(self.problem, answer), "mistakes": [],
+        }  # fmt: skip
 
     def visit_letters(self, answer: Letters) -> Json:
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
@@ -148,7 +157,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         blames_by_option = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
         return [[_record_mistake(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
-    def _mistakes(self, mistakes: Iterator[Json]) -> list[Json]:
+    def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
         return list(mistakes) if self.with_mistakes else []
 
 
@@ -156,7 +165,7 @@ class _KeyMaker(AnswerVisitor[Json]):
 
 
 def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
-    """Return the key of a part without its mistakes, and its configurations."""
+    """Return the key of a part without the mistakes, and the configurations in the key."""
     texts, shape = part.answer.list_formulas(), part.shape or (1, 1)
     key = make_values_key(texts, shape, problem.domain, _make_stream(problem, part))
     reference = part.answer.as_matrix()
@@ -179,12 +188,14 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
             samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
             values = [np.real(evaluate(program, sample, FINGERPRINT_POINT_COUNT)[0]) for sample in samples]
             if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
-                factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in values[1] - values[0]]
+                factors[name] = [
+                    [round_to_six_digits(value) + 0.0 for value in entry] for entry in values[1] - values[0]
+                ]
     return factors
 
 
 def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
-    """Return the key of formulas in the symbols of the domain, without mistakes.
+    """Return the key of formulas (texts of the entries of a matrix with this shape), without mistakes.
 
     Raises ValueError if the formulas are defined at too few configurations.
     """
@@ -198,10 +209,11 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
     correct: list[list[float | None]] = []
     for k in range(SAMPLED_POINT_COUNT):
         point = {name: float(points[name][k]) for name in symbols}
-        point |= {name: _round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
-        row, values = list(point.values()), list(map(_to_double, _evaluate_entries(program, point, used_names)))
+        point |= {name: round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
+        shown_decimals = {name: mpmath.mpf(repr(point[name])) for name in used_names}  # exactly as on the page
+        values = list(map(_to_double, evaluate_precisely(program, shown_decimals, DIGITS)))
         if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
-            rows_of_points.append(row)
+            rows_of_points.append(list(point.values()))
             correct.append(values)
     if len(correct) < MIN_POINT_COUNT:
         raise ValueError(f"the reference is defined at {len(correct)} of {SAMPLED_POINT_COUNT} configurations: {texts}")
@@ -211,12 +223,8 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
     }  # fmt: skip
 
 
-def _evaluate_entries(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
-    """Return the entries at a configuration with many digits, for exactly the decimals that the page shows."""
-    return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
-
-
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
+    """Yield the records of the known mistakes that lead to different wrong answers in formulas."""
     if not is_derived(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
@@ -235,7 +243,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
 
 
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
-    """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
+    """Yield the records of mistakes that are made everywhere in the finished formulas, the likely mistakes first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
@@ -255,10 +263,12 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _predict_wrong_answers(stages: StageResults, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
+def _predict_wrong_answers(
+    stages: StageResults, part: Part, known_answers: Collection[object]
+) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
     for wrong in catalogue.predict_wrong_answers(stages, part):
-        if len(seen) > MAX_MISTAKES:
+        if len(known_answers) > MAX_MISTAKES:
             break
         yield wrong
     else:
@@ -269,31 +279,35 @@ def _predict_wrong_answers(stages: StageResults, part: Part, seen: Collection[ob
 
 
 NumericMistakes = Iterator[tuple[float, Json, list[float]]]
-"""Wrong numbers, each with how likely its mistake is, and the record of the mistake."""
+"""For each wrong answer: how likely its mistake is, the record of the mistake, and the wrong numbers."""
 
 
 def _find_wrong_unit_vectors(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
-    """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
+    """Yield the unit vectors that mistakes lead to, each with the sign for which it is nearer to the correct vector."""
     for chance, mistake, values in _find_derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
 
 
 def _select_likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
-    """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
-    right_rounded = _round_digits(correct)
-    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    """Yield the record of the likeliest mistake for every different wrong answer."""
+    correct_texts = _round_to_texts(correct)
+    answer_by_texts: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
-        rounded_values = _round_digits(values)
-        is_wrong = len(rounded_values) == len(right_rounded) and rounded_values != right_rounded
-        if is_wrong and (rounded_values not in by_rounded or by_rounded[rounded_values][0] < chance):
-            by_rounded[rounded_values] = chance, mistake, values
-    max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(right_rounded))
-    for _, mistake, values in islice(by_rounded.values(), max_count):
-        yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+        texts = _round_to_texts(values)
+        is_wrong = len(texts) == len(correct_texts) and texts != correct_texts
+        if is_wrong and (texts not in answer_by_texts or answer_by_texts[texts][0] < chance):
+            answer_by_texts[texts] = chance, mistake, values
+    max_count = min(MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS // len(correct_texts))
+    for _, mistake, values in islice(answer_by_texts.values(), max_count):
+        yield {**mistake, "values": [round_to_six_digits(value) + 0.0 for value in values]}
 
 
 def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+    """Return the fingerprint of an answer (rows, columns, points): a number for each point, as text.
+
+    If `up_to_a_factor`, it is the fingerprint of the unit vector, without its sign.
+    """
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
@@ -303,6 +317,7 @@ def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tu
 
 
 def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
+    """Return whether all entries are finite, and some entry is not zero."""
     return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
 
 
@@ -318,24 +333,18 @@ def _record_mistake(mistake: str, sentence: str, missing: str = "") -> Json:
 # --- numbers ---
 
 
-def _make_numbers_key(answer: Number) -> Json:
-    return {
-        "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
-        "right": [_to_double(float(value)) for value in answer.reference],
-    }  # fmt: skip
-
-
 def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
-    """Return the numeric answers that mistakes lead to, each with its likeliest mistake.
+    """Return the records of the mistakes that lead to different wrong numbers.
 
     For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
     """
-    answers = chain(_list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part))
+    answers = _list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part)
     derived_answers = _find_derived_mistakes(problem, part, precise)
-    return _select_likeliest_mistakes(chain(answers, derived_answers), map(float, answer.reference))
+    return _select_likeliest_mistakes(chain(*answers, derived_answers), map(float, answer.reference))
 
 
 def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
+    """Yield the wrong numbers of mistakes that are defined for this question alone."""
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
@@ -343,6 +352,7 @@ def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
 
 
 def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
+    """Yield the wrong numbers that follow from a mistake in the derivation."""
     derived_part, numbers_of_answer = _find_derived_part(part)
     if derived_part is None:
         return
@@ -353,7 +363,7 @@ def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) 
 
 
 def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
-    """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
+    """Yield wrong speeds that students compute from the components of a velocity; nothing for other questions."""
     if part.kind != "speed":
         return
     derived_part, _ = _find_derived_part(part)
@@ -367,6 +377,7 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
+    """Return the derivation in numbers, at the configuration and the joint rates of a question."""
     rates = part.details.rates if isinstance(part.details, RateDetails) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
     values = sample_configurations(problem.chain, part, problem.domain, 1, _make_stream(problem, part)) | rate_values
@@ -374,6 +385,7 @@ def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
 
 
 def _flatten(answer: np.ndarray) -> np.ndarray:
+    """Return the entries of an answer at the first point."""
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
@@ -382,34 +394,30 @@ def _norm(answer: np.ndarray) -> np.ndarray:
 
 
 _CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _norm)}
-"""Numeric short questions: the chapter's question that each belongs to, and how to get the number from its answer."""
+"""For each numeric short question: the chapter's question behind it, and how the answer of that gives the number."""
 
 
 _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
-"""Mistakes in an answer of joint rates, which no short question asks for."""
+"""Mistakes in joint rates; no short question asks for joint rates."""
 
 
 def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the chapter's part from which this part is derived, and the function from its answer to the numbers."""
+    """Return the part of the derivation that leads to an answer, and a function that returns the answer's numbers.
+
+    That part is the part itself, or a question of the chapter; None if there is no such part.
+    """
     if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if is_derived(part) else None), _flatten
     kind, numbers_of_answer = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), numbers_of_answer
 
 
-def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
+def _round_to_texts(values: Iterable[float]) -> tuple[str, ...]:
+    """Return numbers with four digits; numbers with equal texts count as the same answer."""
     return tuple(f"{value + 0.0:.3e}" for value in values)
 
 
 # --- sets of configurations ---
-
-
-def _make_set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
-    joints, symbols = _list_variables(problem)
-    return {
-        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _sample_pieces(problem, part, answer),
-        "conditions": _count_pieces(problem, answer), "mistakes": [],
-    }  # fmt: skip
 
 
 def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
@@ -427,34 +435,23 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
 
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
-    """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
+    """Return configurations on each piece of the singular set; each is a row with the values of all symbols."""
     (joints, symbols), domain, stream = _list_variables(problem), problem.domain, _make_stream(problem, part)
-    space, keys = ConfigurationSpace(joints, domain), []
+    space, rows_by_piece = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
-            columns = [
-                [
-                    float(f"{sampled_value:.9f}" if exact_values.get(name) is None else exact_values[name]) + 0.0
-                    for sampled_value in values[name]
-                ]
-                for name in symbols
-            ]
-            keys.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
-    return keys
-
-
-# ---
+            columns = []
+            for name in symbols:
+                exact = exact_values.get(name)
+                columns.append([float(f"{value:.9f}" if exact is None else exact) + 0.0 for value in values[name]])
+            rows_by_piece.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
+    return rows_by_piece
 
 
 def _make_stream(problem: Problem, part: Part) -> Stream:
     return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
-
-
-def _round_to_six_digits(value: float) -> float:
-    """Return a sampled value with six digits, which is the same on every machine."""
-    return float(f"{float(value):.6g}")
 
 
 def _to_double(value: Any) -> float | None:

@@ -25,7 +25,7 @@ SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
-"""The scripts that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
+"""The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
 """The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
 LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
@@ -36,9 +36,10 @@ MIN_LISTED_HEADINGS = 3
 
 @dataclass(frozen=True)
 class Assets:
-    """The built scripts and styles: for each name in ENTRIES, the paths of its script, its static imports, its styles.
+    """The built scripts and styles of the site, and all `files` of their `folder`.
 
-    `files` are all files of the `folder`.
+    The other fields map each name in SCRIPT_SOURCES to the path of its script, and to the paths of the scripts
+    (`modules`) and styles that this script imports.
     """
 
     scripts: Mapping[str, str]
@@ -48,56 +49,47 @@ class Assets:
     folder: Path
 
 
-@dataclass(frozen=True)
-class PageContext:
-    """The content of the pages other than the problem bank.
-
-    - `docs`: the folder of the documentation, None if there is none
-    - `command_reference`: the body of the page on the command line
-    - `course`: the title of an instructor's own site
-    - `families`: the families in the bank
-    - `licences`: the licences of the libraries in the scripts
-    """
-
-    docs: Path | None
-    command_reference: str
-    course: str
-    families: Collection[str]
-    licences: str
-
-
 def licences_text(folder: Path) -> str:
-    """Return the page (Markdown) on the licences of the libraries in the scripts, from the files that Vite wrote."""
+    """Return the licences of the libraries in the scripts as Markdown, from the files that Vite wrote to a folder."""
     paths = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
     texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in paths.items()}
     _, _, libraries = texts["licences"].partition("\n## ")
     return render("site/licences.md.j2", licences=f"## {libraries}".strip(), notices=texts["notices"].strip())
 
 
-def find_assets() -> Assets | None:
-    """Return the files that `npm run build` made, in the package (wheel) or in site/dist (checkout); None if missing.
-
-    Raises QdotError if the scripts belong to another version of qdot.
-    """
+def _find_folder(name_in_package: str, path_in_checkout: str) -> Path | None:
+    """Return a folder inside the installed package or, if there is none, in a checkout of the repository."""
     package_folder = Path(__file__).resolve().parents[1]
-    folder = next(
-        (f for f in (package_folder / "site_dist", package_folder.parent / "site" / "dist") if f.is_dir()), None
-    )
+    folders = package_folder / name_in_package, package_folder.parent / path_in_checkout
+    return next((folder for folder in folders if folder.is_dir()), None)
+
+
+def find_docs_folder() -> Path | None:
+    """Return the folder of the documentation, or None if there is none."""
+    return _find_folder("site_docs", "docs")
+
+
+def find_assets() -> Assets | None:
+    """Return the scripts and styles that `npm run build` made, or None if there are none.
+
+    Raises QdotError if they belong to another version of qdot.
+    """
+    folder = _find_folder("site_dist", "site/dist")
     return None if folder is None else read_assets(folder)
 
 
 def read_assets(folder: Path) -> Assets:
     """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they belong to another version."""
     manifest = _read_manifest(folder)
-    entries = {name: manifest[source] for name, source in SCRIPT_SOURCES.items()}
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
+    scripts = {name: manifest[source]["file"] for name, source in SCRIPT_SOURCES.items()}
+    imports = {name: _list_imports(manifest, source) for name, source in SCRIPT_SOURCES.items()}
     styles = {name: _list_styles(manifest, source) for name, source in SCRIPT_SOURCES.items()}
-    modules = {name: _list_imports(manifest, source) for name, source in SCRIPT_SOURCES.items()}
-    return Assets({name: entry["file"] for name, entry in entries.items()}, modules, styles, files, folder)
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
+    return Assets(scripts, imports, styles, files, folder)
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
-    """Return Vite's manifest of the built scripts. Raises QdotError if it lacks an entry that the pages need."""
+    """Return Vite's manifest of the built scripts. Raises QdotError if the manifest lacks a script of the pages."""
     path = folder / ".vite" / "manifest.json"
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -112,34 +104,37 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     return content
 
 
-def find_docs_folder() -> Path | None:
-    """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
-    package_folder = Path(__file__).resolve().parents[1]
-    return next((f for f in (package_folder / "site_docs", package_folder.parent / "docs") if f.is_dir()), None)
-
-
 def _list_imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
-    """Return the static imports of an entry; the page preloads them in parallel with the entry."""
+    """Return the static imports of a script; a page preloads them in parallel with the script."""
     names = manifest[source].get("imports", ())
     files = [file for name in names for file in (str(manifest[name]["file"]), *_list_imports(manifest, name))]
     return list(dict.fromkeys(files))
 
 
 def _list_styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
-    """Return the styles of an entry and of its static imports."""
+    """Return the styles of a script and of its static imports."""
     entry = manifest[source]
     imported_styles = [style for name in entry.get("imports", ()) for style in _list_styles(manifest, name)]
     return list(dict.fromkeys([*imported_styles, *entry.get("css", ())]))
 
 
-def make_pages(context: PageContext) -> Iterator[Page]:
-    """Yield every page."""
-    has_docs = context.docs is not None
+def make_pages(
+    docs: Path | None, command_reference: str, course: str, families: Collection[str], licences: str
+) -> Iterator[Page]:
+    """Yield every page.
+
+    - `docs`: the folder of the documentation, None for a site without documentation
+    - `command_reference`: the body of the page on the command line
+    - `course`: the title of an instructor's own site, "" for the public site
+    - `families`: the families in the bank
+    - `licences`: the licences of the libraries in the scripts, as Markdown
+    """
+    has_docs = docs is not None
     robot = make_planar_2r()
     arm = json.dumps(make_arm_data(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
     figure = figure_svg(robot, pose=HOME_CONFIGURATION)
-    home = render("site/index.html.j2", course=context.course, has_docs=has_docs, arm=arm, figure=figure)
-    yield Page("index.html", context.course or "qdot", home, section="home", kind="home")
+    home = render("site/index.html.j2", course=course, has_docs=has_docs, arm=arm, figure=figure)
+    yield Page("index.html", course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
     arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(make_scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
@@ -147,25 +142,27 @@ def make_pages(context: PageContext) -> Iterator[Page]:
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
     own_arm = render("site/own.html.j2", has_docs=has_docs)
     yield Page("own.html", "Your own arm", own_arm, "own", "own", "practice")
-    course = render("site/course.html.j2", has_docs=has_docs)
-    yield Page("course.html", "In a course", course, entry="course", kind="wide", allows_frames=True)
+    course_help = render("site/course.html.j2", has_docs=has_docs)
+    yield Page("course.html", "In a course", course_help, script="course", kind="wide", allows_frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_error_page=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
-    yield Page("licences.html", "Licences", to_html(context.licences))
+    yield Page("licences.html", "Licences", to_html(licences))
     yield from make_chapter_pages()
-    if context.docs is not None:
-        yield make_gallery_page(context.families)
-        yield from _make_documentation_pages(context.docs, context.command_reference)
+    if docs is not None:
+        yield make_gallery_page(families)
+        yield from _make_documentation_pages(docs, command_reference)
 
 
-def _make_documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
+def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Page]:
+    """Yield the overview of the documentation, and a page for each file in docs/."""
     groups = arrange_pages(docs)
     overview_body = render("site/docs.html.j2", groups=groups, translate=translate_message)
     yield Page("docs/index.html", "Documentation", overview_body, section="docs", kind="wide")
     for entries in groups.values():
         for entry in entries:
             path = docs / f"{entry.name}.md"
-            body = link_pages(commands if entry.name == COMMANDS else to_html(path.read_text(encoding="utf-8")))
+            content = command_reference if entry.name == COMMANDS else to_html(path.read_text(encoding="utf-8"))
+            body = link_pages(content)
             shown_headings = find_headings(body) if len(find_headings(body)) >= MIN_LISTED_HEADINGS else []
             context = {"body": body, "groups": groups, "entry": entry, "headings": shown_headings}
             page_body = render("site/doc.html.j2", **context, translate=translate_message)
@@ -180,6 +177,7 @@ def link_pages(page: str) -> str:
 
 
 def _write_address(name: str, anchor: str) -> str:
+    """Return the address of a page of docs/ in the site, relative to the site's own folder docs/."""
     if name not in REPLACED_PAGES:
         return f"{name}.html{anchor}"
     if anchor == "#errata":
@@ -188,6 +186,7 @@ def _write_address(name: str, anchor: str) -> str:
 
 
 def _add_anchor(heading: re.Match[str]) -> str:
+    """Return a heading with an anchor that is made from its text, as on GitHub."""
     heading_text = re.sub(r"<[^>]*>", "", heading[2]).lower()
     anchor = re.sub(r"[^\w\- ]", "", heading_text).strip().replace(" ", "-")
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
@@ -204,22 +203,12 @@ def find_headings(page: str) -> list[tuple[str, str]]:
 
 
 def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
-    """Return the HTML of a page; it links to the docs only if the site has them."""
+    """Return the whole HTML of a page; the page links to the documentation only if the site has one (`has_docs`)."""
     root = "../" * page.path.count("/")
     return render(
         "site/page.html.j2", page=page, root=root, course=course, body=page.body, has_docs=has_docs,
-        script=assets.scripts[page.entry], modules=assets.modules[page.entry], styles=assets.styles[page.entry],
+        script=assets.scripts[page.script], modules=assets.modules[page.script], styles=assets.styles[page.script],
     )  # fmt: skip
-
-
-def service_worker_text(files: Sequence[str], version: str) -> str:
-    """Return the service worker, which caches pages, scripts and styles, and every problem that was opened."""
-    return render("site/sw.js.j2", files=list(files), version=version)
-
-
-def manifest_text(course: str) -> str:
-    """Return the web app manifest for adding the site to a phone's home screen: name, icon, start page."""
-    return render("site/manifest.json.j2", name=course or "qdot: velocity kinematics", short=course or "qdot")
 
 
 def favicon_text() -> str:

@@ -1,8 +1,8 @@
 """Convert a problem to JSON for the site: its texts and figures, the data of the interactive arm, the keys for grading.
 
 Texts that a page shows immediately have formulas as MathML, so that the page opens without typesetting. Hints and
-solutions have LaTeX in `<span class="tex">` (`<div class="tex">` for blocks), which the page typesets later, because
-MathML would be ten times as long. Solutions are a separate record, loaded on demand.
+solutions have LaTeX in `<span class="tex">`, or in `<div class="tex">` for displayed formulas. The page typesets them
+later, because MathML would be ten times as long. Solutions are a separate record, loaded on demand.
 """
 
 import html
@@ -58,7 +58,7 @@ def make_arm_record(problem: Problem) -> Json:
 def list_determinant_factors(chain: Chain) -> list[list[str]]:
     """Return the factors of det J that depend on the configuration, each as HTML and in the notation for typing.
 
-    There are none if J is not square or det J is too long to be factored by hand.
+    Return an empty list if J is not square, or if det J is too long to be factored by hand.
     """
     derivation = derive(chain)
     if not derivation.is_square:
@@ -90,12 +90,8 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
     html_statement = to_html(statement(problem, "", language=language))
-    return {
-        "title": title[0].upper() + title[1:],
-        "statement": html_statement,
-        "parts": parts,
-        "said": translated_sentences,
-    }
+    translated = {"title": title[0].upper() + title[1:], "statement": html_statement}
+    return translated | {"parts": parts, "said": translated_sentences}
 
 
 def translate_solutions(problem: Problem, language: str) -> Json:
@@ -105,6 +101,7 @@ def translate_solutions(problem: Problem, language: str) -> Json:
 
 
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
+    """Return a row of `MistakeSentences` in another language."""
     mistake = CATALOGUE[name]
     title = words.mistake_title(name, mistake.title)
     return [name, title, words.mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence), *missing]
@@ -128,15 +125,16 @@ def make_solutions_record(problem: Problem) -> Json:
 
 def html_with_latex(text: str) -> str:
     """Return Markdown as HTML, with formulas left as LaTeX."""
-    return to_html(text, _latex_element, join_punctuation=True)
+    return to_html(text, _make_latex_element, join_punctuation=True)
 
 
-def _latex_element(latex: str, block: bool) -> str:
-    tag = "div" if block else "span"
+def _make_latex_element(latex: str, is_displayed: bool) -> str:
+    tag = "div" if is_displayed else "span"
     return f'<{tag} class="tex">{html.escape(latex)}</{tag}>'
 
 
 def _list_symbols(problem: Problem) -> Json:
+    """Return the role, the unit, the LaTeX and, if it is known, the value of each symbol, by its name."""
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
     symbols: Json = {}
     for name, info in problem.symbols.items():
@@ -153,9 +151,9 @@ def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
 
 
 def _choose_values(chain: Chain) -> Json:
-    """Return values for the symbolic lengths and angles of an arm, as in its figure.
+    """Return the values of the symbolic lengths and angles of an arm, as in its figure.
 
-    A length that equals another one is changed, because the statement says that all lengths are different.
+    A length that equals another length is changed, because the statement says that all lengths are different.
     """
     used_lengths = {float(abs(length)) for length in list_table_lengths(chain)}
     values: dict[str, float] = {}
@@ -169,11 +167,14 @@ def _choose_values(chain: Chain) -> Json:
 
 
 MISTAKE_LISTS = ("mistakes", "throughout", "precise")
-"""The names of the lists of mistakes in a key (`keys`)."""
+"""The keys of a key's lists of mistakes (`keys`)."""
 
 
 class MistakeSentences:
-    """Collects the sentences on mistakes, each only once, because many answers share a mistake."""
+    """Collects the sentences on mistakes, each only once, because many answers share a mistake.
+
+    Each of the `rows` has a mistake's name, title and sentence, and the missing symbols, if any.
+    """
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
@@ -197,6 +198,7 @@ class MistakeSentences:
 
 
 def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
+    """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
     chain, question, prompt_text = problem.chain, ALL_QUESTIONS[part.kind], prompt(problem, part)
     svg = part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
@@ -227,7 +229,7 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 
 
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
-    """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
+    """Return the joint values and lengths that a question gives, for the arm beside it; None if there are none."""
     shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
     return {
         name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
@@ -235,5 +237,6 @@ def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
 
 
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
+    """Return the options of a question as HTML, None for a question without options."""
     count = len(part.answer.offered_options)
     return [to_html(option_text(problem, part, index, language)) for index in range(count)] or None

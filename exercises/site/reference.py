@@ -1,4 +1,4 @@
-"""Make the reference of the command line, a page with the texts of `--help`, from the program itself."""
+"""Make the page on the command line, with the texts of `--help`, from the program itself."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from qdot.exercises.writing.render import render
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its full name, its usage, its help as HTML (`help_html`), and its parameters with their meanings."""
+    """A command: its full name, its usage, its help as HTML, and its parameters, each with its meaning."""
 
     name: str
     usage: str
@@ -20,7 +20,7 @@ class Command:
 
 
 def list_commands(program: Any, name: str) -> Iterator[Command]:
-    """Yield a program's commands (Click's objects), including commands in groups, in the order of the help."""
+    """Yield the commands of a program (Click's object) that is called `name`, including commands in groups."""
     if hasattr(program, "commands"):
         for command_name, command in program.commands.items():
             yield from list_commands(command, f"{name} {command_name}")
@@ -33,13 +33,14 @@ def list_commands(program: Any, name: str) -> Iterator[Command]:
     yield Command(
         name,
         f"{name} {usage}",
-        to_html(_plain(program.help or "")),
-        tuple((record[0], " ".join(_plain(record[1]).split())) for record in records if record),
-        _plain(program.epilog or "").strip(),
+        to_html(_remove_marks(program.help or "")),
+        tuple((record[0], " ".join(_remove_marks(record[1]).split())) for record in records if record),
+        _remove_marks(program.epilog or "").strip(),
     )
 
 
-def _plain(text: str) -> str:
+def _remove_marks(text: str) -> str:
+    """Return a help text without Click's marks."""
     return text.replace("\b", "").replace("\\[", "[")
 
 

@@ -1,7 +1,8 @@
 """Make example tables for the page "Your own arm": the chapter's arms with numeric values, and real robots.
 
 A table has the page's format (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta", "d",
-"a", "alpha"}], "tool", "place", "turn", "task"}. Entries are texts in the notation for typing.
+"a", "alpha"}], "tool", "place", "turn", "task"}. "place" and "turn" are the position and the roll-pitch-yaw angles of
+the base. Entries are texts in the notation for typing.
 """
 
 import json
@@ -22,17 +23,18 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
-"""Families whose arms are at the top of the list."""
+"""Families whose chapter arms are at the top of the list."""
 ZERO_VECTOR = ["0", "0", "0"]
 
 
 def robots_text() -> str:
-    """Return the JSON text of all tables: {"plain": [table], "robots": [table with its source]}."""
+    """Return the JSON text of all tables: {"format": 1, "plain": [table], "robots": [table with its source]}."""
     content = {"format": 1, "plain": [*_make_plain_tables()], "robots": [*_make_library_tables()]}
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"))
 
 
 def _make_plain_tables() -> Iterator[Json]:
+    """Yield the tables of the chapter's arms of PLAIN_FAMILIES."""
     for name in PLAIN_FAMILIES:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
@@ -41,7 +43,7 @@ def _make_plain_tables() -> Iterator[Json]:
 
 
 def _make_table_of_chain(chain: Chain, title: str) -> Json:
-    """Return a chain's standard DH table with the numeric values that its figure shows; angles are in radians."""
+    """Return a chain's standard DH table with the values that the chain's figure shows; angles are in radians."""
     values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
     rows = []
     for i, joint in enumerate(chain.joints, 1):
@@ -59,6 +61,7 @@ def _write_entry(value: sp.Expr, joint_number: int) -> str:
 
 
 def _complete_table(name: str, fields: Mapping[str, Any]) -> Json:
+    """Return a table with these fields, and with the defaults of all others."""
     vectors = dict.fromkeys(("tool", "place", "turn"), ZERO_VECTOR)
     return {"name": name, "convention": "dh", "angles": "radians", **vectors, "task": None, **fields}
 

@@ -1,8 +1,8 @@
 """List the problems of the site's bank: several arms of each family at every step of variation, with their questions.
 
-The first arm of a step gets all questions. The questions are divided among the other arms, so that each question comes
-with several more arms. A page shows one question of an arm at a time, so nobody needs all thirty questions for each of
-thousands of arms.
+A step of variation says how much arms may differ from the chapter's (`common.variation`). The first arm of a step gets
+all questions. The questions are divided among the other arms, so that each question comes with several more arms. A
+page shows one question of an arm at a time, so nobody needs all thirty questions for each of thousands of arms.
 """
 
 import json
@@ -26,25 +26,27 @@ ARMS_PER_STEP = 25
 ARMS_PER_QUESTION = 2
 """Number of arms that get each question, in addition to the first arm of a step."""
 MAX_QUIZ_SEED = 9
-"""Maximum seed of an arm with short questions: up to it, every second arm has them, which is one arm of each step."""
+"""Arms with odd seeds up to this one have short questions, too; these are one arm of each step."""
 COMPARED_SEEDS = (1, 2, 3)
-"""Seeds whose problems are compared to find the questions with random numbers, such as a configuration."""
+"""Seeds whose problems are compared to find the questions with sampled numbers, such as a configuration."""
 MAX_SEEDS_PER_ARM = 4
 """Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
-
 FrameConvention = tuple[str, str]
-"""A convention and an order of twists; "" means the default of the family."""
+"""A convention (such as standard DH) and an order of twists; "" means the default of the family."""
 
 
 @dataclass(frozen=True)
 class BankProblem:
     """A problem for the bank: its family, its key, and how to generate it.
 
-    `questions` are its questions: none means all questions of the chapter that apply, QUIZ a short one of each form.
-    `variation` is how much its arm differs from the chapter's. `question_share` is for an arm that is in the bank
-    already: its index among such arms, and their number. These arms share the questions with random numbers.
-    `frame_convention` describes the arm. `problem` is set if the problem exists already.
+    - `questions`: the names of its questions; () means all questions of the chapter that apply to the arm, and (QUIZ,)
+      one short question of each form
+    - `variation`: how much its arm differs from the chapter's
+    - `problem`: the problem, if it exists already
+    - `question_share`: set for an arm that is in the bank already: its index among such arms, and their number; these
+      arms share the questions with sampled numbers
+    - `frame_convention`: the convention and the order of twists that describe the arm
     """
 
     family: str
@@ -56,8 +58,12 @@ class BankProblem:
     question_share: tuple[int, int] | None = None
     frame_convention: FrameConvention = ("", "")
 
-    def make(self, draw: int = 1) -> Problem:
-        """Generate the problem; draws after the first have seeds that no other problem has."""
+    def generate(self, draw: int = 1) -> Problem:
+        """Return draw number `draw` of the problem.
+
+        If a draw fails its certificate, the next draw replaces it. Draws after the first have seeds that no other
+        problem has.
+        """
         if self.problem is not None:
             return self.problem
         questions = self.questions
@@ -70,12 +76,12 @@ class BankProblem:
         return generate(identity.with_convention(*self.frame_convention))
 
     def find_certified(self, find_failures: FindFailures) -> Problem | FailedSlot:
-        """Return the first draw that passes its certificate. Raises QdotError if a given `problem` fails."""
+        """Return the first draw that passes its certificate. Raises QdotError if an existing `problem` fails."""
         if self.problem is not None:
             return require_certified(self.problem, find_failures)
         first_reason = ""
         for draw in range(1, MAX_DRAWS + 1):
-            result = try_draw(partial(self.make, draw), partial(certify_with, find_failures))
+            result = try_draw(partial(self.generate, draw), partial(certify_with, find_failures))
             if not isinstance(result, str):
                 return result[0]
             first_reason = first_reason or result
@@ -83,17 +89,17 @@ class BankProblem:
 
 
 def problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
-    """Return the problems for the variants of an assignment's bank, with each slot as a family."""
+    """Return the problems for the variants of an assignment's bank; the name of a slot replaces the family's name."""
     return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
 def problems_of_families(
     names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
 ) -> list[BankProblem]:
-    """Return `variants` arms of each family; of the first arms, every second one also has short questions.
+    """Return the problems for `variants` arms of each family; some of the arms have short questions, too.
 
     Without a `variation`, the arms of a family cycle through the steps of variation. `convention` and `twist_order`
-    apply to all of them, if given. Raises QdotError for unknown names.
+    apply to all arms, if given. Raises QdotError for unknown names.
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
@@ -113,7 +119,7 @@ def problems_of_families(
 
 
 def _list_problems(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
-    """Yield a problem of a step for each seed: first distinct arms, then arms that are in the bank already."""
+    """Yield the problems of a step, one for each seed: first distinct arms, then arms that are in the bank already."""
     if not seeds:
         return
     distinct_seeds, repeated_seeds = _find_distinct_seeds(family, step, seeds)
@@ -126,11 +132,11 @@ def _list_problems(family: str, step: str, seeds: range, frame_convention: Frame
 
 
 def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
-    """Return seeds with distinct arms, and then seeds with repeated arms, in total as many as there are `seeds`.
+    """Return seeds with distinct arms, and seeds with repeated arms, in total as many as there are `seeds`.
 
-    If needed, larger seeds are searched, too.
+    If there are too few distinct arms, larger seeds are tried, too.
     """
-    if FAMILIES[family].has_varied_structure:  # arms have different structures
+    if FAMILIES[family].has_varied_structure:  # all arms are distinct
         return list(seeds), []
     seed_limit = min(seeds.start + MAX_SEEDS_PER_ARM * len(seeds) * seeds.step, MAX_ARMS + 1)
     seed_by_arm: dict[Chain, int] = {}
@@ -147,9 +153,9 @@ def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int
 def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tuple[str, ...]:
     """Return the questions for arm number `arm_index` (from 0) of `arm_count` arms that share the questions.
 
-    Each question comes with ARMS_EACH of the arms. If there are no more arms than that, each gets all questions.
+    Each question comes with ARMS_PER_QUESTION arms. If there are no more arms than that, each gets all questions.
 
-    >>> [deal_questions("abcd", place, 4) for place in range(4)]
+    >>> [deal_questions("abcd", index, 4) for index in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
     total = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)

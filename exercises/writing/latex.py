@@ -227,7 +227,7 @@ def _root_factors(expression: sp.Expr) -> set[sp.Expr]:
 
 def _float_digits(value: sp.Float) -> Pieces:
     digits, _, power = f"{float(value):.10g}".partition("e")
-    return layout.scientific(digits, int(power)) if power else number(digits)
+    return layout.scientific_number(digits, int(power)) if power else number(digits)
 
 
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:

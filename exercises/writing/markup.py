@@ -14,11 +14,13 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sympy.printing.pretty.pretty_symbology import line_width
+
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
-from qdot.exercises.formula.printers.unicode import terminal_width, unicode_text
+from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
@@ -293,7 +295,7 @@ def _write_text_blocks(
     for child in node.children:
         if child.type == "heading":
             text = convert_inline(child.children[0])
-            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * terminal_width(text)}")
+            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * line_width(text)}")
         elif child.type == "paragraph":
             blocks += _wrap(convert_inline(child.children[0]), width)
         elif child.type == "table":
@@ -318,7 +320,7 @@ def _wrap(text: str, width: int) -> list[str]:
 
 
 def _write_table(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(terminal_width(row[c]) for row in rows) for c in range(len(rows[0]))]
+    widths = [max(line_width(row[c]) for row in rows) for c in range(len(rows[0]))]
     lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("─" * w for w in widths))
     return textwrap.indent("\n".join(lines), "    ")

@@ -9,10 +9,10 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-from qdot.exercises.formula import algebra, layout
+from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
+from qdot.exercises.formula.trees import ONE, Node, ParseError, as_matrix, make_number, node_text
 from qdot.exercises.writing.latex import symbol_latex
 
 MAX_DEPTH = 30
@@ -31,7 +31,7 @@ _TALL = frozenset(("fraction", "root", "matrix"))
 _ELEMENT_SIGN, _AND_WORD = (Layout("sign", "∈"),), (Layout("text", " and "),)
 _OR_WORD = (Layout("text", " or "), layout.QQUAD)
 _SYMBOL_PATTERN = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
-_PI, _HALF_TURN = Node("name", value="pi"), algebra.number(180)
+_PI, _HALF_TURN = Node("name", value="pi"), make_number(180)
 _ANGLE_PATTERN = re.compile(r"theta(\d)")
 
 
@@ -122,11 +122,11 @@ class _Typesetter:
         other_factors = [factor for factor in numerator if factor.kind != "number"]
         is_small = all(factor.value == "pi" for factor in other_factors) and _are_numbers(denominator)
         if not is_small and _are_numbers(denominator):  # 4*sin(theta1)/25 has its fraction before the sine
-            numbers = [factor for factor in numerator if factor.kind == "number"] or [algebra.ONE]
+            numbers = [factor for factor in numerator if factor.kind == "number"] or [ONE]
             coefficient = layout.fraction(self.row(numbers), self.row(denominator), is_small=True)
             return _TypesetPiece((coefficient, layout.THIN, *self.row(other_factors, is_alone=False)), _PRODUCT_LEVEL)
         if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
-            numerator = [factor for factor in numerator if factor != algebra.ONE] or numerator[:1]
+            numerator = [factor for factor in numerator if factor != ONE] or numerator[:1]
         return _TypesetPiece((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR_LEVEL)
 
     def row(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
@@ -281,5 +281,5 @@ def _number(node: Node) -> _TypesetPiece:
         if size < 1:
             power = len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
         mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
-        return _TypesetPiece(layout.scientific(mantissa, power), _PRODUCT_LEVEL)
+        return _TypesetPiece(layout.scientific_number(mantissa, power), _PRODUCT_LEVEL)
     return _TypesetPiece(number(digits), _ATOM_LEVEL)

@@ -15,7 +15,7 @@ import typer
 
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
-from qdot.exercises.common.console import VariationOption, note, say, show_progress
+from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.families import FAMILIES
@@ -25,7 +25,8 @@ from qdot.grader.cli.options import (
     ConventionOption,
     JobsOption,
     JsonOption,
-    TwistOrderOption,
+    TwistOption,
+    VariationOption,
     name_argument,
     name_option,
 )
@@ -99,7 +100,7 @@ def verify(
     first_seed: Annotated[int, typer.Option(metavar="SEED", min=0, max=1 << 62, help="With --family: first seed.")] = 0,
     variation: VariationOption = "",
     convention: ConventionOption = "",
-    twist_order: TwistOrderOption = "",
+    twist_order: TwistOption = "",
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Certify problems, or check that an assignment is unchanged.

@@ -12,13 +12,13 @@ import typer
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import BankVariationOption, note, say, show_progress
+from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import VERSION_LETTERS
-from qdot.grader.cli.options import FolderArgument, JobsOption, name_option
+from qdot.grader.cli.options import BankVariationOption, FolderArgument, JobsOption, name_option
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import compute_earned_share

@@ -7,9 +7,28 @@ from typing import Annotated, Any
 import typer
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
-from qdot.exercises.common.completion import complete_names
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 
 Names = Iterable[str] | Callable[[], Iterable[str]]
+"""A registry of names, or a function that returns one and is called only if a shell asks for completions."""
+
+
+def complete_names(*registries: Names, separator: str = "", suffix: str = "") -> Callable[[str], list[str]]:
+    """Return a function that lists the possible completions of a partly typed value.
+
+    If `separator` is given, the value is a list of names, and the last name is completed. `suffix` is appended to each
+    name. If no name fits, the shell completes file names.
+
+    >>> complete_names(["position", "jacobian"], separator=",")("rank,ja"), complete_names(["scara"], suffix="/1")("s")
+    (['rank,jacobian'], ['scara/1'])
+    """
+
+    def complete(incomplete: str) -> list[str]:
+        earlier_names, sign, prefix = incomplete.rpartition(separator) if separator else ("", "", incomplete)
+        names = (name for registry in registries for name in (registry() if callable(registry) else registry))
+        return [f"{earlier_names}{sign}{name}{suffix}" for name in names if name.startswith(prefix)]
+
+    return complete
 
 
 def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", between: str = "") -> Any:
@@ -32,12 +51,21 @@ def _twist_order_option(default: str) -> Any:
     return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
+def _variation_option(default: str) -> Any:
+    steps, names = ", ".join(VARIATION_STEPS), (*VARIATION_STEPS, *VARIATION_AXES)
+    text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
+    return name_option(text, "--variation", names=names, metavar="TEXT", between="+")
+
+
 DEFAULT_FROM_ID = "that of the problem's id, else "
 """The beginning of the default in the help text of options that a problem's identifier can set, too."""
 ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
-TwistOrderOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
+TwistOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
 SiteConventionOption = Annotated[str, _convention_option("")]
-SiteTwistOrderOption = Annotated[str, _twist_order_option("")]
+SiteTwistOption = Annotated[str, _twist_order_option("")]
+VariationOption = Annotated[str, _variation_option(f"{DEFAULT_FROM_ID}{DEFAULT_VARIATION}")]
+BankVariationOption = Annotated[str, _variation_option("that of assignment.toml")]
+SiteVariationOption = Annotated[str, _variation_option("all steps in turn, or that of assignment.toml")]
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]

@@ -16,7 +16,7 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.console import VariationOption, check_choice, note, say, show_progress, show_status
+from qdot.exercises.common.console import check_choice, note, say, show_progress, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
@@ -25,7 +25,14 @@ from qdot.exercises.generation import find_listing, look_up_family, sample_chain
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
-from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_argument, name_option
+from qdot.grader.cli.options import (
+    ConventionOption,
+    JsonOption,
+    TwistOption,
+    VariationOption,
+    name_argument,
+    name_option,
+)
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
@@ -191,7 +198,7 @@ def show(
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
     convention: ConventionOption = "",
-    twist_order: TwistOrderOption = "",
+    twist_order: TwistOption = "",
 ) -> None:
     """Show one problem, optionally with hints or solution.
 

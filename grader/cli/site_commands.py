@@ -11,7 +11,7 @@ import typer
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import SiteVariationOption, note, say, show_progress
+from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
@@ -29,7 +29,7 @@ from qdot.exercises.site.supply import (
     problems_of_families,
     problems_of_variants,
 )
-from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOrderOption, name_option
+from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOption, SiteVariationOption, name_option
 from qdot.grader.grading.certify import find_failures
 
 SITE_FOLDER = Path("qdot-site")
@@ -55,7 +55,7 @@ def build_site(
     ] = None,
     variation: SiteVariationOption = "",
     convention: SiteConventionOption = "",
-    twist_order: SiteTwistOrderOption = "",
+    twist_order: SiteTwistOption = "",
     feedback: Annotated[str, name_option(FEEDBACK_HELP, names=FEEDBACK, metavar="LEVEL")] = "",
     jobs: JobsOption = CORE_COUNT,
 ) -> None:

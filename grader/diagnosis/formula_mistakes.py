@@ -11,10 +11,10 @@ from itertools import islice, product
 
 import numpy as np
 
-from qdot.exercises.formula.algebra import ONE, ZERO, add_nodes, expand_terms
 from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
-from qdot.exercises.formula.trees import Node, count_nodes, find_names, node_text
+from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, node_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.exercises.mistakes.finished import (
@@ -306,7 +306,7 @@ class _WrongEntry:
 
 
 def _add_to_angle(term: Node, trig: Node) -> Node:
-    return Node("call", (add_nodes(trig.args[0], term),), trig.value)
+    return Node("call", (trig.args[0] + term,), trig.value)
 
 
 def _evaluate(entries: Sequence[Node], values: SymbolValues) -> np.ndarray:

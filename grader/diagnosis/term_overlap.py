@@ -13,19 +13,9 @@ from fractions import Fraction
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import (
-    ONE,
-    add_nodes,
-    apply_function,
-    divide_nodes,
-    expand_terms,
-    multiply_nodes,
-    negate,
-    split_terms,
-    subtract_nodes,
-)
+from qdot.exercises.formula.algebra import apply_function, expand_terms, split_terms
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, count_nodes, find_names
+from qdot.exercises.formula.trees import ONE, Node, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import ParsedAnswer
@@ -99,7 +89,7 @@ def _expand(node: Node) -> Node:
         return _expand_trig(str(node.value), split_terms(node.args[0]))
     args = tuple(map(_expand, node.args))
     if node.kind == "/":
-        return multiply_nodes(args[0], divide_nodes(ONE, args[1]))
+        return args[0] * (ONE / args[1])
     return Node(node.kind, args, node.value)
 
 
@@ -108,11 +98,11 @@ def _expand_trig(function: str, angles: Sequence[Node]) -> Node:
     first_angle, *other_angles = angles
     is_negative = first_angle.kind == "neg"
     angle = first_angle.args[0] if is_negative else first_angle
-    sine = negate(apply_function("sin", angle)) if is_negative else apply_function("sin", angle)
+    sine = -apply_function("sin", angle) if is_negative else apply_function("sin", angle)
     cosine = apply_function("cos", angle)
     if not other_angles:
         return sine if function == "sin" else cosine
     inner_sine, inner_cosine = _expand_trig("sin", other_angles), _expand_trig("cos", other_angles)
     if function == "sin":
-        return add_nodes(multiply_nodes(sine, inner_cosine), multiply_nodes(cosine, inner_sine))
-    return subtract_nodes(multiply_nodes(cosine, inner_cosine), multiply_nodes(sine, inner_sine))
+        return sine * inner_cosine + cosine * inner_sine
+    return cosine * inner_cosine - sine * inner_sine

@@ -28,11 +28,11 @@ from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
 from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ZERO, split_factors
 from qdot.exercises.formula.algebra import Matrix as Rows
+from qdot.exercises.formula.algebra import split_factors
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names
+from qdot.exercises.formula.trees import ZERO, Node, ParseError, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS

@@ -8,8 +8,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import chain, combinations, product
+from math import prod
 from operator import and_
 
 import numpy as np
@@ -18,13 +19,13 @@ import sympy as sp
 from qdot.exercises.answer_types import Number
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import ONE, ZERO, multiply_nodes, split_factors
+from qdot.exercises.formula.algebra import split_factors
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.scale import ConstantFactor, find_constant_factor
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.formula.trees import Node, find_names
+from qdot.exercises.formula.trees import ONE, ZERO, Node, find_names
 from qdot.exercises.problem.credit import (
     MAX_WRONG_FACTORS,
     MISTAKE_FACTOR,
@@ -176,7 +177,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Share
         may_lack_divisor = factor is None and part.credit.is_by_mistakes
         det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
         if det is not None:
-            expected_entries = [multiply_nodes(entry, det) for entry in expected_entries]
+            expected_entries = [entry * det for entry in expected_entries]
             factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
             factor = factor and replace(factor, changes_size=True)
     if factor is None or (factor.changes_size and not set().union(*map(find_names, expected_entries)) & varying_names):
@@ -284,8 +285,8 @@ def _is_product_without(
         with np.errstate(all="ignore"):
             ratio = values[list(indices)].prod(axis=0) / expected_values[list(expected_indices)].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and _are_equal(ratio, ratio[0]):
-            given_product = reduce(multiply_nodes, (factors[k] for k in indices), ONE)
-            expected_product = reduce(multiply_nodes, (expected[k] for k in expected_indices), ONE)
+            given_product = prod((factors[k] for k in indices), start=ONE)
+            expected_product = prod((expected[k] for k in expected_indices), start=ONE)
             pair = [given_product], [expected_product]
             is_equal = compare_entries(*pair, domain, f"{seed}/same").is_correct[0]
             if is_equal or find_constant_factor(*pair, domain, answer.varying, seed) is not None:

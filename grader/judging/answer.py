@@ -34,7 +34,7 @@ from qdot.exercises.formula.trees import (
     refuse_statements,
     replace_names,
 )
-from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
+from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
 
 NameSequence = Sequence[str]
@@ -653,11 +653,8 @@ def _normalize_label(name: str) -> str:
     label = VOCABULARY["velocities"].get(label, label)
     for spelled_name, letter in VOCABULARY["spelled"].items():
         label = label.replace(spelled_name, letter)
-    entry = _POINT_OF_ENTRY.fullmatch(label)
+    entry = PATTERNS["point_of_entry"].fullmatch(label)
     return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
-
-
-_POINT_OF_ENTRY = compile_pattern("point_of_entry")
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:

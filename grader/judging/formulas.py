@@ -6,8 +6,7 @@ from itertools import islice
 
 import numpy as np
 
-from qdot.exercises.formula.algebra import ZERO, Matrix
-from qdot.exercises.formula.algebra import number as number_node
+from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.equality import (
     Certificate,
@@ -23,7 +22,7 @@ from qdot.exercises.formula.equality import (
 )
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_typed_set
-from qdot.exercises.formula.trees import Node, ParseError, find_names
+from qdot.exercises.formula.trees import ZERO, Node, ParseError, find_names, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
 from qdot.grader.judging.answer import (
@@ -397,7 +396,7 @@ def _are_degrees(
     """Return whether all joint values would be correct after conversion from degrees to radians."""
     if any(atom.joint is None for piece in claimed for atom in piece):
         return False
-    degree = Node("/", (Node("name", value="pi"), number_node(180)))
+    degree = Node("name", value="pi") / make_number(180)
     converted = [tuple(Atom(Node("*", (atom.expression, degree)), atom.joint) for atom in piece) for piece in claimed]
     return False not in compare_sets(converted, reference_pieces, space, seed).is_sound
 

@@ -16,7 +16,7 @@ import numpy as np
 from qdot.exercises.answer_types import Number
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.algebra import add_nodes, split_terms
+from qdot.exercises.formula.algebra import split_terms
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix, find_names, node_text
 from qdot.exercises.generation import generate
@@ -72,7 +72,7 @@ def relative(node: Node) -> Node:
         if len(turning) > 1:
             kept = terms[turning[-1]]
             for constant in (term for term in terms if not find_names(term)):
-                kept = add_nodes(kept, constant)
+                kept = kept + constant
             return Node("call", (kept,), node.value)
     return node
 

@@ -1,4 +1,4 @@
-r"""Print formulas as LaTeX, with spaces between factors and around signs, as in c_{1} (a_{1} + a_{2})."""
+r"""Print formulas as LaTeX that people can read: with spaces as in c_{1} (a_{1} + a_{2})."""
 
 from functools import lru_cache
 from itertools import pairwise
@@ -24,6 +24,7 @@ def latex_text(formula: Layout) -> str:
 
 
 def _print_row(pieces: Pieces) -> str:
+    """Return pieces side by side, with spaces between factors and around signs."""
     text, previous, has_space = "", None, False
     for piece in pieces:
         is_binary_sign = piece in (MINUS, PLUS) and is_binary(previous)
@@ -35,7 +36,7 @@ def _print_row(pieces: Pieces) -> str:
 
 
 def _print_index(script_piece: Layout) -> str:
-    """Return a subscript or superscript, without spaces next to signs."""
+    """Return a subscript or a superscript, without spaces next to signs."""
     if script_piece.kind != "row":
         return _print_piece(script_piece)
     text = _print_piece(script_piece.inner[0])

@@ -1,7 +1,7 @@
-"""Print formulas as MathML, which browsers show without a script and other programs can read.
+"""Print formulas as MathML, which browsers show without a script, and which other programs can read.
 
-Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, brackets
-around a matrix are therefore drawn as its border, and the alignment is given as a style.
+Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, the
+brackets of a matrix are therefore drawn as the border of a table, and columns are aligned by a style.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,119 +23,122 @@ _FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED_SIZE_BRACKETS = frozenset("(){}[]|")
-"""Brackets that keep their size whatever they enclose."""
+"""Brackets whose size doesn't depend on what they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
 _MAY_HAVE_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
 _SPACED_FUNCTIONS = (*_MAY_HAVE_BARE_ARGUMENT, *(Layout("word", f"arc{word.text}") for word in _MAY_HAVE_BARE_ARGUMENT))
 _FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
-"""Ends of a factor before a function's name, and beginnings of an argument without brackets; both need a space."""
+"""Ends of a factor before a function's name, and beginnings of an argument without brackets; a space separates them."""
 _BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
 """Pieces after which a plus or minus is the sign of the next number."""
 
 
 def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
-    r"""Return a formula as a MathML element for a browser; `is_displayed` sets it on lines of its own.
+    r"""Return a formula as a MathML element for a browser; if `is_displayed`, the formula has a line of its own.
 
-    `percent` is its size, which is reduced if it is too wide for a page.
+    `percent` is the size of the formula; a formula that is too wide for a page needs a smaller size.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> mathml_text(parse_latex("a_{1}"))
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
-    return _cached_writer(True, is_displayed).element(formula, style)
+    return _cached_writer(True, is_displayed).print_element(formula, style)
 
 
 def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
-    return _cached_writer(False, is_displayed).element(formula)
+    return _cached_writer(False, is_displayed).print_element(formula)
 
 
-def _char_markup(char: str) -> str:
+def _escape_char(char: str) -> str:
+    """Return a character in MathML."""
     char = _CHARS.get(char, char)
     return char if char.isascii() and (char.isalnum() or char in "[];") else f"&#x{ord(char):05X};"
 
 
 class _Writer:
-    """Prints layouts, on lines of their own if `is_displayed`; pieces are cached.
+    """Prints layouts, with workarounds for browsers if `is_for_browser`; printed pieces are cached.
 
-    If `is_for_browser`, it adds workarounds for browsers.
+    If `is_displayed`, a formula has a line of its own.
     """
 
     def __init__(self, is_for_browser: bool, is_displayed: bool) -> None:
         self.is_for_browser, self.is_displayed = is_for_browser, is_displayed
-        self.piece = lru_cache(2048)(self.print)
+        self.print_piece = lru_cache(2048)(self.print_uncached)
 
-    def element(self, formula: Layout, style: str = "") -> str:
+    def print_element(self, formula: Layout, style: str = "") -> str:
         display = "block" if self.is_displayed else "inline"
-        return f'<math{style} {_NAMESPACE} display="{display}">{self.group(formula)}</math>'
+        return f'<math{style} {_NAMESPACE} display="{display}">{self.print_group(formula)}</math>'
 
-    def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
+    def print_row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side; `opening` is the bracket before them."""
-        printed_pieces = [self.piece(piece) for piece in pieces]
+        printed_pieces = [self.print_piece(piece) for piece in pieces]
         if self.is_for_browser and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
             printed_pieces = _add_spaces_and_signs((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
         return "".join(printed_pieces)
 
-    def group(self, piece: Layout) -> str:
+    def print_group(self, piece: Layout) -> str:
         """Return a row or matrix as a single element, any other piece unchanged."""
         if piece.kind not in ("row", "matrix"):
-            return self.piece(piece)
-        content = self.row(piece.inner) if piece.kind == "row" else self.matrix(piece.inner)
+            return self.print_piece(piece)
+        content = self.print_row(piece.inner) if piece.kind == "row" else self.print_matrix(piece.inner)
         return f"<mrow>{content}</mrow>" if content else "<mrow />"
 
-    def print(self, piece: Layout) -> str:
+    def print_uncached(self, piece: Layout) -> str:
         kind, text, inner = piece
         if kind in _LEAVES:
             return _LEAVES[kind](text)
         if kind in ("fraction", "root", "dotted"):
-            return _TEMPLATES[text].format(*map(self.group, inner))
+            return _TEMPLATES[text].format(*map(self.print_group, inner))
         if kind == "script":
-            return self.script(*inner)
+            return self.print_script(*inner)
         if kind == "fenced":
-            return self.fence(text, inner[0])
+            return self.print_fence(text, inner[0])
         if kind == "matrix":
-            return self.matrix(inner)
-        return self.aligned(piece) if kind == "aligned" else self.group(piece)
+            return self.print_matrix(inner)
+        return self.print_aligned(piece) if kind == "aligned" else self.print_group(piece)
 
-    def script(self, base: Layout, *scripts: Layout) -> str:
-        subscript, superscript = ("" if part == EMPTY else self.group(part) for part in scripts)
+    def print_script(self, base: Layout, *scripts: Layout) -> str:
+        subscript, superscript = ("" if part == EMPTY else self.print_group(part) for part in scripts)
         names = ("under", "over") if self.is_displayed and base.text == "∑" else ("sub", "sup")
         tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
-        return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
+        return f"<{tag}>{self.print_group(base)}{subscript}{superscript}</{tag}>"
 
-    def fence(self, brackets: str, inside: Layout) -> str:
-        contents = (f">{_char_markup(sign)}</mo>" if sign != "." else " />" for sign in brackets)
+    def print_fence(self, brackets: str, inside: Layout) -> str:
+        contents = (f">{_escape_char(sign)}</mo>" if sign != "." else " />" for sign in brackets)
         sides = zip(("pre", "post"), contents, strict=True)
         opening, closing = (_FENCE.format(side) + content for side, content in sides)
-        return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
+        return f"<mrow>{opening}{self.print_row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
-    def matrix(self, rows: Pieces) -> str:
-        cells = "".join(f"<mtr>{''.join(_cell('', self.row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows)
+    def print_matrix(self, rows: Pieces) -> str:
+        cells = "".join(
+            f"<mtr>{''.join(_make_cell(self.print_row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows
+        )
         if self.is_for_browser:
             return f'<mtable style="{_BRACKETS}">{cells}</mtable>'
         return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
 
-    def aligned(self, table: Layout) -> str:
+    def print_aligned(self, table: Layout) -> str:
         padding = "1.1ex" if table.text else "0.5ex"
         style = ' style="text-align: {}; padding: {} {} {} 0"' if self.is_for_browser else ' columnalign="{}"'
         styles = [style.format(side, padding, gap, padding) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
         spaces = " ".join(("0em", "2em") * (max(len(cells.inner) for cells in table.inner) // 2))
         rows = ""
         for line in table.inner:
-            cells = ("<mi />" * (k % 2) + self.row(cell.inner) for k, cell in enumerate(line.inner))
-            rows += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
+            cells = ("<mi />" * (k % 2) + self.print_row(cell.inner) for k, cell in enumerate(line.inner))
+            rows += f"<mtr>{''.join(map(_make_cell, cells, cycle(styles)))}</mtr>"
         return f'<mtable displaystyle="true" rowspacing="3pt" columnspacing="{spaces}">{rows}</mtable>'
 
 
 def _print_letters(text: str) -> str:
-    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_char_markup, text))}</mi>"
+    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_escape_char, text))}</mi>"
 
 
 _LEAVES: dict[str, Callable[[str], str]] = {
     **dict.fromkeys(("letter", "word"), _print_letters),
     "number": lambda text: f"<mn>{text}</mn>",
-    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_char_markup(text)}</mo>",
+    "sign": lambda text: f"{_BRACKET if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_escape_char(text)}</mo>",
     "text": lambda text: f"<mtext>{escape(text, quote=False).replace(' ', _NO_BREAK_SPACE)}</mtext>",
     "space": lambda text: f'<mspace width="{SPACES[text]:g}em" />' if text != " " else _TEXT_SPACE,
 }
@@ -148,7 +151,7 @@ _TEMPLATES = {
 
 
 def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:
-    """Return a row with space around functions, and with a sign at the beginning of a term attached to that term."""
+    """Return the printed pieces with space around functions, and with the sign of a number attached to the number."""
     spaced = list(printed_pieces)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
@@ -160,7 +163,7 @@ def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list
     return spaced
 
 
-def _cell(style: str, content: str) -> str:
+def _make_cell(content: str, style: str = "") -> str:
     return f"<mtd{style}>{content}</mtd>" if content else f"<mtd{style} />"
 
 

@@ -1,4 +1,4 @@
-"""Print formulas in Maxima's notation, which students may also type in STACK, except for `%pi`."""
+"""Print formulas in Maxima's notation, for STACK; except for `%pi`, students may also type it."""
 
 import sympy as sp
 from sympy.printing.precedence import precedence

@@ -1,4 +1,4 @@
-"""Print expressions, matrices and lists as Python code for SymPy, as in a notebook's cell."""
+"""Print expressions, matrices and lists as Python code for SymPy, as in the cells of a notebook."""
 
 import re
 import textwrap
@@ -21,7 +21,7 @@ FormulaToCode = Callable[[sp.Expr], str]
 class _CodePrinter(StrPrinter):
     """Prints terms and factors in the order that a person would use, with decimals, and fractions as Rational.
 
-    `names` maps symbols that stand for sums to the text of the sums.
+    A symbol may stand for a sum; `names` maps such symbols to the text of the sum.
     """
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
@@ -76,7 +76,7 @@ class _CodePrinter(StrPrinter):
 
 
 def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = None) -> str:
-    """Return an expression as Python text with exactly the same value; `names` maps symbols to their text.
+    """Return an expression as Python text with exactly the same value; `names` maps symbols to the sums that they mean.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
@@ -86,7 +86,7 @@ def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = Non
 
 
 def matrix_code(rows: Sequence[Sequence[str]], used_columns: int) -> str:
-    """Return a matrix row by row, a column as Matrix([..., ...]), after `used_columns` columns of its line."""
+    """Return the code of a matrix, given the code of its entries; its first line has `used_columns` columns already."""
     inside = used_columns + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({list_code([row[0] for row in rows], inside)})"
@@ -94,7 +94,7 @@ def matrix_code(rows: Sequence[Sequence[str]], used_columns: int) -> str:
 
 
 def list_code(items: Sequence[str], used_columns: int, depth: int = 0) -> str:
-    """Return a list, on one line if it fits after `used_columns` columns."""
+    """Return the code of a list, on one line if the list fits after `used_columns` columns."""
     line = f"[{', '.join(items)}]"
     if used_columns + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
         return line
@@ -104,14 +104,14 @@ def list_code(items: Sequence[str], used_columns: int, depth: int = 0) -> str:
 
 
 def bracket_long_text(text: str, used_columns: int) -> str:
-    """Return a formula, in brackets on separate lines if it doesn't fit after `used_columns` columns."""
+    """Return code, in brackets on separate lines if it doesn't fit after `used_columns` columns."""
     return text if used_columns + len(text) <= MAX_CODE_WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
 def _wrap(text: str, depth: int) -> str:
-    """Return bracketed text on indented lines, broken before operators.
+    """Return bracketed code on indented lines, broken before operators.
 
-    It is never broken inside cos(...) or inside short brackets, as in (d3 + 0.39).
+    Lines are never broken inside cos(...) or inside short brackets, as in (d3 + 0.39).
     """
     indent = "    " * depth
     if "\n" in text:  # broken already

@@ -23,17 +23,17 @@ def speak(formula: Layout) -> str:
     return " ".join(words.split())
 
 
-def _speak_script(_: Layout, base: str, below: str, above: str) -> str:
-    power = _POWER_WORDS.get(above, f"to the power {above}") if above else ""
-    return " ".join(filter(None, (base, below, power)))
+def _speak_script(_: Layout, base: str, subscript: str, superscript: str) -> str:
+    power = _POWER_WORDS.get(superscript, f"to the power {superscript}") if superscript else ""
+    return " ".join(filter(None, (base, subscript, power)))
 
 
 def _bracket_words(words: str) -> str:
+    """Return several words in brackets, a single word unchanged."""
     return words if len(words.split()) == 1 else f"({words})"
 
 
-def _speak_matrix(piece: Layout, *_: str) -> str:
-    rows = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
+def _speak_matrix(_: Layout, *rows: list[str]) -> str:
     if len(rows[0]) == 1:
         return f"column with entries {'; '.join(row[0] for row in rows)}; end of column"
     row_texts = "; ".join(f"row {number}: {', '.join(row)}" for number, row in enumerate(rows, 1))
@@ -52,6 +52,6 @@ _PRINTERS: dict[str, Callable[..., str]] = {
     "root": lambda _, inside: f"the square root of {_bracket_words(inside)}",
     "dotted": lambda _, letter: f"{letter} dot",
     "fenced": lambda piece, inside: f" {piece.text[0].strip('.')} {inside} {piece.text[1].strip('.')} ",
-    "aligned": lambda _, *lines: "; ".join(lines),
+    "aligned": lambda _, *rows: "; ".join(map(" ".join, rows)),
     "matrix": _speak_matrix,
 }

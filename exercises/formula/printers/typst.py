@@ -27,18 +27,19 @@ def typst_text(formula: Layout) -> str:
     return print_layout(formula, _PRINTERS)
 
 
-def _print_text(piece: Layout) -> str:
+def _print_sign(piece: Layout) -> str:
+    """Return a letter, a number or a sign."""
     is_list = "," in piece.text.strip(",")  # Typst would take a decimal comma for a separator
     return typst_string(piece.text) if is_list else _escape_sign(piece.text)
 
 
 def _print_script(piece: Layout, base: str, *scripts: str) -> str:
-    base_piece, _, above = piece.inner
-    typst = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
-    if above == DEGREE:
-        return f"{typst} °"
-    scripts_with_marks = zip("_^", piece.inner[1:], scripts, strict=True)
-    return typst + "".join(f"{mark}({text})" for mark, part, text in scripts_with_marks if part.inner or part.text)
+    base_piece, _, superscript = piece.inner
+    bracketed_base = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
+    if superscript == DEGREE:
+        return f"{bracketed_base} °"
+    marked_scripts = zip("_^", piece.inner[1:], scripts, strict=True)
+    return bracketed_base + "".join(f"{mark}({text})" for mark, part, text in marked_scripts if part.inner or part.text)
 
 
 def _print_fenced(piece: Layout, inside: str) -> str:
@@ -46,18 +47,19 @@ def _print_fenced(piece: Layout, inside: str) -> str:
     return f"lr({opening} {inside} {closing})"
 
 
-def _print_table(piece: Layout, *_: str) -> str:
-    separator, rows = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
-    table = rows.join(separator.join(map(typst_text, cells.inner)) for cells in piece.inner)
+def _print_table(piece: Layout, *rows: list[str]) -> str:
+    cell_separator, row_separator = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
+    table = row_separator.join(map(cell_separator.join, rows))
     return table if piece.kind == "aligned" else f'mat(delim: "{piece.text[0]}", {table})'
 
 
 def _escape_sign(text: str) -> str:
+    """Return a text with a backslash before a sign that has a meaning in Typst."""
     return f"\\{text}" if len(text) == 1 and text in "()[]{},;:|/*'_^&#$\"\\" else text
 
 
 _PRINTERS: dict[str, Callable[..., str]] = {
-    **dict.fromkeys(("letter", "number", "sign"), _print_text),
+    **dict.fromkeys(("letter", "number", "sign"), _print_sign),
     "text": lambda piece: typst_string(piece.text),
     "word": lambda piece: f'op("{piece.text}")',
     "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",

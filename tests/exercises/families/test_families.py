@@ -8,7 +8,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.common.variation import VARIATION_STEPS, name_variation
+from qdot.exercises.common.variation import VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -56,7 +56,7 @@ def test_an_axis_changes_one_thing(family: str) -> None:
     """Along one axis alone, an arm differs from the plain one in what the axis is called after, and in nothing else."""
     plain = sample_chain(ProblemId(family, 0, variation="chapter"))
     for axis in FAMILIES[family].variation_names:
-        varied = [sample_chain(ProblemId(family, seed, variation=name_variation([axis]))) for seed in range(12)]
+        varied = [sample_chain(ProblemId(family, seed, variation=find_canonical_name([axis]))) for seed in range(12)]
         changed = set().union(*(differences(plain, arm) for arm in varied))
         allowed = {
             "lengths": {"lengths"}, "zeros": {"zeros"}, "senses": {"twists"}, "base": {"base"},

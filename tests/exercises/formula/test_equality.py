@@ -184,7 +184,12 @@ def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
 
 def test_given_numbers_are_fractions_where_they_can_be() -> None:
     domain = Domain({"a1": Fraction(1, 3), "a2": 0.35, "a3": 2**0.5, "a4": "length", "d1": -0.25})
-    assert domain.fixed_values() == {"a1": Fraction(1, 3), "a2": Fraction(7, 20), "a3": None, "d1": Fraction(-1, 4)}
+    assert domain.list_fixed_values() == {
+        "a1": Fraction(1, 3),
+        "a2": Fraction(7, 20),
+        "a3": None,
+        "d1": Fraction(-1, 4),
+    }
 
 
 @pytest.mark.parametrize(

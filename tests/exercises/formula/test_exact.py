@@ -105,7 +105,8 @@ def test_an_angle_with_factors_of_too_many_digits_is_none(text: str, most: int) 
 
 
 def test_one_difference_is_enough_and_a_reference_without_a_value_tells_none() -> None:
-    assert compared("a1", "a2") == ExactComparison(False, 1)
+    different = compared("a1", "a2")
+    assert (different.is_equal, different.point_count) == (False, 1)
     for student in ("a1", "1/(a1 - a1)"):
         assert compared(student, "a1/(a2 - a2)").is_equal is None
 
@@ -199,7 +200,7 @@ def accepted(student: str, trials: int) -> float:
 
 def predicted(student: str) -> float:
     program = make_modular_program(compile_program([parse_formula(student)]), {})
-    return chance_of_agreement(size_of(program), (0.0, 0.0, 0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
+    return chance_of_agreement(size_of(program), exact.Size(0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
 
 
 @pytest.fixture
@@ -306,10 +307,14 @@ def test_sizes_are_those_of_the_text_as_it_is_written(
 
 def test_the_chance_is_what_degree_and_height_make_it() -> None:
     """5 of 2^10 points, and 7.5 bits in primes of 10 bits, of which there are 100."""
-    assert chance_of_agreement((3, 4, 0, 2), (1, 5, 2, 1), 10, 100) == pytest.approx(5 / 2**10 + 7.5 / 10 / 100)
-    assert chance_of_agreement((0, 4, 2, 1), (3, 5, 0, 2), 10, 100) == pytest.approx(5 / 2**10 + 7 / 10 / 100)
-    assert chance_of_agreement((0, -inf, 0, 0), (0, -inf, 0, 0)) == 0
-    assert chance_of_agreement((2.0**90, 0, 0, 0), (0, 0, 0, 0)) == 1
+    assert chance_of_agreement(exact.Size(3, 4, 0, 2), exact.Size(1, 5, 2, 1), 10, 100) == pytest.approx(
+        5 / 2**10 + 7.5 / 10 / 100
+    )
+    assert chance_of_agreement(exact.Size(0, 4, 2, 1), exact.Size(3, 5, 0, 2), 10, 100) == pytest.approx(
+        5 / 2**10 + 7 / 10 / 100
+    )
+    assert chance_of_agreement(exact.Size(0, -inf), exact.Size(0, -inf)) == 0
+    assert chance_of_agreement(exact.Size(2.0**90, 0), exact.Size(0, 0)) == 1
 
 
 def test_a_reference_tried_as_an_answer_is_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:

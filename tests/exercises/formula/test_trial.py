@@ -93,7 +93,7 @@ def test_what_may_be_rounding_is_not_settled() -> None:
 def test_no_rounding_is_left_where_nothing_is_added() -> None:
     found = trial("0*sqrt(a1)", "0")
     assert found._is_clearly_allowed(0).all()
-    assert found._points_to_check(0) == []
+    assert found._choose_points(0) == []
 
 
 def test_scales_are_those_of_the_terms_and_of_the_largest_entry_for_a_zero() -> None:
@@ -112,7 +112,7 @@ def test_one_point_of_a_region_is_looked_at_and_the_three_that_are_off_most() ->
     found.difference[0] = found.rounding_error[0] * np.linspace(1.0, 0.5, 2000)
     worst = [1998, 1993, 1995]
     found.difference[0, worst] = found.rounding_error[0, worst] * [5, 4, 3]
-    looked = found._points_to_check(0)
+    looked = found._choose_points(0)
     firsts = {region: list(found.region_numbers).index(region) for region in set(found.region_numbers)}
     assert looked[:16] == sorted(firsts.values())[:16]
     assert sorted(looked[16:]) == sorted(worst)
@@ -124,8 +124,8 @@ def test_points_are_off_most_by_what_is_not_allowed_for_their_rounding() -> None
     rows = {11: (20, 0, 2), 12: (2, 0, 0.1), 13: (30, 10, 1.5), 14: (40, 39, 3), 15: (100, 0, 50)}
     for point, (off, room, noise) in rows.items():
         found.difference[0, point], found.allowed_error[0, point], found.rounding_error[0, point] = off, room, noise
-    assert found._points_to_check(0)[0] == 0  # of the only region
-    assert sorted(found._points_to_check(0)[1:]) == [11, 12, 13]
+    assert found._choose_points(0)[0] == 0  # of the only region
+    assert sorted(found._choose_points(0)[1:]) == [11, 12, 13]
 
 
 def test_a_readable_point_may_be_a_removable_singularity_and_no_other() -> None:

@@ -59,7 +59,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A site of a variant of a family, with few pages."""
     site = tmp_path_factory.mktemp("first") / "site"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(site_pages, "make_pages", lambda around: islice(make_pages(around), 3))
+        patch.setattr(site_pages, "make_pages", lambda *around: islice(make_pages(*around), 3))
         run(*ordered(site))
     return site
 
@@ -67,7 +67,7 @@ def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the first three pages, where a test looks at the bank: to write all takes longer than that."""
-    monkeypatch.setattr(site_pages, "make_pages", lambda around: islice(make_pages(around), 3))
+    monkeypatch.setattr(site_pages, "make_pages", lambda *around: islice(make_pages(*around), 3))
 
 
 def ordered(site: Path, *more: str | Path) -> tuple[str | Path, ...]:

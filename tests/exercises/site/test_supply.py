@@ -126,12 +126,12 @@ def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order:
         for asked, is_shared in (((), False), ((QUIZ,), False), ((), True))
     )
     for one in (first, quiz, shared):
-        made = one.make()
+        made = one.generate()
         assert (made.id.convention, made.id.twist_order) == told
         assert made.chain.convention == (told[0] or "dh")
         assert made.chain.twist_order == (told[1] or "omega-v")
         assert made.parts
-    asked = {part.name for part in first.make().parts}
+    asked = {part.name for part in first.generate().parts}
     assert ("space-jacobian" in asked) == (told[0] == "screws")
 
 

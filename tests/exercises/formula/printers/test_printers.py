@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 import sympy as sp
+from sympy.printing.pretty.pretty_symbology import line_width
 
 from qdot.exercises.answer_types import Matrix
 from qdot.exercises.formula.latex import parse_latex
@@ -11,7 +12,7 @@ from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_text
-from qdot.exercises.formula.printers.unicode import terminal_width, unicode_text
+from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.latex import lay_out
 
@@ -62,7 +63,7 @@ def test_stacked_matrices_keep_apart() -> None:
 
 
 def test_a_dot_over_a_letter_takes_no_column() -> None:
-    assert terminal_width("d\u0307₂") == 2
+    assert line_width("d\u0307₂") == 2
 
 
 def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
