@@ -136,7 +136,7 @@ def test_an_archive_in_a_zip_stays_closed_unless_it_is_a_student_s(folder: Path,
     shutil.make_archive(str(tmp_path / "week" / "inner"), "zip", folder / "submitted")
     shutil.make_archive(str(tmp_path / "outer"), "zip", tmp_path / "week")
     said = stops(folder, tmp_path / "outer.zip")
-    assert "Unpack 'inner.zip' first" in said
+    assert "'inner.zip'" in said and "Unpack archives first" in said
 
 
 def test_files_with_more_than_the_identifier_in_their_names_are_to_be_renamed(folder: Path) -> None:
@@ -145,8 +145,7 @@ def test_files_with_more_than_the_identifier_in_their_names_are_to_be_renamed(fo
         (submitted / student / "hw.ipynb").rename(submitted / f"{student}_hw-2.ipynb")
         shutil.rmtree(submitted / student)
     said = stops(folder)
-    assert "3 of 3 names contain more than the student's identifier" in said
-    assert "'0012_hw-2.ipynb' to '0012.ipynb'" in said
+    assert "'0012_hw-2.ipynb'" in said and "name each file or folder after its student, as in STUDENT.ipynb" in said
 
 
 def test_one_notebook_of_somebody_else_stops_nobody(folder: Path) -> None:
