@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, list_some, make_name_error, most_similar
+from qdot.exercises.common.errors import QdotError, find_most_similar, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
@@ -93,14 +93,15 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
     """
     notes = []
     for group in (group for group in overrides.by_group if group not in class_groups):
-        part = group.split("/")[0]
+        part, letters = group.split("/")
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
-        similar_group = most_similar(group, part_groups)
-        subject = f"the group {group!r}" + (f" (did you mean {similar_group!r}?)" if similar_group else "")
+        similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
+        hint = f" (did you mean {group_key(part, similar_letters)!r}?)" if similar_letters else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         line = f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}"
-        notes.append(f"{line}: {subject} has no answers in this class, so this line has no effect yet; {known_groups}")
+        problem = f"the group {group!r}{hint} has no answers in this class, so this line has no effect yet"
+        notes.append(f"{line}: {problem}; {known_groups}")
     return notes
 
 
