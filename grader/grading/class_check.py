@@ -69,7 +69,13 @@ def check_class(
         raise QdotError(f"{named_path}: {problem}. Is this the right folder?")
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):
-        raise QdotError(f"{named_path}: {len(owners)} of {len(sample)} notebooks {_describe_mixed_up(owners, ids)}")
+        pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
+        listing = list_some(pairs, MAX_NAMES_LISTED)
+        problem = f"{len(owners)} of {len(sample)} notebooks are in folders or under names of other students"
+        advice = "Is this the right class? If notebooks were mixed up, move each one back to its own student"
+        if all(_normalize(student) == _normalize(owner) for student, owner in owners.items()):
+            advice = _advise_restoring(owners)
+        raise QdotError(f"{named_path}: {problem} ({listing}), so nothing was graded. {advice}")
     check_secret(assignment, list(sample.values()), named_path)
 
 
@@ -95,23 +101,6 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
             "would grade problems that the students never saw. Restore the secret with which the notebooks were "
             f"generated{remedy}"
         )
-
-
-def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
-    """Return the end of the message on notebooks that belong to other students than those who submitted them.
-
-    `owners` maps each student to the student whose notebook that student submitted. `ids` are all students.
-    """
-    respelled = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
-    if len(respelled) < len(owners) and set(owners.values()) <= set(ids):
-        pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
-        problem = f"are in folders or under names of other students ({list_some(pairs, MAX_NAMES_LISTED)})"
-        advice = "Were folders or files renamed or mixed up? Move each notebook back to its own student"
-        return f"{problem}, so nothing was graded. {advice}"
-    cause = "Is this the right class and the right folder?"
-    if len(respelled) == len(owners):
-        cause = _advise_restoring(respelled)
-    return f"name other students than the folders and files that contain them, so nothing was graded. {cause}"
 
 
 SPREADSHEET_HINT = "The identifiers differ in leading zeros, case or encoding of letters; spreadsheets remove zeros."
