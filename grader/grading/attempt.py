@@ -26,7 +26,7 @@ from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import TimeBudgets
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
-from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, printable_name
+from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, make_printable
 from qdot.grader.submissions.submission import (
     Notes,
     StudentFiles,
@@ -62,7 +62,7 @@ def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Subm
     readable_attempts = list[Submission]()
     for attempt in attempts:
         if not attempt.unreadable_reason:
-            name = printable_name(attempt.file.name)
+            name = make_printable(attempt.file.name)
             notes = [f"{reason}; {name} was graded instead" for reason in unreadable_reasons]
             readable_attempts.append(replace(attempt, notes=(*notes, *attempt.notes)))
     return readable_attempts or attempts[:1]
@@ -161,9 +161,9 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
     mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
-        reasons = {part.name: ungraded_reason or answers.reason_missing(slot, part.name) for part in problem.parts}
+        reasons = {part.name: ungraded_reason or answers.explain_missing(slot, part.name) for part in problem.parts}
         rules = MarkingRules(credit, partial(grader.class_answers.is_correct_for_another, problem, slot))
-        verdicts = mark_problem(problem, answers.texts_by_part(slot, problem), reasons, rules=rules)
+        verdicts = mark_problem(problem, answers.map_texts(slot, problem), reasons, rules=rules)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
     return NotebookMarks(
@@ -281,7 +281,7 @@ def grade_notebook(
             raise QdotError(f"{path}: {error}") from None
     verdicts = {}
     for slot, problem in problems.items():
-        reasons = {part.name: answers.reason_missing(slot, part.name) for part in problem.parts}
-        texts = answers.texts_by_part(slot, problem)
+        reasons = {part.name: answers.explain_missing(slot, part.name) for part in problem.parts}
+        texts = answers.map_texts(slot, problem)
         verdicts[slot] = mark(problem, texts, reasons, secret=secret, points_seed=seed)
     return verdicts

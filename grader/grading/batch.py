@@ -44,7 +44,7 @@ from qdot.grader.grading.final_result import GradedNotebook, compute_final_resul
 from qdot.grader.grading.overrides import read_overrides
 from qdot.grader.grading.result import NotebookMarks, Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
-from qdot.grader.submissions.cells import printable_name
+from qdot.grader.submissions.cells import make_printable
 from qdot.grader.submissions.submission import StudentFiles, Submission
 
 CRASH_REASON = "the system ended its process twice, probably because memory ran out"
@@ -195,7 +195,7 @@ class _GradingWorker:
         notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             marks = self._mark(student, attempt) if attempt in counting_attempts else None
-            name, source = printable_name(attempt.file.name), attempt.time_source
+            name, source = make_printable(attempt.file.name), attempt.time_source
             notebooks.append(GradedNotebook(name, attempt.received, marks, source, attempt.late))
         return notebooks
 
@@ -264,7 +264,7 @@ def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]
 def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
     """Return an UNGRADED notebook for a student whom qdot failed to grade, for the given reason."""
     student, files = task
-    file = printable_name(files.files[0].name) if files and files.files else ""
+    file = make_printable(files.files[0].name) if files and files.files else ""
     return [GradedNotebook(file, marks=mark_ungraded(assignment, student, None, reason))]
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from qdot.exercises.problem.problem import Problem, answer_variable
 from qdot.grader.sandbox.contained.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
-from qdot.grader.submissions.cells import Cell, OverLimit, find_first_syntax_error, parse_python, printable_name
+from qdot.grader.submissions.cells import Cell, OverLimit, find_first_syntax_error, make_printable, parse_python
 
 MAX_SEARCHED = 50
 """Maximum number of text cells, and of variables with similar names, that are searched for an answer."""
@@ -44,12 +44,12 @@ class Answers:
     notes: list[str] = field(default_factory=list)
     forbidden_stops: list[str] = field(default_factory=list)
 
-    def texts_by_part(self, slot: str, problem: Problem) -> dict[str, str]:
+    def map_texts(self, slot: str, problem: Problem) -> dict[str, str]:
         """Return the texts of the answers to a problem, by the name of the part."""
         names = {part.name: answer_variable(slot, part.name) for part in problem.parts}
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
-    def reason_missing(self, slot: str, part: str) -> str:
+    def explain_missing(self, slot: str, part: str) -> str:
         """Return the reason why there is no answer to a part; empty if there is an answer."""
         return self.reasons.get(answer_variable(slot, part), "")
 
@@ -351,7 +351,7 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
 
 def _describe_lost_symbol(name: str, index: int, value: str) -> str:
     """Return a note that a number, which a cell assigned to a symbol, replaced the symbol in answers."""
-    name, value = printable_name(name), printable_name(value)
+    name, value = make_printable(name), make_printable(value)
     problem = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
     return f"{problem}. Use .subs to insert a value, and {name} = symbols('{name}') to restore the symbol"
 
@@ -391,7 +391,7 @@ def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
 def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
     """Return the number of a line in a cell, and its text."""
     lines = notebook.sources[index].split("\n")[line_number - 1 : line_number]
-    return ", ".join([f"line {line_number}", *(printable_name(line.strip()) for line in lines)])
+    return ", ".join([f"line {line_number}", *(make_printable(line.strip()) for line in lines)])
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:

@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from qdot.grader.sandbox.own_folder import make_temporary_folder
-from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, printable_name
+from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, make_printable
 
 MAX_FILES = 10_000
 """Maximum number of files in an archive that a student submits."""
@@ -43,7 +43,7 @@ def is_archive(first_bytes: bytes) -> bool:
 
 def list_members(path: Path) -> dict[str, int]:
     """Return the sizes in bytes of the files in an archive, by name. Raises Unreadable if it can't be opened."""
-    label = printable_name(path.name)
+    label = make_printable(path.name)
     try:
         if zipfile.is_zipfile(path):
             sizes = _list_zip(path)
@@ -58,7 +58,7 @@ def list_members(path: Path) -> dict[str, int]:
 
 def read_member(path: Path, name: str) -> bytes:
     """Return the content of a file in an archive. Raises Unreadable if the file can't be unpacked."""
-    label = f"{printable_name(name)} in {printable_name(path.name)}"
+    label = f"{make_printable(name)} in {make_printable(path.name)}"
     try:
         data = _read_content(path, name)
     except ARCHIVE_ERRORS as error:
@@ -102,7 +102,7 @@ def _is_link(info: zipfile.ZipInfo) -> bool:
 
 
 def _make_file_count_error(path: Path) -> OverLimit:
-    return OverLimit(f"{printable_name(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
+    return OverLimit(f"{make_printable(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
 def _list_tar(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
@@ -113,7 +113,7 @@ def _list_tar(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
         content = io.BytesIO(reader.read(MAX_FILE_BYTES + 1))
     if content.getbuffer().nbytes > MAX_FILE_BYTES:
         size = f"{MAX_FILE_BYTES // 1_000_000} MB"
-        raise OverLimit(f"{printable_name(path.name)} unpacks to more than {size}; {NOTEBOOK_ADVICE}")
+        raise OverLimit(f"{make_printable(path.name)} unpacks to more than {size}; {NOTEBOOK_ADVICE}")
     with tarfile.open(fileobj=content, mode="r:") as tar:
         for number, info in enumerate(tar):
             if number >= MAX_FILES:
@@ -158,7 +158,7 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             except ARCHIVE_ERRORS:
                 reason = "it is damaged"
         if reason:
-            messages.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
+            messages.append(f"{make_printable(info.filename)}: {reason}; not unpacked")
         if total > MAX_DOWNLOAD_BYTES:
             raise Unreadable(f"{archive.filename} unpacks to more than {MAX_DOWNLOAD_BYTES // 1_000_000_000} GB")
     return messages

@@ -83,10 +83,10 @@ OTHER_FILE_TYPES = (
 """First bytes of files that are not notebooks, and what they are called in messages."""
 
 
-def printable_name(name: str) -> str:
+def make_printable(name: str) -> str:
     r"""Return a file's name for use in a sentence: one line of limited length.
 
-    >>> print(printable_name("a\nb.ipynb"))
+    >>> print(make_printable("a\nb.ipynb"))
     a�b.ipynb
     """
     printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
@@ -95,7 +95,7 @@ def printable_name(name: str) -> str:
 
 def read_cells(name: str, data: bytes) -> Content:
     """Return the content of a file, recognised by its first bytes, else by its name. Raises Unreadable."""
-    label = printable_name(name)
+    label = make_printable(name)
     if not data.strip():
         raise Unreadable(f"{label} is empty")
     if len(data) <= MAX_BYTES_IN_THIS_PROCESS:

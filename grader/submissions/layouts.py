@@ -33,7 +33,7 @@ class SubmittedPath:
     late: bool | None = None
 
 
-def safe_check(check: Callable[[], bool]) -> bool:
+def check_safely(check: Callable[[], bool]) -> bool:
     """Return the result of a check of a path; False if the check raises OSError, as for a link with a too long name."""
     try:
         return check()
@@ -55,7 +55,7 @@ def _find_named_after_students(_: Path, entries: Sequence[Path]) -> list[Submitt
 
     This is qdot's own layout, and the layout of nbgrader's submitted/STUDENT/ASSIGNMENT/…
     """
-    names = [(path, path.name if safe_check(path.is_dir) else path.stem) for path in entries]
+    names = [(path, path.name if check_safely(path.is_dir) else path.stem) for path in entries]
     return [SubmittedPath(path, (name.removesuffix(".tar"),), name) for path, name in names]
 
 
@@ -80,7 +80,7 @@ def _find_canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
     The files have the time of the download, which is not the time of the submission.
     """
-    matches = _match_names(_CANVAS, [path for path in entries if not safe_check(path.is_dir)])
+    matches = _match_names(_CANVAS, [path for path in entries if not check_safely(path.is_dir)])
     return [SubmittedPath(path, (m["user"],), m["name"], "Canvas", late=m["late"] is not None) for path, m in matches]
 
 
@@ -90,7 +90,7 @@ def _find_gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]
     Names, identifiers and times are in the file submission_metadata.yml. A group's submission has several owners.
     """
     listing = root / "submission_metadata.yml"
-    if listing.is_symlink() or not safe_check(listing.is_file):
+    if listing.is_symlink() or not check_safely(listing.is_file):
         return []
     by_name = {path.name: path for path in entries}
     submitted_paths = [SubmittedPath(listing, platform="Gradescope")]
@@ -133,7 +133,7 @@ _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.D
 
 def _find_ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return the submissions of ILIAS: LAST_FIRST_LOGIN_NUMBER/…"""
-    matches = _match_names(_ILIAS, [path for path in entries if safe_check(path.is_dir)])
+    matches = _match_names(_ILIAS, [path for path in entries if check_safely(path.is_dir)])
     names = [(path, (match["login"], match["number"]), match["name"].replace("_", " ")) for path, match in matches]
     return [SubmittedPath(path, ids, name, "ILIAS") for path, ids, name in names]
 
@@ -143,9 +143,9 @@ def _find_github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
     Folders are recognised if they all share a prefix; a Git repository is always recognised.
     """
-    folders = [path for path in entries if safe_check(path.is_dir)]
+    folders = [path for path in entries if check_safely(path.is_dir)]
     if len(folders) < 2 or len({path.name.partition("-")[0] for path in folders}) > 1:
-        folders = [path for path in folders if safe_check((path / ".git").exists)]
+        folders = [path for path in folders if check_safely((path / ".git").exists)]
     suffixes = [(path, _list_suffixes(path.name, "-")) for path in folders]
     return [SubmittedPath(path, ids, platform="GitHub") for path, ids in suffixes if ids]
 
@@ -172,7 +172,7 @@ def list_nested_folders(root: Path) -> Iterator[Path]:
     yield root
     for _ in range(MAX_DEPTH):
         entries = _list_entries(root)
-        if len(entries) != 1 or entries[0].is_symlink() or not safe_check(entries[0].is_dir):
+        if len(entries) != 1 or entries[0].is_symlink() or not check_safely(entries[0].is_dir):
             return
         (root,) = entries
         yield root

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from qdot.grader.submissions.layouts import SubmittedPath, safe_check
+from qdot.grader.submissions.layouts import SubmittedPath, check_safely
 
 if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import Student
@@ -49,7 +49,7 @@ class Roster:
     def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
         """Return the student after whom a submitted path is named, or all students who fit the identifiers and name."""
         path = submitted.path
-        path_name = _fold_case(path.name if safe_check(path.is_dir) else path.stem)
+        path_name = _fold_case(path.name if check_safely(path.is_dir) else path.stem)
         if path_name in self._student_ids:
             return PossibleOwners((self._student_ids[path_name],))
         texts = [*map(_fold_case, submitted.ids), path_name]

@@ -28,10 +28,10 @@ from qdot.grader.submissions.cells import (
     Cell,
     OverLimit,
     Unreadable,
-    printable_name,
+    make_printable,
     read_cells,
 )
-from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths, list_nested_folders, safe_check
+from qdot.grader.submissions.layouts import SubmittedPath, check_safely, find_submitted_paths, list_nested_folders
 from qdot.grader.submissions.roster import Roster
 
 if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
@@ -127,7 +127,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     root, roster = _find_root(assignment.roster, root)
     for submitted_path in find_submitted_paths(root):
-        name = printable_name(submitted_path.path.name)
+        name = make_printable(submitted_path.path.name)
         try:
             owner = roster.find_owner(submitted_path)
         except Exception as error:  # a problem with one submission must not affect the others
@@ -136,7 +136,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         is_likely = submitted_path.platform or _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
             certain_paths[owner.students[0]].append(submitted_path)
-        elif is_likely or safe_check(submitted_path.path.is_dir):  # other files, such as a README, are ignored
+        elif is_likely or check_safely(submitted_path.path.is_dir):  # other files, such as a README, are ignored
             for student in owner.students:
                 doubtful_paths[student].append(submitted_path.path)
             if owner.students:
@@ -245,7 +245,7 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
         paths = tuple(entry.path for entry in submitted)
         return StudentFiles(paths, failure=f"qdot failed to find the notebook: {type(error).__name__}: {error}")
     refused = [path for path, refusal in refusals.items() if refusal]
-    names = ", ".join(printable_name(path.name) for path in refused[:3])
+    names = ", ".join(make_printable(path.name) for path in refused[:3])
     reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
     message = f"{names}: {reasons}; submit the file itself"
     if files:
@@ -273,7 +273,7 @@ def _list_files(path: Path) -> Iterator[Path]:
 
     Links are yielded but not followed. A folder that can't be read is yielded itself.
     """
-    if path.is_symlink() or not safe_check(path.is_dir):
+    if path.is_symlink() or not check_safely(path.is_dir):
         yield path
         return
     count, unreadable_paths, unvisited_paths = 0, list[Path](), [path]
@@ -409,7 +409,7 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
 
     `key` is the key of the assignment. `siblings` are files that may be in the same folder. Raises Unreadable.
     """
-    label = printable_name(path.name)
+    label = make_printable(path.name)
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
@@ -428,7 +428,7 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
-        notes.append(f"{printable_name(name)} is not an .ipynb file: {content.note}")
+        notes.append(f"{make_printable(name)} is not an .ipynb file: {content.note}")
     description = content.cells, content.qdot_metadata, tuple(notes)
     return Submission(path, find_modification_time(path), digest, *description, modules=_read_modules(neighbours))
 
@@ -453,7 +453,7 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
 
     Raises Unreadable if the archive contains no notebook or can't be unpacked.
     """
-    sizes, label = list_members(path), printable_name(path.name)
+    sizes, label = list_members(path), make_printable(path.name)
     names = [name for name in sizes if not any(map(_is_hidden, PurePosixPath(name).parts))]
     candidates = [name for name in names if _rank_by_ending(name) in (0, 1, 3)]
     if not candidates:
@@ -465,9 +465,9 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
     best, *others = sort_candidates(candidates[:20], str, read, key)
     if sizes[best] > MAX_FILE_BYTES:
         limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
-        raise OverLimit(f"{printable_name(best)} in {label} is larger than {limit}; clear its outputs")
-    note = f"{label} is an archive; qdot graded {printable_name(best)} in it"
-    likely_names = [printable_name(name) for name in others if _rank_by_ending(name) <= _rank_by_ending(best)]
+        raise OverLimit(f"{make_printable(best)} in {label} is larger than {limit}; clear its outputs")
+    note = f"{label} is an archive; qdot graded {make_printable(best)} in it"
+    likely_names = [make_printable(name) for name in others if _rank_by_ending(name) <= _rank_by_ending(best)]
     note += f", not {', '.join(likely_names[:5])}" if likely_names else ""
     folder = PurePosixPath(best).parent
     same_folder = [name for name in names if name != best and PurePosixPath(name).parent == folder]
@@ -508,7 +508,7 @@ def find_oddities(submission: Submission, assignment: "Assignment", student: str
         notes.append((OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     if unknown := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        listing = list_some(list(map(printable_name, unknown)), 3)
+        listing = list_some(list(map(make_printable, unknown)), 3)
         notes.append((f"cells are marked as answers to parts that the assignment does not have: {listing}", ""))
     if submission.late:
         notes.append(("the platform marked it as late", ""))
