@@ -50,10 +50,10 @@ class ForgettingPlan:
         name = f" ({self.student.name})" if self.student.name else ""
         yield f"{self.folder}: {self.student.id}{name}"
         for path in self.removed_paths:
-            yield f"  remove   {self._relative_path(path)}"
+            yield f"  remove   {self._get_relative_path(path)}"
         for path, content in self.new_table_contents.items():
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
-            yield f"  shorten  {self._relative_path(path)} by {count_noun(lines, 'line')}"
+            yield f"  shorten  {self._get_relative_path(path)} by {count_noun(lines, 'line')}"
         for path_text, advice in self.mentions:
             yield f"  stays    {path_text}: {advice}"
 
@@ -69,7 +69,8 @@ class ForgettingPlan:
             for path, content in self.new_table_contents.items():
                 write_atomically(path, content, path.stat().st_mode & 0o777)
 
-    def _relative_path(self, path: Path) -> str:
+    def _get_relative_path(self, path: Path) -> str:
+        """Return a path relative to the assignment's folder, as text."""
         return path.relative_to(self.folder).as_posix()
 
 

@@ -145,9 +145,7 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
     old, new, submission = previous.made_from, current.made_from, current.submission
-    old_file, new_file = (
-        each.submission and (each.submission.file, each.submission.sha256) for each in (previous, current)
-    )
+    old_file, new_file = ((x.file, x.submission and x.submission.sha256) for x in (previous, current))
     if old_file != new_file:
         earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
         if submission is None:
@@ -169,7 +167,7 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
 def find_mark_changes(previous_results: Mapping[str, Result], results: Sequence[Result]) -> list[MarkChange]:
     """Return the marks that changed since the previous run, with the reasons.
 
-    Students on the roster come first, in its order.
+    Students on the roster come first, in the order of the roster.
     """
     changes: list[MarkChange] = []
     current_results = {result.student: result for result in results}

@@ -155,7 +155,7 @@ def judge_numbers(
     blanks, expected = parsed.blanks, np.array(reference)
     entries = [ZERO if is_blank else entry for is_blank, entry in zip(blanks, parsed.entries, strict=True)]
     values = evaluate(compile_program(entries), {}, 1)[0][:, 0]
-    with np.errstate(invalid="ignore"):
+    with np.errstate(all="ignore"):
         is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
     is_correct = [bool(flag) for flag in is_close & ~np.array(blanks)]
     if all(is_correct):
