@@ -145,8 +145,8 @@ def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
     old, new, submission = previous.made_from, current.made_from, current.submission
-    old_file, new_file = ((x.file, x.submission and x.submission.sha256) for x in (previous, current))
-    if old_file != new_file:
+    files = [(result.file, result.submission and result.submission.sha256) for result in (previous, current)]
+    if files[0] != files[1]:
         earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
         if submission is None:
             reasons.append("submission missing")

@@ -362,6 +362,7 @@ def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
 
 
 OR_HINT = "commas between conditions mean 'or'; write 'and' between conditions that must hold together"
+"""Advice if a set of conditions would be more correct with "and" instead of commas."""
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
@@ -389,6 +390,7 @@ _BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|a
 BRACKET_CONTEXT = 40
 """Number of characters inspected on each side of a bracket."""
 _BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
+"""Match a name before a bracket, which makes the bracket a call, and an operator after a bracket that only groups."""
 
 
 def replace_decimal_commas(text: str) -> str:
@@ -454,6 +456,7 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
 
 
 BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
+"""The judgement on an answer that contains only placeholders."""
 
 
 def describe_parse_error(error: ParseError, form: str = "") -> str:

@@ -245,9 +245,13 @@ def dict_or_empty(value: Any) -> dict[str, Any]:
 # --- scripts and Markdown ---
 
 _PART_NAME = re.compile(r"""\bpart['"]?\s*[:=]\s*['"]?([A-Za-z0-9]+\.[A-Za-z0-9-]+)""")
+"""Matches the option of a cell that names its part, as in part="p1.jacobian"; the group is the part."""
 _CELL_HEADER = re.compile(r"# ?%%((?:\s.*)?)")
+"""Matches the line before a cell of a script; the group is what follows # %%."""
 _FENCE_LINE = re.compile(r"\s*(`{3,}|~{3,})\s*(.*)")
+"""Matches a line of Markdown that begins or ends a block of code; the groups are the fence and the text after it."""
 _PYTHON_FENCE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|py|sympy)\b", re.IGNORECASE)
+"""Matches the text after a fence that begins a block of Python code."""
 
 
 def _make_text_content(cells: Iterator[Cell], kind: str) -> Content:

@@ -60,6 +60,7 @@ def _find_named_after_students(_: Path, entries: Sequence[Path]) -> list[Submitt
 
 
 _MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|onlinetext|[a-z]+)(?:_.*)?", re.DOTALL)
+"""Matches the name of a file or folder in Moodle's download."""
 
 
 def _find_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -73,6 +74,7 @@ def _find_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 _CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL)
+"""Matches the name of a file in Canvas's download."""
 
 
 def _find_canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -103,6 +105,7 @@ def _find_gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]
 
 
 _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DOTALL)
+"""Matches the name of a folder in Brightspace's download."""
 
 
 def _find_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -116,6 +119,7 @@ def _find_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 _BLACKBOARD = re.compile(r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL)
+"""Matches the name of a file in Blackboard's download; `named` is the assignment and the login."""
 
 
 def _find_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -129,6 +133,7 @@ def _find_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.DOTALL)
+"""Matches the name of a folder in ILIAS's download."""
 
 
 def _find_ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
