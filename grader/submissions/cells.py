@@ -1,4 +1,4 @@
-"""Split a submitted file into cells: notebooks of any version, scripts and Markdown. Other files are refused.
+"""Split a submitted file into cells: notebooks, scripts and Markdown. Other files are refused.
 
 Nothing is executed. No notebook library is used, because only the text of the cells is needed, and because the student
 must get one clear sentence about a damaged, hostile or enormous file. Scripts and Markdown are split in the formats of
@@ -190,7 +190,7 @@ def _use_unix_newlines(text: str) -> str:
 
 
 def _parse_notebook(label: str, text: str) -> Content:
-    """Return the content of a notebook of any version. Raises Unreadable, with a message for students."""
+    """Return the content of a notebook. Raises Unreadable, with a message for students."""
     if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
         raise OverLimit(_TOO_LARGE.format(label))
     try:
@@ -203,9 +203,9 @@ def _parse_notebook(label: str, text: str) -> Content:
         raise Unreadable(f"{label} {problem}{cause}") from None
     except RecursionError:
         raise Unreadable(f"{label} is not a Jupyter notebook: it is nested too deeply") from None
-    raw_cells = _list_cells(data)
-    if raw_cells is None:
+    if not isinstance(data.get("cells"), list):
         raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no valid cells")
+    raw_cells = [cell for cell in data["cells"] if isinstance(cell, dict)]
     parts = [part if isinstance(part := find_qdot_metadata(cell).get("part"), str) else None for cell in raw_cells]
     are_code = [cell.get("cell_type") == "code" for cell in raw_cells]
     return Content(tuple(map(Cell, map(_get_cell_text, raw_cells), parts, are_code)), find_qdot_metadata(data))
@@ -216,19 +216,9 @@ def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return {key: value for key, value in pairs if key != "outputs"}
 
 
-def _list_cells(data: dict[str, Any]) -> list[dict[str, Any]] | None:
-    """Return a notebook's cells as they are in its JSON; up to format version 3, they are in worksheets."""
-    worksheets = data.get("worksheets")
-    candidates = [data.get("cells")]
-    if isinstance(worksheets, list):
-        candidates += [dict_or_empty(sheet).get("cells") for sheet in worksheets]
-    cell_lists = [cells for cells in candidates if isinstance(cells, list)]
-    return [cell for cells in cell_lists for cell in cells if isinstance(cell, dict)] if cell_lists else None
-
-
 def _get_cell_text(cell: dict[str, Any]) -> str:
-    """Return a cell's text; up to format version 3, the text of a code cell is called input."""
-    source = cell.get("source", cell.get("input", ""))
+    """Return a cell's text."""
+    source = cell.get("source", "")
     return _use_unix_newlines("".join(map(str, source)) if isinstance(source, list) else str(source))
 
 

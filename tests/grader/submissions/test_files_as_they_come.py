@@ -290,7 +290,7 @@ def bare(cell: dict[str, Any], _: int) -> None:
 
 
 CASES: dict[str, Case] = {
-    "version 3": of(version_3),
+    "version 3": refused(version_3, "is not a Jupyter notebook: it is JSON, but has no valid cells"),
     "version 4.0": of(again(nbformat_minor=0)),
     "saved by Colab": of(colab(keeps=True)),
     "saved by Colab, nothing of ours kept": of(colab(keeps=False), "Copy_of_hw.ipynb"),
