@@ -292,16 +292,17 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
     assert parsed.tree is not None
     joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
     reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
+    space = ConfigurationSpace(["angle"], angle_domain)
     try:
         claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed_pieces, reference_pieces, ConfigurationSpace(["angle"], angle_domain), seed, "angle")
+        return _judge_set(claimed_pieces, reference_pieces, space, seed, "an angle")
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
     claimed: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
-    noun: str = "singular configuration",
+    noun: str = "a singular configuration",
 ) -> Judgement:  # fmt: skip
     """Judge the student's (`claimed`) pieces of a set by comparing the set with that of the conditions.
 
@@ -401,10 +402,9 @@ def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], n
     """Return clauses about a missing and a surplus configuration; "" if there are none."""
     reasons = []
     if comparison.missing is not None:
-        article = "an" if noun[0] in "aeiou" else "a"
-        reasons.append(f"{article} {noun} is missing{_describe_configuration(comparison.missing, joints)}")
+        reasons.append(f"{noun} is missing{_describe_configuration(comparison.missing, joints)}")
     if comparison.surplus is not None:
-        subject = "this angle is wrong" if noun == "angle" else "this configuration is not singular"
+        subject = "this angle is wrong" if noun == "an angle" else "this configuration is not singular"
         reasons.append(f"{subject}{_describe_configuration(comparison.surplus, joints)}")
     return "; ".join(reasons)
 
