@@ -151,9 +151,9 @@ class _Notebook:
                 note = f"{name} is set in {_name_cells(setters)}, and qdot used this value"
                 self.notes.append(f"{note}; its answer cell, {_name_cells(assigning_cells)}, does not set it")
             return
-        several = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
+        position = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
         for index in reversed(assigning_cells or marked_cells):
-            if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
+            if self._use_as_answer(index, part, f"{_name_cells([index])}{position} is the answer cell of {name}"):
                 return
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         texts = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
@@ -165,9 +165,9 @@ class _Notebook:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         answer_names, start = list(self.names.values()), name[:2].casefold()
         other_names = sorted(set().union(*self.names_set.values()) - set(answer_names))
-        candidates = [x for x in other_names if abs(len(x) - len(name)) < 3 and x[:2].casefold() == start]
+        names = [other for other in other_names if abs(len(other) - len(name)) < 3 and other[:2].casefold() == start]
         find_similar = functools.partial(difflib.get_close_matches, possibilities=answer_names, n=1, cutoff=0.87)
-        similar_names = [x for x in candidates[:MAX_SEARCHED] if find_similar(x.casefold()) == [name]]
+        similar_names = [other for other in names[:MAX_SEARCHED] if find_similar(other.casefold()) == [name]]
         if len(similar_names) != 1:
             return
         (similar_name,) = similar_names
@@ -340,13 +340,13 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
     setters = notebook.find_setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
-    stopped = [index for index in setters if index in errors]
+    stopped_cells = [index for index in setters if index in errors]
     values = {text for text in answers.run.earlier_values.get(name, ()) if not _is_blank(text)}
-    several = f"{name} is set in {_name_cells(setters)}"
-    if stopped:
-        answers.notes.append(f"{several}, but {_name_cells(stopped)} stopped ({errors[stopped[-1]]})")
+    fact = f"{name} is set in {_name_cells(setters)}"
+    if stopped_cells:
+        answers.notes.append(f"{fact}, but {_name_cells(stopped_cells)} stopped ({errors[stopped_cells[-1]]})")
     elif len(values) > 1 and sum(notebook.cells[index].part in (part, None) for index in setters) > 1:
-        answers.notes.append(f"{several}; qdot used its value at the end of the notebook")
+        answers.notes.append(f"{fact}; qdot used its value at the end of the notebook")
 
 
 def _describe_lost_symbol(name: str, index: int, value: str) -> str:
@@ -361,7 +361,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            used_names = [x for x in notebook.names.values() if x in notebook.names_set[index] and x in run.answers]
+            names_set = notebook.names_set[index]
+            used_names = [name for name in notebook.names.values() if name in names_set and name in run.answers]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
@@ -394,21 +395,24 @@ def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
     return ", ".join([f"line {line_number}", *(make_printable(line.strip()) for line in lines)])
 
 
-def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
-    """Return the note on the first cell that stopped, in a list, if it is above all answers, which may depend on it."""
+def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list[str]:
+    """Return the note on the first cell that stopped if this cell is above all answers, which may depend on it.
+
+    The note is in a list, which is empty otherwise. `stop_notes` are the notes by the index of the cell.
+    """
     first_answer = min((index for index, names in notebook.names_set.items() if names), default=len(notebook.cells))
-    return [stops[index] for index in sorted(stops) if index < first_answer][:1]
+    return [stop_notes[index] for index in sorted(stop_notes) if index < first_answer][:1]
 
 
-def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
+def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_notes: Mapping[int, str]) -> str:
     """Return a clause that says why a part has no answer; `name` is the part's variable."""
     if name in run.unreadable_reasons:
         return f"qdot can't parse the value of {name}: {run.unreadable_reasons[name]}"
     cells = [*notebook.find_setters(name), *notebook.find_marked_cells(part)]
-    stopped = next((index for index in cells if index in run.cell_errors), None)
-    if stopped is not None:
-        error = run.cell_errors[stopped]
-        cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
+    stopped_cell = next((index for index in cells if index in run.cell_errors), None)
+    if stopped_cell is not None:
+        error, notes_above = run.cell_errors[stopped_cell], {k: v for k, v in stop_notes.items() if k < stopped_cell}
+        cause = _describe_missing_import(notebook, stopped_cell, run) or _find_cause(error, notebook, notes_above)
         cause = cause or next((advice for pattern, advice in _ADVICE_BY_ERROR.items() if pattern in error), "")
         return f"the cell of this answer stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
@@ -432,17 +436,17 @@ _ADVICE_BY_ERROR = {
 """Advice on errors that beginners may not understand, by a part of the error's message."""
 
 
-def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[int, str]) -> str:
-    """Return the note on the likely cause if the error of the cell `stopped` is an undefined name; otherwise "".
+def _find_cause(error: str, notebook: _Notebook, notes_above: Mapping[int, str]) -> str:
+    """Return the note on the likely cause if the error of a cell is an undefined name; otherwise "".
 
-    The cause is a cell above that stopped, preferably the first cell that mentions the name.
+    The cause is a cell above that stopped, preferably the first cell that mentions the name. `notes_above` are the
+    notes on these cells.
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
     if name_error is None:
         return ""
-    stops_above = [index for index in sorted(stops) if index < stopped]
-    likely_stops = [index for index in stops_above if name_error[1] in notebook.sources[index]]
-    return next((stops[index] for index in (*likely_stops, *stops_above)), "")
+    likely_cells = [index for index in sorted(notes_above) if name_error[1] in notebook.sources[index]]
+    return next((notes_above[index] for index in (*likely_cells, *sorted(notes_above))), "")
 
 
 def _name_cells(indices: Sequence[int]) -> str:

@@ -81,15 +81,17 @@ def _read_content(path: Path, name: str) -> bytes:
 
 
 def _list_zip(path: Path) -> dict[str, int]:
-    """Return the sizes of the files in a zip, by name. Raises OverLimit before a too long list of files is parsed.
+    """Return the sizes of the files in a zip, by name. Raises OverLimit if there are too many files.
 
-    The end of a zip is a record of at most 65,557 bytes. It contains the length of the list of files in bytes.
+    Parsing a very long list of files would take too much memory, so the length of the list is checked first. The record
+    at the end of a zip, which has at most 65,557 bytes, contains this length in bytes.
     """
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         last_bytes = file.read()
     position = last_bytes.rfind(b"PK\x05\x06")
-    if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MAX_FILES:
+    list_length = int.from_bytes(last_bytes[position + 12 : position + 16], "little") if position >= 0 else 0
+    if list_length > 150 * MAX_FILES:  # an entry of the list has about 46 bytes and the file's path
         raise _make_file_count_error(path)
     with zipfile.ZipFile(path) as archive:
         files = [info for info in archive.infolist() if not info.is_dir() and not _is_link(info)]
@@ -102,6 +104,7 @@ def _is_link(info: zipfile.ZipInfo) -> bool:
 
 
 def _make_file_count_error(path: Path) -> OverLimit:
+    """Return the error for an archive with too many files."""
     return OverLimit(f"{make_printable(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
