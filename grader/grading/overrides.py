@@ -29,14 +29,10 @@ TOTAL_PART = ""
 
 @dataclass(frozen=True)
 class Overrides:
-    """The contents of overrides.csv: the overrides by student and part, and the overrides by the key of a group.
-
-    `line_numbers` has the line number of the override of each group.
-    """
+    """The contents of overrides.csv: the overrides by student and part, and the overrides by the key of a group."""
 
     by_student: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
     by_group: Mapping[str, Override] = field(default_factory=dict)
-    line_numbers: Mapping[str, int] = field(default_factory=dict)
 
 
 NO_OVERRIDES = Overrides()
@@ -82,12 +78,11 @@ def read_overrides(assignment: Assignment) -> Overrides:
             by_group[group] = Override(new_points, comment, None, group)
         else:
             by_student.setdefault(student, {})[part] = Override(new_points, comment, None)
-    group_lines = {group: number for (student, group), number in first_lines.items() if not student}
-    return Overrides(by_student, by_group, group_lines)
+    return Overrides(by_student, by_group)
 
 
 def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_groups: Sequence[str]) -> list[str]:
-    """Return a note on each line whose group contains no answer.
+    """Return a note on each group in overrides.csv that contains no answer.
 
     `class_groups` are the keys of all groups of the class.
     """
@@ -99,9 +94,8 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         hint = f" (did you mean {group_key(part, similar_letters)!r}?)" if similar_letters else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
-        line = f"{assignment.folder / OVERRIDES_FILE}: line {overrides.line_numbers[group]}"
-        problem = f"the group {group!r}{hint} has no answers in this class, so this line has no effect yet"
-        notes.append(f"{line}: {problem}; {known_groups}")
+        problem = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
+        notes.append(f"{assignment.folder / OVERRIDES_FILE}: {problem}; {known_groups}")
     return notes
 
 
