@@ -64,8 +64,8 @@ def check_class(
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _map_claims(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
-        names = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
-        problem = f"{len(keys)} of {len(sample)} notebooks belong to {names}, so nothing was graded"
+        difference = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
+        problem = f"{len(keys)} of {len(sample)} notebooks belong to {difference}, so nothing was graded"
         raise QdotError(f"{named_path}: {problem}. Is this the right folder?")
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):

@@ -171,7 +171,8 @@ def _read_entries(
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
-    tree, rows = parsed.tree, None
+    tree = parsed.tree
+    rows: Matrix | None = None
     try:
         tree = _find_value(_split_chains(tree, (*labels, *columns)), domain)
         if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED_KINDS for arg in tree.args):

@@ -239,7 +239,7 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
     said = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
     assert result.notes == result.staff_notes == (said,)
-    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
+    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
     note = best(assignment, soon, early).notes[0]
     assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
     assert file_of(best(assignment, early, late, position=make_override(2))) == "a.ipynb"
