@@ -12,5 +12,4 @@ It imports all other packages, but each command's module only if the command is 
     forget_command              `qdot forget`
     options, overview           options that commands share; overviews of the families and robots
     demo                        the simulated class
-    reference_pages             the pages of docs/ about export formats, reports, schemas and the library
 """
