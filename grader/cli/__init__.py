@@ -11,5 +11,5 @@ It imports all other packages, but each command's module only if the command is 
     student_command             the command for students, `qdot check`
     forget_command              `qdot forget`
     options, overview           options that commands share; overviews of the families and robots
-    demo                        the simulated class
+    demo                        `qdot demo`: the simulated class
 """

@@ -1,4 +1,4 @@
-"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor, demo."""
+"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor."""
 
 import io
 import json
@@ -35,7 +35,6 @@ from qdot.grader.grading.class_check import load_class
 from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
 from qdot.grader.judging.compare_command import compare as compare_texts
 from qdot.grader.sandbox import guarantees
-from qdot.grader.sandbox.sandbox import check_system
 from qdot.grader.statistics.shared_answers import describe_shared_answers
 
 
@@ -270,21 +269,3 @@ def doctor(as_json: JsonOption = False) -> None:
         say(remedy)
     verb = "can" if findings.is_strict else "can't"
     say(f'this machine {verb} use sandbox = "strict" in assignment.toml')
-
-
-def demo(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder for the demo.")] = Path("qdot-demo"),
-    jobs: JobsOption = CORE_COUNT,
-) -> None:
-    """Run everything on a simulated class of 30.
-
-    Creates an assignment folder, generates notebooks, submits right, wrong, blank and broken ones, and grades them.
-
-    Examples:
-      qdot demo
-          a class of 30, from problems to feedback, in qdot-demo
-    """
-    from qdot.grader.cli.demo import run_demo
-
-    check_system()
-    run_demo(folder, jobs)

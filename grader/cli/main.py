@@ -41,7 +41,7 @@ COMMANDS = {
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
     "forget": "qdot.grader.cli.forget_command",
-    "demo": "qdot.grader.cli.class_commands",
+    "demo": "qdot.grader.cli.demo",
 }
 """For each command, the module that defines it as a function of the same name, with _ instead of -."""
 

@@ -21,12 +21,12 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT
-from qdot.grader.cli.grade_command import check_sandbox
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.marking import format_points, map_max_points, share_of_points
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.reports.rows import make_rows
+from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
 
 QDOT_FOLDER = "qdot"
@@ -128,7 +128,7 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
 def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
     student, course = find_student(assignment, info["student"]), _find_course(step)
-    _check_sandbox_once(assignment.sandbox == "strict")
+    _note_sandbox_weakness(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received_time = course.get_existing_timestamp(str(folder))
     if received_time is not None and received_time.tzinfo is None:
@@ -138,9 +138,10 @@ def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
 
 
 @cache
-def _check_sandbox_once(strict: bool) -> None:
-    """Report once what this machine can't enforce. Raises QdotError if the assignment requires it."""
-    check_sandbox(strict)
+def _note_sandbox_weakness(must_be_strict: bool) -> None:
+    """Print once what this machine's sandbox does not enforce. Raises QdotError if `must_be_strict`."""
+    if warning := check_sandbox(must_be_strict):
+        note(warning)
 
 
 def _late_penalty(result: Result) -> float | None:
