@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share."""
+"""Define the arguments and options that several commands share."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -12,13 +12,13 @@ from qdot.exercises.common.completion import complete_names
 Names = Iterable[str] | Callable[[], Iterable[str]]
 
 
-def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", between: str = "") -> Any:
-    """Return an option whose value is one of the names, which the Tab key completes."""
-    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=between))
+def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", separator: str = "") -> Any:
+    """Return an option whose value is one of `names`, or several names with the separator; Tab completes it."""
+    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=separator))
 
 
 def name_argument(metavar: str, help: str, *names: Names, suffix: str = "") -> Any:
-    """Return an argument whose value may be one of the names, with a suffix, which the Tab key completes."""
+    """Return an argument whose value may be one of `names`, which Tab completes and extends by `suffix`."""
     return typer.Argument(metavar=metavar, help=help, autocompletion=complete_names(*names, suffix=suffix))
 
 
@@ -33,7 +33,7 @@ def _twist_order_option(default: str) -> Any:
 
 
 DEFAULT_FROM_ID = "that of the problem's id, else "
-"""The beginning of the default in the help text of options that a problem's identifier can set, too."""
+"""The beginning of a default value in help texts, for an option that a problem's id can also set."""
 ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
 TwistOrderOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
 SiteConventionOption = Annotated[str, _convention_option("")]

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+import qdot
 from qdot import ASKED, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
@@ -114,7 +115,7 @@ def families(
 
 
 def _find_family(name: str) -> Family:
-    """Return the family with this name, or of a robot file, or of a robot in the library. Raises QdotError."""
+    """Return a registered family, or the family of a robot; `name` may be the path of a robot's file. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
@@ -125,9 +126,10 @@ def _find_family(name: str) -> Family:
 
 
 def _derive_questions(family: Family, convention: str) -> None:
-    """Find out which questions apply to an arm, with a progress bar, because this takes a minute for long arms.
+    """Find out which questions apply to a family's arm, with a progress bar; the answers are cached for later calls.
 
-    The results are cached. The questions for registered families in their default convention are listed already.
+    This takes a minute for long arms. A registered family in its default convention needs no search: its questions are
+    listed in a file.
     """
     if family.has_varied_structure or not (family.robot_argument or convention):
         return
@@ -179,7 +181,7 @@ def show(
     ] = "text",
     ask: Annotated[
         str | None,
-        name_option(QUESTIONS_HELP, "--questions", names=[*ASKED, "quiz"], metavar="NAMES", between=","),
+        name_option(QUESTIONS_HELP, "--questions", names=[*ASKED, "quiz"], metavar="NAMES", separator=","),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
@@ -205,24 +207,15 @@ def show(
     check_choice(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
-        is_quiz = ask == "quiz"
-        names = select_quiz_questions(identity.family, identity.convention) if is_quiz else _split_names(ask)
+        names = tuple(name.strip() for name in ask.split(","))
+        if not any(names):
+            raise QdotError("--questions is empty; leave it out to use all questions that apply")
+        if ask == "quiz":
+            names = select_quiz_questions(identity.family, identity.convention)
         identity = replace(identity, questions=names)
-    generated = make_problem(identity)
-    certificate = None
-    if format == "json":
-        from qdot import certify
-
-        certificate = certify(generated).as_json()
-    say(show_problem(generated, solution, format, certificate, hints))
-
-
-def _split_names(text: str) -> tuple[str, ...]:
-    """Return the names in a text with commas between them. Raises QdotError if there are none."""
-    names = tuple(name.strip() for name in text.split(","))
-    if not any(names):
-        raise QdotError("--questions is empty; leave it out to use all questions that apply")
-    return names
+    generated_problem = make_problem(identity)
+    certificate = qdot.certify(generated_problem).as_json() if format == "json" else None  # loaded only if needed
+    say(show_problem(generated_problem, solution, format, certificate, hints))
 
 
 def robots(as_json: JsonOption = False) -> None:
