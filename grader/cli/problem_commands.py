@@ -115,7 +115,7 @@ def families(
 
 
 def _find_family(name: str) -> Family:
-    """Return a registered family, or the family of a robot; `name` may be the path of a robot's file. Raises QdotError."""
+    """Return a registered family, or the family made from a robot or a robot file. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)

@@ -1,8 +1,8 @@
 """Replace nbgrader's own steps so that `nbgrader autograde` marks with qdot: `configure(c)`.
 
-qdot marks the assignments that have a folder qdot/ASSIGNMENT in the course. No kernel is started: the submitted
-notebook runs in qdot's sandbox, and its answers are compared with the problems of the student named by nbgrader. All
-other assignments are graded by nbgrader. This module needs nbgrader, and no other module imports it.
+qdot marks the assignments that have a folder qdot/ASSIGNMENT in the course; nbgrader grades all others itself. No
+kernel is started: qdot runs the submitted notebook in its sandbox, and compares the answers with the problems of the
+student whom nbgrader names. This module needs nbgrader, and no other module imports it.
 """
 
 import datetime
@@ -36,9 +36,9 @@ NotebookAndResources = tuple[NotebookNode, Any]
 
 
 def configure(c: Any) -> None:
-    """Set qdot's steps in nbgrader's configuration; other settings don't change.
+    """Set qdot's steps in nbgrader's configuration `c`; other settings don't change.
 
-    Raises QdotError if this version of nbgrader lacks the steps to be replaced.
+    Raises QdotError if this version of nbgrader lacks a step that qdot replaces.
     """
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
@@ -72,7 +72,7 @@ class RestoreCells(NbGraderPreprocessor):
 
 
 class Mark(Execute):
-    """nbgrader step that marks with qdot; nbgrader itself runs assignments that are not qdot's."""
+    """nbgrader step that marks with qdot; nbgrader itself runs notebooks of assignments that are not qdot's."""
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
@@ -87,7 +87,7 @@ class Mark(Execute):
         fill_in_marks(nb.cells, rows)
         problems = assignment.problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
-        resources["qdot"] = {"late": _late_penalty(result)}
+        resources["qdot"] = {"late": _compute_late_penalty(result)}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
             note(f"{info['student']}: overrides.csv sets the total to {total}, but nbgrader uses the sum of the parts")
@@ -115,7 +115,7 @@ def _find_course(step: Any) -> Any:
 
 
 def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
-    """Return the qdot assignment with a key; None if the assignment is not qdot's. Raises QdotError."""
+    """Return the qdot assignment with a key; None if qdot does not mark it. Raises QdotError if its folder is wrong."""
     folder = Path(_find_course(step).root, QDOT_FOLDER, key)
     if not folder.is_dir():
         return None
@@ -144,7 +144,7 @@ def _note_sandbox_weakness(must_be_strict: bool) -> None:
         note(warning)
 
 
-def _late_penalty(result: Result) -> float | None:
-    """Return the points deducted for lateness, rounded as in qdot's own results; None if the work is on time."""
+def _compute_late_penalty(result: Result) -> float | None:
+    """Return the points deducted for late work, rounded as in qdot's own results; None if the work is on time."""
     late = result.late
     return None if late is None else share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))

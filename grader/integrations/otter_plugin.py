@@ -2,8 +2,8 @@
 
 Otter works in the folder of the submission, from which Python could import the student's files. So the plugin first
 removes all files submitted with the notebook, marks the notebook from another folder, and then removes everything that
-reveals answers. Instead of the notebook, Otter runs one cell that contains the marks, which the tests look up. Partial
-points are set at the end. This module needs otter-grader, and no other module imports it.
+reveals answers. Instead of the notebook, Otter runs one cell with the marks, and its tests look the marks up. At the
+end, the plugin sets the partial points. This module needs otter-grader, and no other module imports it.
 """
 
 import contextlib
@@ -61,9 +61,9 @@ class Marks(AbstractOtterPlugin):
             results.set_output(self.results.output)
 
 
-def _remove_all_but(kept: set[Path]) -> None:
-    """Remove everything except the paths in `kept` from their folder."""
-    for path in set(next(iter(kept)).parent.iterdir()) - kept:
+def _remove_all_but(kept_paths: set[Path]) -> None:
+    """Remove everything except the paths in `kept_paths` from the folder of these paths."""
+    for path in set(next(iter(kept_paths)).parent.iterdir()) - kept_paths:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
         else:
@@ -72,11 +72,11 @@ def _remove_all_but(kept: set[Path]) -> None:
 
 @contextlib.contextmanager
 def _work_elsewhere() -> Iterator[None]:
-    """Work in a new, empty folder, and keep new processes from importing modules from their working folder."""
+    """Run the block in a new, empty folder; new processes don't import modules from their working folder."""
     previous_value = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:
-        with tempfile.TemporaryDirectory(prefix="qdot-otter-") as empty, contextlib.chdir(empty):
+        with tempfile.TemporaryDirectory(prefix="qdot-otter-") as empty_folder, contextlib.chdir(empty_folder):
             yield
     finally:
         if previous_value is None:

@@ -1,9 +1,9 @@
-"""Serve an exported PrairieLearn question, whose server.py calls this module: generate a variant, parse and grade it.
+"""Serve an exported PrairieLearn question: generate a variant, parse the answers, and grade them.
 
-`data` is PrairieLearn's dictionary, whose values are all JSON. Solutions and the correct options are only in
-`correct_answers`, which only the answer panel shows. PrairieLearn's elements have stored the chosen or typed answers
-before this module is called. This module converts these answers to the text that a student would type in a notebook,
-and parses and marks this text as usual. The grammar of formulas parses the answers as text; they are never executed.
+The server.py of the question calls this module with `data`, PrairieLearn's dictionary, whose values are all JSON.
+`correct_answers`, which only the answer panel shows, has the solutions and the correct options. PrairieLearn's elements
+(its input fields) have stored the chosen or typed answers before. This module converts each answer to the text that a
+student would type in a notebook, then parses and marks the text as usual. No answer is executed.
 """
 
 import json
@@ -39,7 +39,10 @@ MAX_ANSWER_LENGTH = 20_000
 
 
 def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
-    """Store a variant in `params`, and its worked solutions in `correct_answers`."""
+    """Store a variant of the problem `slot` in `params`, and its worked solutions in `correct_answers`.
+
+    `folder` is the folder of the assignment among the server's course files.
+    """
     assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
     seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
@@ -55,9 +58,9 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
 
 
 def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
-    """Report why answers can't be parsed; such a submission is not graded, and costs no attempt.
+    """Add to `format_errors` why answers can't be parsed; such a submission is not graded, and costs no attempt.
 
-    Errors reported by the elements themselves remain.
+    The errors that the elements themselves have reported remain.
     """
     problem, errors = _load_problem(data, folder, slot), data["format_errors"]
     is_blank = not errors
@@ -87,7 +90,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
         if verdict.points is None:
             data["format_errors"][list_input_names(part)[0]] = verdict.judgement.reason
             continue
-        data["partial_scores"].update(_part_scores(part, verdict, shows_mistakes))
+        data["partial_scores"].update(_compute_scores(part, verdict, shows_mistakes))
         outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
             outcome = _describe_outcome(problem, verdict)
@@ -97,16 +100,14 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
     data["score"] = min(1.0, earned / problem.max_points)
 
 
-def _part_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLearnData:
-    """Return the score of a part and, if `shows_entries`, a score of 0 or 1 for each of several numbers."""
+def _compute_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLearnData:
+    """Return the score of a part; if `shows_entries`, also a score of 0 or 1 for each number of a numeric answer."""
     assert verdict.points is not None
     scores: PrairieLearnData = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = list_input_names(part), verdict.judgement.entries
     if shows_entries and part.answer.is_numeric and len(names) > 1 and entries is not None:
         matches = [is_correct for row in entries for is_correct in row]
-        scores |= {
-            name: {"score": int(is_correct), "weight": 0} for name, is_correct in zip(names, matches, strict=True)
-        }
+        scores |= {name: {"score": int(match), "weight": 0} for name, match in zip(names, matches, strict=True)}
     return scores
 
 
@@ -137,13 +138,13 @@ def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnDat
         "prompt": to_html_for_mathjax(question),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
-        "fields": _input_fields(problem, part),
+        "fields": _list_input_fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
-        "placeholder": _placeholder(part),
+        "placeholder": _make_placeholder(part),
     }
 
 
-def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
+def _list_input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     """Return the input fields for numbers, each with its symbol and its unit."""
     units = part.answer.expected_units
     if part.shape is None or not units:
@@ -165,22 +166,23 @@ class _OptionsVisitor(AnswerVisitor[Any]):
 
     def matching(self, answer: answer_types.Matching) -> PrairieLearnData:
         pairs = zip(answer.items, answer.correct_indices, strict=True)
-        offered_options = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
+        offered_options = [{"letter": LETTERS[k], "html": self._write_html(k)} for k in range(len(answer.options))]
         return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered_options}
 
     def letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
-        options, has_letters = [], answer.options != TRUE_FALSE
+        options = []
         for k in range(len(answer.options)):
-            html = f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k)
+            letter = "" if answer.options == TRUE_FALSE else f"<strong>{LETTERS[k]}.</strong> "
+            html = f"{letter}{self._write_html(k)}"
             options.append({"right": "true" if k in answer.correct_indices else "false", "html": html})
         return options
 
-    def _html(self, index: int) -> str:
+    def _write_html(self, index: int) -> str:
         return write_line_html(option_text(self.problem, self.part, index))
 
 
-def _placeholder(part: Part) -> str:
-    """Return the placeholder of an input field, which shows the form of the answer."""
+def _make_placeholder(part: Part) -> str:
+    """Return the text that an empty input field shows: the form of the answer, such as [[…, …]]."""
     if part.answer.typed_form:
         return part.answer.typed_form
     shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
@@ -203,32 +205,28 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
     part: Part
 
     def choice(self, answer: answer_types.Choice) -> str:
-        chosen_letters = self._chosen()
-        return (
-            chosen_letters
-            if answer.options != TRUE_FALSE or not chosen_letters
-            else TRUE_FALSE[LETTERS.index(chosen_letters)]
-        )
+        letters = self._list_chosen_letters()
+        return TRUE_FALSE[LETTERS.index(letters)] if letters and answer.options == TRUE_FALSE else letters
 
     def selection(self, answer: answer_types.Selection) -> str:
-        return self._chosen()
+        return self._list_chosen_letters()
 
     def matching(self, answer: answer_types.Matching) -> str:
-        texts = _typed_texts(self.data, self.part)
+        texts = _list_typed_texts(self.data, self.part)
         return "".join(LETTERS[int(text)] for text in texts if text in _MATCHING_OPTION_NAMES)
 
     def numbers(self, answer: answer_types.Number) -> str:
-        texts = _typed_texts(self.data, self.part)
+        texts = _list_typed_texts(self.data, self.part)
         if not any(texts):
             return ""
         return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
 
     def default(self, answer: answer_types.Answer) -> str:
-        (text,) = _typed_texts(self.data, self.part)
+        (text,) = _list_typed_texts(self.data, self.part)
         return text
 
-    def _chosen(self) -> str:
-        """Return the letters of the ticked options; the element's keys differ, but the order is qdot's."""
+    def _list_chosen_letters(self) -> str:
+        """Return the letters of the ticked options; the element has other keys for them, in qdot's order."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
         ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
         return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
@@ -238,7 +236,7 @@ _MATCHING_OPTION_NAMES = [str(number) for number in range(len(LETTERS))]
 """The names of options in the element for matching."""
 
 
-def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
+def _list_typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
     """Return the text in each input of a part, as it was typed and before the elements parsed numbers."""
     is_numeric = part.answer.is_numeric and part.answer.expected_units
     source = data["raw_submitted_answers"] if is_numeric else data["submitted_answers"]
@@ -248,7 +246,7 @@ def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
 
 def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
-    texts, items = _typed_texts(data, part), part.answer.matched_items
+    texts, items = _list_typed_texts(data, part), part.answer.matched_items
     is_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
     if all(is_filled) or not any(is_filled):
         return ""
@@ -275,10 +273,9 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
         earlier_title = ASKED[problem[verdict.followed_from].kind].title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
-        wrong_entries = [
-            f"({i}, {j})" for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1) if not is_correct
-        ]
-        return f"{sentence} Wrong entries: {', '.join(wrong_entries)}."
+        flags = {(i, j): is_correct for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1)}
+        wrong_entries = ", ".join(str(position) for position, is_correct in flags.items() if not is_correct)
+        return f"{sentence} Wrong entries: {wrong_entries}."
     return sentence
 
 
