@@ -100,7 +100,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         del outcome_words[Outcome.UNGRADED]
     charted, compared = mistakes[:MAX_CHARTED_MISTAKES], comparisons[:MAX_COMPARISON_CHARTS]
     page_charts = {
-        "score_chart": charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
+        "score_chart": charts.draw_histogram(scores.tenth_counts, scores.mean, scores.median) if scores else "",
         "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded_ids else "",
         "interval_chart": charts.draw_intervals(names, [part.discrimination for part in parts]),
         "mistake_chart": charts.draw_mistakes({each.title: len(each.students) for each in charted}),

@@ -25,8 +25,8 @@ from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import EntryFlags, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
-from qdot.grader.reports.example import draw_example
+from qdot.grader.reports.counterexample_figure import draw_example
+from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.rows import describe_decisions, describe_override
 

@@ -27,7 +27,7 @@ from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import show_answer
-from qdot.grader.reports.differs import format_decimal, make_counterexample_table
+from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import work_status
 from qdot.grader.reports.write import write_reports

@@ -223,8 +223,8 @@ def test_the_page(assignment: Assignment) -> None:
     # Every chart says what it is, is drawn alike each time, and in the page's colours.
     drawn = [about for about in attributes if about.get("role") == "img"]
     assert len(drawn) >= 3 and all(about["aria-label"] for about in drawn)
-    chart = charts.draw_histogram([0.0, 55.0, 100.0], 51.7, 55.0)
-    assert chart == charts.draw_histogram([0.0, 55.0, 100.0], 51.7, 55.0) and "var(--bar)" in chart
+    chart = charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0)
+    assert chart == charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0) and "var(--bar)" in chart
     assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
     assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2)" in page.text
     forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
