@@ -135,7 +135,7 @@ def verify(
     start_time = time.monotonic()
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
     printed_messages: set[str] = set()
-    with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
+    with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
         for task, failures in verified_tasks:
             counter.step()
             failure_counts.update(failure.kind for failure in failures[:1])
@@ -246,7 +246,7 @@ def doctor(as_json: JsonOption = False) -> None:
     from importlib.metadata import version
 
     findings = guarantees.probe()
-    versions = {"qdot": qdot_version(), "sympy": version("sympy"), "numpy": version("numpy")}
+    versions = {"qdot": find_qdot_version(), "sympy": version("sympy"), "numpy": version("numpy")}
     environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
         content = {**environment, "strict": findings.is_strict, **asdict(findings)}

@@ -191,7 +191,7 @@ def _write_export(request: ExportRequest, name: str, folder: Path) -> int:
     """Write the files of one export format into a folder; return their number."""
     export_format, file_count = EXPORT_FORMATS[name], 0
     with (
-        progress(f"exporting to {name}", export_format.count_steps(request)) as counter,
+        show_progress(f"exporting to {name}", export_format.count_steps(request)) as counter,
         contextlib.closing(export_format.export(replace(request, on_step=counter.step))) as files,
     ):
         for file in files:

@@ -134,11 +134,11 @@ def _grade_class(
             earlier_results = read_previous_results(assignment)
             if not allow_missing:
                 _check_nobody_missing(assignment, source, earlier_results, submission_folder)
-            with progress("grading", len(assignment.roster)) as counter:
+            with show_progress("grading", len(assignment.roster)) as counter:
                 results = batch.grade_class(
                     assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor
                 )
-            with progress("writing feedback", len(results)) as counter:
+            with show_progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
     group_sizes = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)

@@ -139,7 +139,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
             if os.environ.get("QDOT_TRACEBACK"):
                 raise
             report = f"{type(error).__name__}: {error}. Please report it; set QDOT_TRACEBACK=1 to see where"
-            _exit_with_message(str(open_files_error(error) or f"qdot failed: {report}"), 2)
+            _exit_with_message(str(make_open_files_error(error) or f"qdot failed: {report}"), 2)
 
     return run
 

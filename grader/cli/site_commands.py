@@ -67,7 +67,7 @@ def build_site(
           variants of your own assignment
     """
     if feedback and feedback not in FEEDBACK:
-        raise unknown_name("level of feedback", feedback, list(FEEDBACK))
+        raise make_name_error("level of feedback", feedback, list(FEEDBACK))
     if assignment is None:
         names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         chapters = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
@@ -84,9 +84,9 @@ def build_site(
         course, default_level = loaded_assignment.title, loaded_assignment.feedback
     level, jobs = feedback or default_level, min(jobs, len(problems))
     commands = render_reference(context.find_root().command)
-    site = SiteSpec(out, problems, chapters, find_failures, jobs, commands, docs_folder(), course, level)
+    site = SiteSpec(out, problems, chapters, find_failures, jobs, commands, find_docs_folder(), course, level)
     failed_slots: list[FailedSlot] = []
-    with progress("building the site", len(problems)) as counter:
+    with show_progress("building the site", len(problems)) as counter:
         totals = write_site(site, counter.step, failed_slots.append)
     contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
     say(f"{contents} in {out}; to see them: qdot site serve {out}")

@@ -155,7 +155,7 @@ def _collect_one(
         _fetch_commit(host, repository, push, folder)
     except (_NothingToGrade, _HostUnreachable, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
-        row["left_out" if isinstance(error, _NothingToGrade) else "unreached"] = printable(str(error))
+        row["left_out" if isinstance(error, _NothingToGrade) else "unreached"] = escape_controls(str(error))
     return CollectedRepository(student.id, repository, **row)
 
 
