@@ -1,7 +1,7 @@
 """Write a student's feedback page: for each part, what is correct, what is wrong, where, and why.
 
-The page is made from a result as stored in results.jsonl, and from the figures and units of the student's problems. It
-contains the worked solutions if the assignment sets `feedback = "solutions"`.
+The page is made from a result as in results.jsonl, and from the stored texts and figures of the student's problems. The
+page contains the worked solutions if the assignment sets `feedback = "solutions"`.
 """
 
 import hashlib
@@ -38,7 +38,7 @@ STOP_WORDS = (
     (r"\bcell of this answer stopped: it (took|waited) longer\b", "stopped at the time limit"),
     (r"\bcell of this answer stopped\b", "stopped with an error"),
 )
-"""Patterns of the reasons why an answer is missing, each with the word for its outcome."""
+"""Patterns of the reason why an answer is missing, each with the outcome in words that the page shows instead."""
 ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
@@ -46,7 +46,7 @@ MAX_PARTS_WITHOUT_OVERVIEW = 6
 GRADER_FIRST_WORDS = (
     r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
     r"|a (list|configuration|singular|comma|product)|say|left|leave"
-    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|claimed|commas|scaled"
+    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|commas|scaled"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
@@ -56,9 +56,8 @@ SHORT_REASONS = (
     (r"; differs$", ""),
     (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
-    (r"\bclaimed, but no singular configuration\b", "your answer includes a configuration that is not singular"),
 )
-"""Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""
+"""Patterns of phrases that make no sense without their numbers, with replacements; a table shows the numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,17 +147,15 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        return (
-            "If an answer is wrong, this page shows a configuration and the value of your answer at it, "
-            "but no correct values."
-        )
+        shown = "a configuration and the value of your answer at it"
+        return f"If an answer is wrong, this page shows {shown}, but no correct values."
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
 
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
-    """Return every problem as the template shows it."""
+    """Return the student's problems, each with its parts and their results, in the order of the page."""
     stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
     for number, (slot, problem) in enumerate(stored_problems.problems, 1):
         statement = _add_caption(stored_problems.statement(slot, problem), problem)
@@ -169,16 +166,19 @@ def _show_problems(assignment: Assignment, student: Student, result: Result) -> 
     return problems
 
 
-def _add_caption(table: str, problem: Problem) -> str:
-    """Return the statement with a caption for its table, because screen readers read the caption first."""
+def _add_caption(statement: str, problem: Problem) -> str:
+    """Return the statement of a problem with a caption for its table, because screen readers read the caption first.
+
+    The cells of the table's header get a scope, so that a screen reader can read the header of each column.
+    """
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
-    return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
+    return re.sub(r"<th\b(?!ead)", '<th scope="col"', statement.replace("<table>", caption))
 
 
 def _show_parts(
     stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
-    """Return the parts of a problem; their texts refer to other parts by number."""
+    """Return the parts of a problem, whose `number` is counted from 1; their texts refer to other parts by number."""
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []
     for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
@@ -187,7 +187,7 @@ def _show_parts(
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
         reason = _capitalize(_show_reason(result, table is not None))
-        page_part = PartOnPage(
+        part_on_page = PartOnPage(
             id=f"part-{number}-{index}", number=numbers[part.name], title=ASKED[part.kind].title, result=result,
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
             advice=_number_parts(result.advice or "", problem, numbers),
@@ -200,7 +200,7 @@ def _show_parts(
             prompt=stored.prompt(slot, problem, part.name), figure=stored.part_figure(slot, problem, part.name),
             solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
-        parts.append(page_part)
+        parts.append(part_on_page)
     return tuple(parts)
 
 
@@ -225,7 +225,7 @@ def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
-    """Return a text that refers to parts of the problem by their numbers on the page."""
+    """Return a text with the names of parts, as in "to 'jacobian'", replaced by their numbers on the page."""
     for name, number in numbers.items():
         names = f"{re.escape(name)}|{re.escape(ASKED[problem[name].kind].title)}"
         text = re.sub(rf"(\bto|\bin) '(?:{names})'", rf"\1 {number}", text)
@@ -238,29 +238,24 @@ def _is_blank(answer: str) -> bool:
 
 
 def _show_reason(part: PartResult, without_numbers: bool) -> str:
-    """Return the reason why an answer is wrong; `without_numbers` omits its numbers if a table shows them."""
+    """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows."""
     reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
     return make_visible(reason)
 
 
 def _describe_certainty(certificate: Certificate | None) -> str:
     """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
-    points, bound = (0, None) if certificate is None else (certificate.points, certificate.bound)
-    if certificate is None or (points < 2 and not bound):
+    if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""
+    points, bound = certificate.points, certificate.bound
     if not bound:
         return f"qdot compared your answer with the solution at {points} configurations."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
-    if certificate.method == "exact":
-        return (
-            "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
-            f"probability below 1 in 10{power}."
-        )
-    subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
-    return (
-        f"qdot compared your answer with the solution at {points} random configurations. {subject} passes this check "
-        f"with a probability below 1 in 10{power}."
-    )
+    subject, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
+    if certificate.method != "exact":
+        subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
+        comparison = f"your answer with the solution at {points} random configurations"
+    return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."
 
 
 def _capitalize(reason: str) -> str:
