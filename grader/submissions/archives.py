@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from qdot.grader.sandbox.own_folder import make_temporary_folder
+from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, printable_name
 
 MAX_FILES = 10_000

@@ -1,11 +1,14 @@
-"""Converts answers to text: values of Python, SymPy and NumPy, as a student could have typed them.
+"""Convert answers to text: values of Python, SymPy and NumPy, as a student could have typed them.
 
-Unevaluated operations (Derivative, Integral, Determinant) are evaluated.
+Unevaluated operations (Derivative, Integral, Determinant) are evaluated first.
 """
 
 import sys
+import types
 from decimal import Decimal
 from fractions import Fraction
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -13,7 +16,10 @@ import numpy
 import sympy
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .printing import Printer
+_PRINTING_FILE = Path(__file__).parents[3] / "exercises" / "formula" / "printing.py"
+_printing = types.ModuleType("contained.sympy_text")
+SourceFileLoader(_printing.__name__, str(_PRINTING_FILE)).exec_module(_printing)
+"""The printer of `exercises`, loaded from its file, because no other part of qdot is available in this process."""
 
 UNEVALUATED_CLASSES = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
@@ -25,11 +31,14 @@ REFUSED_CLASSES = {
     sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, with abs or sign if needed",
     sympy.Indexed: "qdot doesn't accept IndexedBase; use the problem's symbols, as in theta1 instead of theta[1]",
 }
-"""SymPy's classes that are not accepted as answers, and advice on what to write instead."""
+"""SymPy's classes that are not accepted as answers, each with advice on what to write instead."""
 
 
 def format_value(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
+    """Return a value as the text of an expression; `depth` is that of the lists around it.
+
+    Raises TypeError if the value is not an expression.
+    """
     if depth > 6:
         raise TypeError("lists are nested too deeply")
     if isinstance(value, str):
@@ -85,11 +94,11 @@ def _format_sympy(value: Any, depth: int) -> str:
         lhs, rhs = value.args
         if lhs.shape == rhs.shape:
             return format_value([sympy.Eq(a, b, evaluate=False) for a, b in zip(lhs, rhs, strict=True)], depth + 1)
-    return str(Printer().doprint(value))
+    return str(_printing.FullPrinter().doprint(value))
 
 
 def _evaluate(value: Any) -> Any:
-    """Return a formula with its operations evaluated; unchanged if it has none or SymPy fails."""
+    """Return a formula with its unevaluated operations evaluated; the formula itself if it has none or SymPy fails."""
     if not value.has(*UNEVALUATED_CLASSES):
         return value
     try:
