@@ -1,4 +1,4 @@
-"""Lists the system calls that a notebook may not use, and makes the kernel's filter (seccomp, in classic BPF).
+"""List the system calls that a notebook may not use, and make the kernel's filter (seccomp, in classic BPF).
 
 Calls that NumPy, SymPy and Python need to compute are allowed: files, memory, threads, time. Calls that start programs
 or processes, open sockets, reach other processes, mount file systems, or change the machine fail with EPERM.
@@ -13,11 +13,12 @@ with Path(__file__).with_name("refused_calls.csv").open(encoding="utf-8") as fil
     REFUSED_CALLS = tuple(csv.DictReader(file))
 """The calls that are refused, with their number on each kind of machine; empty if a machine has no such call.
 
-Their groups are: programs and processes (for clone, see below); sockets; ways around a filter; other processes; memory
-that no limit counts or that outlives the process, and resources that the whole machine shares; namespaces and mounts;
-the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files: Landlock
-does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the library
-unreadable for everybody. fallocate is in this group because reserved space that is not written can't be counted there.
+The groups of calls are: programs and processes (for clone, see below); sockets; ways around a filter; other processes;
+memory that no limit counts or that outlives the process, and resources that the whole machine shares; namespaces and
+mounts; the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files:
+Landlock does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the
+library unreadable for everybody. fallocate is in this group, because space that is reserved but not written can't be
+counted.
 """
 
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
@@ -30,7 +31,8 @@ read, whether reading waits, and whether started programs inherit the file."""
 _OWNER_COMMANDS, _LEASE_COMMAND = (8, 10, 15), 1024
 """Refused commands of fcntl: F_SETOWN, F_SETSIG, F_SETOWN_EX; and F_SETLEASE, which makes others wait for a file."""
 _FIRST_UNKNOWN_CALL = 463
-"""The first call of Linux 6.13: some calls since then change file attributes, and nothing needs them."""
+"""The number of the first call that is new in Linux 6.13: some newer calls change file attributes, and Python needs
+none of them."""
 _TMPFILE_FLAG = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
