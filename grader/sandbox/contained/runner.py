@@ -226,7 +226,7 @@ ADVICE_BY_ERROR = {
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer; if the answer is a function, its result instead, or a text without values if `calls` lacks it."""
+    """Return an answer, or its result if the answer is a function; a text without values if `calls` lacks it."""
     if not isinstance(answer, callables.FUNCTION_TYPES):
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
