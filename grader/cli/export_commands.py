@@ -117,9 +117,9 @@ def report(
     Uses the results of the last `qdot grade`; nothing is graded again.
 
     The page shows the distribution of scores, difficulty and discrimination of each part, mistakes and who made them,
-    equal wrong answers with their key for overrides.csv, right answers in unusual forms, whether some variants were
-    harder, late and missing work, and wrong answers that are nearly the same (docs/report.md). With --report, only
-    the named formats are written (docs/export-formats.md).
+    equal wrong answers with their key for overrides.csv, whether some variants were harder, late and missing work, and
+    wrong answers that are nearly the same (docs/report.md). With --report, only the named formats are written
+    (docs/export-formats.md).
 
     Examples:
       qdot report homework

@@ -1,10 +1,8 @@
 """Write the texts of `qdot families` and `qdot robots`: lists of families and robots, and the questions for an arm."""
 
 import textwrap
-from collections.abc import Callable
 from typing import Any
 
-from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.families import FAMILIES, Family
@@ -14,36 +12,35 @@ from qdot.exercises.questions import QUESTIONS
 
 LINE_WIDTH = 100
 
-ARM_KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
-    ("Arms of five to seven joints", lambda chain: chain.n >= 5),
-    ("Wrists", lambda chain: not chain.linear_rows),
-    ("Planar arms", lambda chain: len(chain.linear_rows) < 3),
-    ("Spatial arms with prismatic joints", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
-    ("Spatial arms of revolute joints", lambda _: True),
-)
-"""The kinds of arms, each with a test: the kind of an arm is the first one whose test the arm passes."""
 RANDOM_KIND = "Arms with a random structure"
-"""The kind of the families whose arms have different structures: kinds and arrangements of joints."""
-KIND_ORDER = (
+KINDS = (
     "Planar arms", "Spatial arms of revolute joints", "Spatial arms with prismatic joints", "Wrists",
     "Arms of five to seven joints", RANDOM_KIND,
 )  # fmt: skip
-"""The kinds of arms in the order in which they are listed."""
+"""The kinds of arms, in the order in which they are listed."""
 
 
 def group_families() -> dict[str, list[Family]]:
     """Return the families by kind of arm, in the order in which they are shown."""
-    families_by_kind: dict[str, list[Family]] = {name: [] for name in KIND_ORDER}
+    families_by_kind: dict[str, list[Family]] = {name: [] for name in KINDS}
     for family in FAMILIES.values():
         families_by_kind[_find_kind(family)].append(family)
     return families_by_kind
 
 
 def _find_kind(family: Family) -> str:
+    """Return the kind of a family's arms, one of `KINDS`."""
     if family.has_varied_structure:
         return RANDOM_KIND
     chain = sample_chain(ProblemId(family.name, 0), family)
-    return next(name for name, is_of_kind in ARM_KINDS if is_of_kind(chain))
+    if chain.n >= 5:
+        return "Arms of five to seven joints"
+    if not chain.linear_rows:  # the task has no linear velocities
+        return "Wrists"
+    if len(chain.linear_rows) < 3:
+        return "Planar arms"
+    has_prismatic_joint = any(joint.kind == "P" for joint in chain.joints)
+    return "Spatial arms with prismatic joints" if has_prismatic_joint else "Spatial arms of revolute joints"
 
 
 def describe_families() -> str:

@@ -11,7 +11,7 @@ from qdot.exercises.common.errors import shorten
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.render import render
 from qdot.grader.diagnosis import similar
-from qdot.grader.diagnosis.similar import CanonicalForm, SimilarPair
+from qdot.grader.diagnosis.similar import SimilarPair
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
@@ -25,10 +25,6 @@ from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, co
 
 MAX_CHARTED_MISTAKES = 15
 """Maximum number of mistakes in the chart; the table has all of them."""
-MAX_UNUSUAL_FORMS = 2
-"""Maximum number of unusual forms shown for a part."""
-MAX_UNUSUAL_SIMILARITY = 0.5
-"""A correct answer has an unusual form if it shares at most this fraction of its pieces with the reference."""
 MAX_PAIRS = 30
 """Maximum number of pairs of nearly identical answers that are shown."""
 MAX_GROUPS = 20
@@ -58,10 +54,6 @@ class StudentWork:
         """The answer as the page shows it; a long text is shortened."""
         return replace(show_answer(self.problem, self.part, self.answer), text=_shorten(self.answer))
 
-    def parse(self, text: str) -> CanonicalForm | None:
-        """Parse a text as an answer; return the canonical form that is compared, None if there is no such form."""
-        return similar.canonical_form(read_answer(self.problem, self.part, text))
-
 
 @dataclass(frozen=True)
 class GroupsOfPart:
@@ -70,16 +62,6 @@ class GroupsOfPart:
     name: str
     groups: Sequence[tuple[class_view.AnswerGroup, ShownAnswer]]
     omitted_groups: Sequence[class_view.AnswerGroup]
-
-
-@dataclass(frozen=True)
-class UnusualForm:
-    """A correct answer to a part in an unusual form, a student who wrote it, and the number of such students."""
-
-    part: str
-    answer: ShownAnswer
-    student: str
-    count: int
 
 
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -114,7 +96,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         scores=scores, parts=parts, titles={part.name: part.title for part in parts},
         outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons,
         few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
-        groups=_group_answers(results, work_by_part), unusual=_find_unusual_forms(work_by_part), visible=make_visible,
+        groups=_group_answers(results, work_by_part), visible=make_visible,
         has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
         not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=pairs, max_pairs=MAX_PAIRS,
         without_attempt=class_view.find_students_without_attempt(results),
@@ -164,26 +146,6 @@ def _compare_variants(
     return correct_p_values(comparisons)
 
 
-def _find_unusual_forms(work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[UnusualForm]:
-    """Return correct answers whose form differs most from the reference, for each part the most unusual first."""
-    forms = []
-    for name, works in work_by_part.items():
-        by_form: dict[str, tuple[float, StudentWork, int]] = {}
-        for work in works:
-            if work.result.outcome is not Outcome.CORRECT or work.part.type not in COMPARED_TYPES:
-                continue
-            answer, reference = work.parse(work.answer), work.parse(work.part.answer.code())
-            if answer is None or reference is None:
-                continue
-            similarity = similar.compute_similarity(answer, reference)
-            if similarity <= MAX_UNUSUAL_SIMILARITY:
-                entry = by_form.get(answer.text, (similarity, work, 0))
-                by_form[answer.text] = (*entry[:2], entry[2] + 1)
-        most_unusual = sorted(by_form.values(), key=lambda form: (form[0], form[1].student))[:MAX_UNUSUAL_FORMS]
-        forms += [UnusualForm(name, work.shown_answer, work.student, count) for _, work, count in most_unusual]
-    return forms
-
-
 def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[tuple[str, SimilarPair]]:
     """Return pairs of nearly identical wrong answers with their part, unless a known mistake explains the answers."""
     pairs: list[tuple[str, SimilarPair]] = []
@@ -193,9 +155,10 @@ def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> 
             is_explained = work.result.mistake is not None or work.result.followed_from is not None
             if is_explained or work.result.outcome not in WRONG_OR_PARTIAL or work.part.type not in COMPARED_TYPES:
                 continue
-            if (answer := work.parse(work.answer)) is not None:
+            canonical_form = similar.canonical_form(read_answer(work.problem, work.part, work.answer))
+            if canonical_form is not None:
                 reference = work.part.answer.code()
-                wrong_answers.append(similar.StudentAnswer(work.student, work.answer, answer, reference))
+                wrong_answers.append(similar.StudentAnswer(work.student, work.answer, canonical_form, reference))
         pairs += [(name, pair) for pair in similar.find_similar_pairs(wrong_answers, max_common_count=max_common_count)]
     return pairs
 

@@ -73,6 +73,10 @@ def _connect_abstract(targets: dict[str, Any]) -> None:
         unix_socket.connect(targets["abstract"])
 
 
+def _connect_to_port(targets: dict[str, Any]) -> None:
+    socket.create_connection(("127.0.0.1", targets["port"]), timeout=2)
+
+
 def _send_datagram(targets: dict[str, Any]) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as datagram_socket:
         datagram_socket.sendto(b"x", ("127.0.0.1", targets["port"]))
@@ -120,17 +124,11 @@ ATTEMPTS = (
     Attempt("files", "changed permissions in another folder", lambda targets: os.chmod(targets["file"], 0o600)),
     Attempt("files", "changed the permissions of a library", _alter_library),
     Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),
-    Attempt(
-        "network", "connected to a port of this machine",
-        lambda targets: socket.create_connection(("127.0.0.1", targets["port"]), timeout=2),
-    ),
+    Attempt("network", "connected to a port of this machine", _connect_to_port),
     Attempt("network", "sent a datagram", _send_datagram),
     Attempt("network", "connected to a socket of this machine", _connect_abstract),
     Attempt("processes", "sent a signal to the grader", _signal_grader),
-    Attempt(
-        "memory", "got more memory than its limit",
-        lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES),
-    ),
+    Attempt("memory", "got more memory than its limit", lambda targets: mmap.mmap(-1, targets["memory"] + 8_000_000)),
     Attempt("memory", "got memory that no limit counts", _share_memory),
     Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
     Attempt("processes", "traced the grader", _trace_grader),

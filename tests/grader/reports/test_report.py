@@ -227,9 +227,6 @@ def test_the_page(assignment: Assignment) -> None:
     assert chart == charts.draw_histogram([1, 0, 0, 0, 0, 1, 0, 0, 0, 1], 51.7, 55.0) and "var(--bar)" in chart
     assert not re.search(r"#[0-9a-f]{6}\b|font-family|<style|xlink", chart)
     assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2)" in page.text
-    forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
-    assert "p1.determinant" in forms and "theta1 - theta1 + 1" in forms
-    assert "p1.position" not in forms  # written as the reference is
     results[1] = change(results[1], "p1.jacobian", mistake="sine-for-cosine")
     assert "(s1) and Emmy (s2)" not in Page(make_class_page(assignment, results)).text
 
@@ -296,11 +293,3 @@ def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path)
     assert "assignment.toml has changed since the grading" in fails("report", folder)
     (folder / "assignment.toml").write_text(toml)
     assert load_assignment(folder).slots[0].points == (1, 2, 1)
-
-
-def test_so_many_unusual_forms_of_an_answer_are_shown(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    results = a_graded_class(assignment)
-    shown = "Right answers in unusual forms"
-    assert "theta1 - theta1 + 1" in Page(make_class_page(assignment, results)).text.split(shown)[1]
-    monkeypatch.setattr("qdot.grader.reports.class_page.MAX_UNUSUAL_FORMS", 0)
-    assert "theta1 - theta1 + 1" not in Page(make_class_page(assignment, results)).text.split(shown)[-1]
