@@ -12,7 +12,7 @@ import typer
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import BankVariationOption, note, say, show_progress
+from qdot.exercises.common.console import BankVariationOption, check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
@@ -153,9 +153,8 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
             banks = ", ".join(name for name, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
             advice = f"for {name}, set the variation in assignment.toml"
             raise QdotError(f"--variation applies to question banks only ({banks}); {advice}")
-    for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
-        if value not in choices:
-            raise make_name_error(description, value, list(choices))
+    check_choice(sheet, tuple(SHEET_KINDS), "sheet")
+    check_choice(page, tuple(PAPER_SIZES), "page size")
 
 
 def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -> dict[str, str]:

@@ -17,14 +17,13 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.console import VariationOption, check_choice, note, say, show_progress, show_status
+from qdot.exercises.common.console import VariationOption, check_choice, note, say, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import find_listing, look_up_family, sample_chain, select_quiz_questions
+from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
-from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import QUIZZES
 from qdot.grader.cli.options import ConventionOption, JsonOption, TwistOrderOption, name_argument, name_option
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
@@ -105,9 +104,12 @@ def families(
             raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:
         family = _find_family(name)
-        _derive_questions(family, convention)
-        row = {**_family_as_json(family, convention), "refused": list_refusals(family, convention)} if as_json else {}
-        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else describe_family(family, convention))
+        with show_status(f"finding the questions for {family.name}"):  # takes a minute for long arms
+            text = describe_family(family, convention)
+            if as_json:
+                row = {**_family_as_json(family, convention), "refused": list_refusals(family, convention)}
+                text = json.dumps(row, ensure_ascii=False, indent=1)
+        say(text)
     elif as_json:
         say(json.dumps([_family_as_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
@@ -123,21 +125,6 @@ def _find_family(name: str) -> Family:
             note(message)
         return read_robot_family(path, robot)
     return look_up_family(name)
-
-
-def _derive_questions(family: Family, convention: str) -> None:
-    """Find out which questions apply to a family's arm, with a progress bar; the answers are cached for later calls.
-
-    This takes a minute for long arms. A registered family in its default convention needs no search: its questions are
-    listed in a file.
-    """
-    if family.has_varied_structure or not (family.robot_argument or convention):
-        return
-    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    with show_progress(f"finding the questions for {family.name}", len(QUESTIONS)) as counter:
-        for question in QUESTIONS.values():
-            question.find_obstacle(chain)
-            counter.step()
 
 
 def _family_as_json(family: Family, convention: str = "") -> dict[str, Any]:

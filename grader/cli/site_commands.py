@@ -11,8 +11,8 @@ import typer
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import SiteVariationOption, note, say, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
+from qdot.exercises.common.console import SiteVariationOption, check_choice, note, say, show_progress
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -66,8 +66,8 @@ def build_site(
       qdot site build --assignment homework --out course-site
           variants of your own assignment
     """
-    if feedback and feedback not in FEEDBACK:
-        raise make_name_error("level of feedback", feedback, list(FEEDBACK))
+    if feedback:
+        check_choice(feedback, FEEDBACK, "level of feedback")
     if assignment is None:
         names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         chapters = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]

@@ -74,7 +74,10 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         if metadata.get("grade"):
             row = unplaced_marks.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
-                raise QdotError(f"{metadata['grade_id']}: {_describe_mismatch(row)}")
+                reason = f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
+                if row is not None and row.points is None:
+                    reason = f"there is no mark, because qdot failed: {row.message}"
+                raise QdotError(f"{metadata['grade_id']}: {reason}")
             cell["outputs"] = make_outputs(row)
         elif metadata.get("solution"):
             row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
@@ -87,12 +90,6 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
 MAX_LINE_LENGTH = 76
 """Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
 GENERATE_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
-
-
-def _describe_mismatch(row: PartRow | None) -> str:
-    if row is not None and row.points is None:
-        return f"there is no mark, because qdot failed: {row.message}"
-    return f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
 
 
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_notebook
@@ -38,7 +39,7 @@ class Marks(AbstractOtterPlugin):
         _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
-            with _work_elsewhere():
+            with _work_in_empty_folder():
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
@@ -71,15 +72,11 @@ def _remove_all_but(kept_paths: set[Path]) -> None:
 
 
 @contextlib.contextmanager
-def _work_elsewhere() -> Iterator[None]:
+def _work_in_empty_folder() -> Iterator[None]:
     """Run the block in a new, empty folder; new processes don't import modules from their working folder."""
-    previous_value = os.environ.get("PYTHONSAFEPATH")
-    os.environ["PYTHONSAFEPATH"] = "1"
-    try:
-        with tempfile.TemporaryDirectory(prefix="qdot-otter-") as empty_folder, contextlib.chdir(empty_folder):
-            yield
-    finally:
-        if previous_value is None:
-            del os.environ["PYTHONSAFEPATH"]
-        else:
-            os.environ["PYTHONSAFEPATH"] = previous_value
+    with (
+        tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder,
+        contextlib.chdir(folder),
+        mock.patch.dict(os.environ, PYTHONSAFEPATH="1"),
+    ):
+        yield

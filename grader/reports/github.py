@@ -6,9 +6,11 @@ for markup.
 """
 
 import re
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import shorten
@@ -35,37 +37,22 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
 
     If the summary would be too large, it shows the parts of the first students, and the number of the other students.
     """
-    table_results = results if len(results) > 1 else []
-    detailed_results = list[Result]()
-    size = _measure_summary(assignment, table_results, [], len(results))
-    if size > MAX_SUMMARY_BYTES:
+    table_rows = [(result, work_status(result), "; ".join(list_staff_notes(result))) for result in results]
+    texts: dict[str, Any] = {"title": assignment.title, "students": table_rows if len(results) > 1 else []}
+
+    def render_summary(count: int) -> str:
+        """Return the summary with the parts of the first `count` students."""
+        sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]]
+        texts.update(sections=sections, left_out=len(results) - count)
+        return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
+
+    def measure_summary(count: int) -> int:
+        return len(render_summary(count).encode())
+
+    if measure_summary(0) > MAX_SUMMARY_BYTES:
         return render("reports/github-short.md.j2", title=_escape_markdown(assignment.title), count=len(results))
-    for result in results:
-        size += _measure_summary(assignment, [result], [result]) - _measure_summary(assignment, [result], [])
-        if size > MAX_SUMMARY_BYTES:
-            break
-        detailed_results.append(result)
-    return _render_summary(assignment, table_results, detailed_results, len(results) - len(detailed_results))
-
-
-def _measure_summary(
-    assignment: Assignment, table_results: Sequence[Result], detailed_results: Sequence[Result], left_out: int = 0
-) -> int:
-    """Return the size of a summary in bytes."""
-    return len(_render_summary(assignment, table_results, detailed_results, left_out).encode())
-
-
-def _render_summary(
-    assignment: Assignment, table_results: Sequence[Result], detailed_results: Sequence[Result], left_out: int
-) -> str:
-    """Return a summary with a table of some results and the parts of some results.
-
-    `left_out` is the number of students whose parts are left out.
-    """
-    rows = [(result, work_status(result), "; ".join(list_staff_notes(result))) for result in table_results]
-    sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in detailed_results]
-    texts = {"title": assignment.title, "students": rows, "sections": sections, "left_out": left_out}
-    return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
+    largest_count = bisect_right(range(len(results) + 1), MAX_SUMMARY_BYTES, key=measure_summary) - 1
+    return render_summary(largest_count)
 
 
 def _escape_markdown(text: str) -> str:

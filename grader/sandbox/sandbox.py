@@ -490,7 +490,9 @@ def _exchange_with_child(
         raise _NotebookNotStarted(str(greeting["failed"])[:300])
     if not greeting.get("confined"):
         raise QdotError(f"a notebook was not run because it could not be isolated: {greeting.get('unprotected')}")
-    _write_all(receipts, (json.dumps(request) + "\n").encode())
+    # If the child has died, the end of its report shows that.
+    with contextlib.suppress(BrokenPipeError), open(receipts, "wb", closefd=False) as pipe:
+        pipe.write((json.dumps(request) + "\n").encode())
     if isinstance(lines.next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted
     os.set_blocking(receipts, False)
@@ -501,9 +503,3 @@ def _exchange_with_child(
         with contextlib.suppress(OSError):  # the child may have ended, or may no longer read receipts
             os.write(receipts, b".")
     return line
-
-
-def _write_all(descriptor: int, data: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError):  # if the child has died, the end of its report shows that
-        while data:
-            data = data[os.write(descriptor, data) :]

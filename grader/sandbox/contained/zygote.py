@@ -24,7 +24,6 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -171,7 +170,8 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
         with contextlib.suppress(ConnectionError):  # raised if the grader ended and left something unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
-                _close_descriptors(child.pipes)
+                for descriptor in child.pipes:
+                    os.close(descriptor)
                 _watch_until_request(control, measures, child)
                 while (request := control.recv(1)) == b"t":
                     _reply(control, {"used": _read_processor_time(child.pid)})
@@ -207,11 +207,6 @@ def _read_processor_time(pid: int) -> float:
         return 0.0
 
 
-def _close_descriptors(descriptors: Iterable[int]) -> None:
-    for descriptor in descriptors:
-        os.close(descriptor)
-
-
 def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Child:
     """Fork a child with a separate namespace, folder and pipes; `namespace` is a descriptor of this process's own."""
     inbox, to_child = os.pipe()
@@ -224,7 +219,8 @@ def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Chil
     pid = os.fork()
     if pid == 0:
         _run_child(measures, folder, parent_pid, inbox, outbox)
-    _close_descriptors((inbox, outbox))
+    os.close(inbox)
+    os.close(outbox)
     return _Child(pid, folder, (to_child, from_child))
 
 
