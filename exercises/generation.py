@@ -283,7 +283,7 @@ def _make_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | Non
     return tuple(parts)
 
 
-def student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
+def make_student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
     """Return the id of a student's problem in one slot of an assignment: `problem` with the student's own seed.
 
     Without the secret, nobody can guess it. It doesn't depend on other students, so a student who joins later changes

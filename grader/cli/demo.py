@@ -23,7 +23,7 @@ from qdot.grader.cli.export_commands import report
 from qdot.grader.cli.grade_command import grade
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.history import read_last_results
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.sandbox.sandbox import check_system
 
 TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
@@ -150,7 +150,7 @@ def demo(
     scores = [f"{result.score:5.1f} of {result.max_score:g}" for result in results]
     say(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(scores[0])}}  status")
     for student, score, result in zip(assignment.roster, scores, results, strict=True):
-        say(f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score}  {work_status(result)}")
+        say(f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score}  {find_work_status(result)}")
     say(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     if missing_message := explain_missing("report", "the report of the class", "matplotlib"):
         note(missing_message)

@@ -20,7 +20,7 @@ from qdot.grader.grading.history import describe_mark_changes, read_previous_res
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, list_staff_notes, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, find_work_status, list_staff_notes
 from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, SubmissionFolder, find_submissions, open_submissions
@@ -94,7 +94,7 @@ def grade(
         result = _grade_student(assignment, submissions, student, received, limits)
         results = [result]
         points = f"{format_points(result.score)} of {format_points(result.max_score)} points"
-        summary = f"{result.student}: {work_status(result)}, {points}"
+        summary = f"{result.student}: {find_work_status(result)}, {points}"
     else:
         source = submissions or folder / "submitted"
         earlier_results, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
@@ -194,11 +194,11 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 def _check_graded(results: list[Result]) -> None:
     """Print a note on the students who exceeded a limit. Raises QdotError if qdot failed to grade any student."""
-    over_limit = [result.student for result in results if work_status(result) == "over limit"]
+    over_limit = [result.student for result in results if find_work_status(result) == "over limit"]
     if over_limit:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
         note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
-    if any(work_status(result) == "ungraded" for result in results):
+    if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")
 
@@ -226,8 +226,10 @@ def _print_staff_notes(results: list[Result]) -> None:
 
 def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str:
     """Return a line that summarises the results; `ownerless_count` is the number of files without a certain owner."""
-    phrases = [", ".join(f"{count} {status}" for status, count in Counter(map(work_status, results)).items())]
-    marked_results = [result for result in results if result.submission and work_status(result) not in UNMARKED_STATES]
+    states = list(map(find_work_status, results))
+    phrases = [", ".join(f"{count} {state}" for state, count in Counter(states).items())]
+    pairs = zip(results, states, strict=True)
+    marked_results = [result for result, state in pairs if result.submission and state not in UNMARKED_STATES]
     if marked_results:
         phrases.append(f"mean {fmean(result.percent for result in marked_results):.1f} % of submitted work")
     if overridden_count := sum(map(count_overridden, results)):

@@ -22,22 +22,22 @@ def name_argument(metavar: str, help: str, *names: Names, suffix: str = "") -> A
     return typer.Argument(metavar=metavar, help=help, autocompletion=complete_names(*names, suffix=suffix))
 
 
-def _convention_option(default: str) -> Any:
+def _make_convention_option(default: str) -> Any:
     choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
     return name_option(f"How arms are described: {choices}.", "--convention", names=CONVENTIONS)
 
 
-def _twist_order_option(default: str) -> Any:
+def _make_twist_order_option(default: str) -> Any:
     text = f"Order of twists, for screw axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}."
     return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
 DEFAULT_FROM_ID = "that of the problem's id, else "
 """The beginning of a default value in help texts, for an option that a problem's id can also set."""
-ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
-TwistOrderOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
-SiteConventionOption = Annotated[str, _convention_option("")]
-SiteTwistOrderOption = Annotated[str, _twist_order_option("")]
+ConventionOption = Annotated[str, _make_convention_option(DEFAULT_FROM_ID)]
+TwistOrderOption = Annotated[str, _make_twist_order_option(DEFAULT_FROM_ID)]
+SiteConventionOption = Annotated[str, _make_convention_option("")]
+SiteTwistOrderOption = Annotated[str, _make_twist_order_option("")]
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]

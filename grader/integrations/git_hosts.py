@@ -50,11 +50,11 @@ class Host:
     list_pushes: Callable[["Host", str, str], Iterator[Push]]
     token: str = field(repr=False)
 
-    def repository_url(self, repository: str) -> str:
+    def make_repository_url(self, repository: str) -> str:
         """Return the address of a repository for git."""
         return f"{self.server_url}/{repository}.git"
 
-    def git_environment(self) -> dict[str, str]:
+    def make_git_environment(self) -> dict[str, str]:
         """Return the environment variables that pass the token to git, so that no argument and no file contains it.
 
         Git is set not to prompt for a password, and not to fetch large files (LFS).

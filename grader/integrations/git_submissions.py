@@ -146,7 +146,7 @@ def _collect_one(
     cutoff, folder = find_cutoff(assignment, student), parent / student.id
     row = {"counts_until": "" if cutoff is None else cutoff.isoformat()}
     try:
-        head = _run_git(host, "ls-remote", "--symref", host.repository_url(repository), "HEAD").split()
+        head = _run_git(host, "ls-remote", "--symref", host.make_repository_url(repository), "HEAD").split()
         if head[:1] != ["ref:"]:
             raise _NothingToGrade("nothing was pushed to it")
         row["branch"] = head[1].removeprefix("refs/heads/")
@@ -192,7 +192,7 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
     folder.mkdir()
     _run_git(host, *safe_options, "init", "--quiet")
     try:
-        _run_git(host, *safe_options, "fetch", *fetch_options, host.repository_url(repository), push.commit)
+        _run_git(host, *safe_options, "fetch", *fetch_options, host.make_repository_url(repository), push.commit)
     except _HostUnreachable as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
             raise _NothingToGrade(f"the commit that counts no longer exists: {error}") from None
@@ -211,7 +211,7 @@ def _run_git(host: Host, *arguments: str, **environment: str) -> str:
     """
     try:
         process = subprocess.run(
-            ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
+            ["git", *arguments], env={**host.make_git_environment(), **environment}, stdin=subprocess.DEVNULL,
             capture_output=True, text=True, errors="replace", timeout=GIT_TIMEOUT,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
@@ -269,7 +269,7 @@ def _push_folder(host: Host, repository: str, folder: str) -> None:
     _run_git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK_BRANCH}")
     _run_git(host, "-C", folder, "add", "--all")
     _run_git(host, "-C", folder, *author, "commit", "--quiet", "--message", "Feedback", **times)
-    target = (host.repository_url(repository), f"HEAD:refs/heads/{FEEDBACK_BRANCH}")
+    target = (host.make_repository_url(repository), f"HEAD:refs/heads/{FEEDBACK_BRANCH}")
     _run_git(host, "-C", folder, "push", "--quiet", "--force", *target)
 
 

@@ -22,8 +22,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.marking import format_points
-from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
-from qdot.grader.reports.rows import only_result
+from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, make_gradescope_results
+from qdot.grader.reports.rows import get_only_result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
@@ -54,8 +54,8 @@ def grade_submission(
     if deadline is not None:
         student = replace(student, due_date=deadline)
     files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
-    result = only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
-    return gradescope_results(result, assignment.feedback, visibility)
+    result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
+    return make_gradescope_results(result, assignment.feedback, visibility)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:

@@ -29,8 +29,8 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     unplaced_marks, restored_cells = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for index, cell in enumerate(cells):
-        name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
-        part = _metadata_text(cell["metadata"].get("qdot"), "part")
+        name = _read_metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
+        part = _read_metadata_text(cell["metadata"].get("qdot"), "part")
         answer_name = make_grade_id(part) if part in points else name.removesuffix(ANSWER_SUFFIX)
         if name in marks and cell["source"].strip() == marks[name]["source"]:
             continue
@@ -44,7 +44,7 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     return [*restored_cells, *unplaced_marks.values()]
 
 
-def _metadata_text(metadata: object, name: str) -> str:
+def _read_metadata_text(metadata: object, name: str) -> str:
     return str(metadata.get(name, "")) if isinstance(metadata, dict) else ""
 
 

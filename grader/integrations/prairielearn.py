@@ -44,7 +44,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     `folder` is the folder of the assignment among the server's course files.
     """
     assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
-    seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
+    seeds = json.loads((_find_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.problem_of_seed(int(seed))
     figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
@@ -80,7 +80,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
-    problem, assignment = _load_problem(data, folder, slot), load_assignment(_assignment_folder(data, folder))
+    problem, assignment = _load_problem(data, folder, slot), load_assignment(_find_assignment_folder(data, folder))
     texts = {part.name: part.answer.accept(_TypedAnswerVisitor(data, part)) for part in problem.parts}
     answers = {name: text for name, text in texts.items() if text}
     verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
@@ -114,12 +114,12 @@ def _compute_scores(part: Part, verdict: Verdict, shows_entries: bool) -> Prairi
 # --- a variant ---
 
 
-def _assignment_folder(data: PrairieLearnData, folder: str) -> Path:
+def _find_assignment_folder(data: PrairieLearnData, folder: str) -> Path:
     return Path(data["options"]["server_files_course_path"]) / folder
 
 
 def _load_slot_and_hints(data: PrairieLearnData, folder: str, slot: str) -> tuple[Slot, bool]:
-    assignment = load_assignment(_assignment_folder(data, folder))
+    assignment = load_assignment(_find_assignment_folder(data, folder))
     return next(candidate for candidate in assignment.slots if candidate.name == slot), assignment.hints
 
 

@@ -60,7 +60,7 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     if text == FUNCTION_TEXT:
         return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
-        options = _chosen_options(problem, part, text)
+        options = _write_chosen_options(problem, part, text)
         return ShownAnswer("" if options and len(text) == 1 else visible_text, options)
     if part.type not in FORMULA_TYPES or len(text) > MAX_CHARACTERS:
         return ShownAnswer(visible_text)
@@ -105,7 +105,7 @@ def _shorten_mathml(text: str) -> str:
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", text.replace(_NAMESPACE, "", 1))
 
 
-def _chosen_options(problem: Problem, part: Part, text: str) -> str:
+def _write_chosen_options(problem: Problem, part: Part, text: str) -> str:
     """Return, as HTML, the options that a student chose, with their letters (and items in a matching question)."""
     indices, items = list(read_answer(problem, part, text).chosen), part.answer.matched_items
     prefixes = [f"{item}: " for item in items]

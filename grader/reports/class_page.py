@@ -19,7 +19,7 @@ from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts, class_view
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.tables import UNMARKED_STATES, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
@@ -74,7 +74,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     comparisons = _compare_variants(assignment, results, problems)
     names = [part.name for part in parts]
     work_by_part = {name: _collect_work(name, results, problems) for name in names}
-    states = Counter(map(work_status, results))
+    states = Counter(map(find_work_status, results))
     pairs = _find_similar_answers(work_by_part)
     overrides = [(result.student, name, line) for result in results for name, line in result.overrides.items()]
     outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOMES.items()}

@@ -14,7 +14,7 @@ from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.tables import UNMARKED_STATES, is_marked, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, is_marked
 from qdot.grader.statistics.statistics import Interval, discrimination, reliability
 
 
@@ -198,7 +198,7 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
 
 @dataclass(frozen=True)
 class LateOrMissing:
-    """A student who has no mark or was late: the state of the work, as in `work_status`, and the reason."""
+    """A student who has no mark or was late: the state of the work, as in `find_work_status`, and the reason."""
 
     result: Result
     status: str
@@ -214,7 +214,7 @@ def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
     """Return the students who have no mark or were late, with the reasons."""
     rows = []
     for result in results:
-        state, late = work_status(result), result.late
+        state, late = find_work_status(result), result.late
         if state == "graded":
             continue
         reason = ""

@@ -14,7 +14,7 @@ from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.charts import OUTCOMES
 from qdot.grader.reports.class_view import summarize_parts
-from qdot.grader.reports.tables import Cell, grades_table, is_marked
+from qdot.grader.reports.tables import Cell, is_marked, make_grades_table
 
 CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The creation time recorded in every workbook; the time is constant so that the same results give the same bytes."""
@@ -32,7 +32,7 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
         formats = {"head": book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})}
         formats["points"] = book.add_format({"num_format": "0.####"})
         formats["percent"] = book.add_format({"num_format": "0.0"})
-        header, rows = grades_table(results, assignment.roster)
+        header, rows = make_grades_table(results, assignment.roster)
         mark_columns = [column for column, name in enumerate(header) if name in ("score", "percent")]
         for row, result in zip(rows, results, strict=True):
             for column in () if is_marked(result, count_zero=True) else mark_columns:

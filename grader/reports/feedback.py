@@ -99,7 +99,7 @@ class ProblemOnPage:
     parts: tuple[PartOnPage, ...]
 
 
-def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
+def compute_page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
     content = [PAGE_VERSION, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
@@ -118,7 +118,7 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         notes, first_parts = [ALL_UNANSWERED, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
-        made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
+        made_from=compute_page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
         obstacle=make_visible(result.obstacle or ""), notes=notes, first_parts=first_parts,
         overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
     )  # fmt: skip

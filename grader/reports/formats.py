@@ -17,7 +17,7 @@ from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.gradebooks import make_canvas_csv, make_moodle_csv, note_unmarked
-from qdot.grader.reports.tables import grades_csv
+from qdot.grader.reports.tables import make_grades_csv
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ FORMATS = {
     report_format.name: report_format
     for report_format in (
         ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
-                     lambda assignment, results: grades_csv(results, assignment.roster)),
+                     lambda assignment, results: make_grades_csv(results, assignment.roster)),
         ReportFormat("json", "All results, as one list", "programs", "our JSON Schema", _write_results_json),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
-                     "junitparser", junit.junit_xml),
+                     "junitparser", junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
                      "markdown-it, by the rules for workflow commands", github.make_summary,
                      make_printed_text=github.make_annotations),

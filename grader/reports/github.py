@@ -20,7 +20,7 @@ from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import list_notes, make_rows
-from qdot.grader.reports.tables import UNMARKED_STATES, list_staff_notes, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, list_staff_notes
 
 MAX_ANNOTATIONS = 10
 """Maximum number of annotations of each kind, errors and warnings."""
@@ -37,7 +37,7 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
 
     If the summary would be too large, it shows the parts of the first students, and the number of the other students.
     """
-    table_rows = [(result, work_status(result), "; ".join(list_staff_notes(result))) for result in results]
+    table_rows = [(result, find_work_status(result), "; ".join(list_staff_notes(result))) for result in results]
     texts: dict[str, Any] = {"title": assignment.title, "students": table_rows if len(results) > 1 else []}
 
     def render_summary(count: int) -> str:
@@ -88,8 +88,8 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
         titles = [f"{row.part}: {row.points_text}" for row in rows]
         messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]
     else:
-        results = [result for result in results if work_status(result) in ("unusable", *UNMARKED_STATES)]
-        kinds = ["error" if work_status(result) == "ungraded" else "warning" for result in results]
+        results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATES)]
+        kinds = ["error" if find_work_status(result) == "ungraded" else "warning" for result in results]
         titles = [result.student for result in results]
         messages = ["; ".join(list_staff_notes(result)) for result in results]
     annotations = list(map(Annotation, kinds, titles, messages))

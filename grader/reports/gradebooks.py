@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import escape_formula, is_marked, work_status
+from qdot.grader.reports.tables import escape_formula, find_work_status, is_marked
 
 KINDS_BY_TIME = {"Current": "Score Points Grade", "Final": "Score Points Grade", "Override": "Score Grade Status"}
 RESERVED_WORDS = tuple(f"{time} {kind}" for time, kinds in KINDS_BY_TIME.items() for kind in kinds.split())
@@ -33,8 +33,8 @@ _PLAIN_NUMBER = re.compile(r"[+-]?[\d .]*")
 
 def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
     """Return a note on the students without a mark, with the reasons."""
-    unmarked_students = [f"{result.student} ({work_status(result)})" for result in results if not is_marked(result)]
-    return [f"no mark for {', '.join(unmarked_students)}"] if unmarked_students else []
+    reasons = [f"{result.student} ({find_work_status(result)})" for result in results if not is_marked(result)]
+    return [f"no mark for {', '.join(reasons)}"] if reasons else []
 
 
 # --- Canvas ---

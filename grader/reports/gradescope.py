@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.result import Lateness, MarkingVersions, Result
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import list_notes, make_rows, only_result
+from qdot.grader.reports.rows import get_only_result, list_notes, make_rows
 from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
@@ -64,10 +64,10 @@ class GradescopeResults:
 
 def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json for the only student, with every test visible. Raises QdotError for several students."""
-    return gradescope_results(only_result(results, "gradescope"), assignment.feedback).text
+    return make_gradescope_results(get_only_result(results, "gradescope"), assignment.feedback).text
 
 
-def gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
+def make_gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
     """Return the contents of results.json at a level of feedback; `visibility` says when students see the tests."""
     staff_notes, tests = tuple(list_staff_notes(result)), list[PartTest]()
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)

@@ -15,7 +15,7 @@ from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import PartRow, make_rows
 
 
-def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
+def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the text of the XML file, with a test suite for every student."""
     student_rows = [(result, make_rows(result)) for result in results]
     all_rows = [row for _, rows in student_rows for row in rows]

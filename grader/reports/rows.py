@@ -11,7 +11,7 @@ from qdot.exercises.short_questions import ASKED
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import AppliedOverride, Result
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.tables import UNMARKED_STATES, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
@@ -55,11 +55,11 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     return rows
 
 
-def only_result(results: Sequence[Result], report_format: str) -> Result:
+def get_only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {report_format} contains only one student; add --student ID")
-    if (state := work_status(results[0])) in UNMARKED_STATES:
+    if (state := find_work_status(results[0])) in UNMARKED_STATES:
         cause = "qdot failed on an answer" if state == "ungraded" else "an answer or the notebook exceeded a limit"
         raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
     return results[0]

@@ -17,7 +17,7 @@ FORMULA_FIRST_CHARACTERS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """First characters of a cell that a spreadsheet may parse as a formula, including East Asian full-width signs."""
 
 
-def results_jsonl(results: Sequence[Result]) -> bytes:
+def make_results_jsonl(results: Sequence[Result]) -> bytes:
     """Return a line of JSON for each student, as UTF-8 bytes; for a large class, bytes need less memory than text."""
     content = io.BytesIO()
     for result in results:
@@ -30,18 +30,18 @@ Cell = str | float | None
 """A cell of a table: a text, a number, or None if it is empty."""
 
 
-def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
+def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     """Return grades.csv: columns that identify the student, a column for each part, and columns for the total.
 
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
     If a student has no mark, score and percent are empty.
     """
-    header, rows = grades_table(results, roster)
+    header, rows = make_grades_table(results, roster)
     texts = ([_format_cell(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
     return csv_text([header, *texts])
 
 
-def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
+def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
     columns = [name for name, _ in roster[0].other_columns]
@@ -50,8 +50,8 @@ def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_columns)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (None, None) if work_status(result) in UNMARKED_STATES else (result.score, result.percent)
-        sums = [score, result.max_score, percent, work_status(result), _compute_late_penalty(result)]
+        score, percent = (None, None) if find_work_status(result) in UNMARKED_STATES else (result.score, result.percent)
+        sums = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
         notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
@@ -71,7 +71,7 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
     has a mark.
     """
-    state, counts_anyway = work_status(result), count_zero or count_overridden(result) > 0
+    state, counts_anyway = find_work_status(result), count_zero or count_overridden(result) > 0
     return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
 
 
@@ -79,7 +79,7 @@ UNMARKED_STATES = ("ungraded", "over limit")
 """States of work that has no mark until a person sets one."""
 
 
-def work_status(result: Result) -> str:
+def find_work_status(result: Result) -> str:
     """Return the state of a student's work.
 
     - "missing": nothing was submitted
@@ -137,7 +137,7 @@ def _compute_late_penalty(result: Result) -> float | None:
 
 def list_staff_notes(result: Result) -> list[str]:
     """Return the notes on a submission for the staff, for example why it is unusable or whose notebook it is."""
-    obstacles = [result.obstacle] if result.obstacle is not None and work_status(result) == "unusable" else []
+    obstacles = [result.obstacle] if result.obstacle is not None and find_work_status(result) == "unusable" else []
     return [*obstacles, *result.staff_notes]
 
 

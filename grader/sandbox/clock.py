@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
+from qdot.exercises.common.time_limit import OutOfTime, time_limit
 
 
 class Budget:
@@ -26,11 +26,10 @@ class Budget:
         if self.remaining_seconds <= 0:
             raise OutOfTime
         start_time, mpmath_precision = time.process_time(), mpmath.mp.prec
-        watchdog = Watchdog(self.remaining_seconds)
         try:
-            yield
+            with time_limit(self.remaining_seconds):
+                yield
         finally:
-            end_watchdog(watchdog)
             self.remaining_seconds -= time.process_time() - start_time
             mpmath.mp.prec = mpmath_precision  # interrupted code may not have restored it
 

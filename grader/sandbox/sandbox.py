@@ -145,7 +145,7 @@ def _replace_surrogates(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _printable_error(message: object) -> str:
+def _make_printable(message: object) -> str:
     """Return a notebook's error message as one line without control characters."""
     line = (" " if character.isspace() else character for character in str(message)[:MAX_ERROR_LENGTH])
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in line)
@@ -243,16 +243,16 @@ class Sandbox:
                     run.unreadable_reasons.pop(name, None)
                     run.earlier_values.setdefault(name, []).append(run.answers[name])
                 case {"name": str(name)} if name in names:
-                    run.unreadable_reasons[name] = _printable_error(line.get("error"))
+                    run.unreadable_reasons[name] = _make_printable(line.get("error"))
                     run.answers.pop(name, None)
                 case {"cell": index} if _is_cell_index(index, cells):
-                    run.cell_errors[index] = _printable_error(line.get("error"))
+                    run.cell_errors[index] = _make_printable(line.get("error"))
                     if _is_line_number(line.get("line")):
                         run.stop_lines[index] = line["line"]
                 case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
-                    run.failed_imports.setdefault(index, (number, _printable_error(line.get("error"))))
+                    run.failed_imports.setdefault(index, (number, _make_printable(line.get("error"))))
                 case {"lost": str(symbol), "set": index} if _is_cell_index(index, cells):
-                    name, number = _printable_error(symbol)[:40], _printable_error(line.get("value"))[:40]
+                    name, number = _make_printable(symbol)[:40], _make_printable(line.get("value"))[:40]
                     if len(run.replaced_symbols) < confine.MAX_REPLACED_SYMBOLS:
                         run.replaced_symbols[name] = index, number
 

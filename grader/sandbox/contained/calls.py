@@ -44,7 +44,7 @@ _FIRST_ARGUMENT_OFFSET, _SECOND_ARGUMENT_OFFSET, _THIRD_ARGUMENT_OFFSET = 16, 24
 """Byte offsets in struct seccomp_data."""
 
 
-def _instruction(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
+def _encode(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
     """Return an instruction of a BPF program, as bytes.
 
     After a comparison, the program skips `jump_if_true` instructions if the comparison holds, otherwise `jump_if_false`
@@ -64,28 +64,28 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     if machine not in _ARCHITECTURES:
         raise OSError(f"system calls of {machine} are not known")
     architecture, column = _ARCHITECTURES[machine]
-    refuse, allow = _instruction(_RETURN, _ERROR | _EPERM), _instruction(_RETURN, _ALLOW)
-    report_missing = _instruction(_RETURN, _ERROR | _ENOSYS)
-    program = [_instruction(_LOAD, _ARCHITECTURE_OFFSET), _instruction(_EQUAL, architecture, 1)]
-    program += [_instruction(_RETURN, _KILL_PROCESS), _instruction(_LOAD, _CALL_NUMBER_OFFSET)]
-    program += [_instruction(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
-    program += [_instruction(_AT_LEAST, _FIRST_UNKNOWN_CALL, 0, 1), report_missing]
+    refuse, allow = _encode(_RETURN, _ERROR | _EPERM), _encode(_RETURN, _ALLOW)
+    report_missing = _encode(_RETURN, _ERROR | _ENOSYS)
+    program = [_encode(_LOAD, _ARCHITECTURE_OFFSET), _encode(_EQUAL, architecture, 1)]
+    program += [_encode(_RETURN, _KILL_PROCESS), _encode(_LOAD, _CALL_NUMBER_OFFSET)]
+    program += [_encode(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
+    program += [_encode(_AT_LEAST, _FIRST_UNKNOWN_CALL, 0, 1), report_missing]
 
     def add_case(numbers: tuple[int, int], *instructions: bytes) -> None:
         if numbers[column] < 0:  # this machine has no such call
             return
-        program.extend((_instruction(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
+        program.extend((_encode(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
 
     def test_argument(argument_offset: int, values: tuple[int, ...], if_equal: bytes, otherwise: bytes) -> list[bytes]:
         """Return instructions that end with `if_equal` if an argument is one of the values, else with `otherwise`.
 
         They compare the lower half of the argument, because the kernel uses only that.
         """
-        tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_instruction(_LOAD, argument_offset), *tests, otherwise, if_equal]
+        tests = [_encode(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_encode(_LOAD, argument_offset), *tests, otherwise, if_equal]
 
-    is_thread = _instruction(_ANY_BIT, _THREAD_FLAG, 1)
-    add_case(_CLONE, _instruction(_LOAD, _FIRST_ARGUMENT_OFFSET), is_thread, refuse, allow)
+    is_thread = _encode(_ANY_BIT, _THREAD_FLAG, 1)
+    add_case(_CLONE, _encode(_LOAD, _FIRST_ARGUMENT_OFFSET), is_thread, refuse, allow)
     add_case(_CLONE3, report_missing)
     add_case(_KILL, *test_argument(_FIRST_ARGUMENT_OFFSET, (pid,), allow, refuse))
     add_case(_TGKILL, *test_argument(_FIRST_ARGUMENT_OFFSET, (pid,), allow, refuse))
@@ -95,9 +95,9 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     add_case(_FCNTL, *test_argument(_SECOND_ARGUMENT_OFFSET, (*_OWNER_COMMANDS, _LEASE_COMMAND), refuse, allow))
     if sees_machine_files:  # refuse O_TMPFILE, because files that never had a name can't be counted
         for numbers, flags in ((_OPENAT, _THIRD_ARGUMENT_OFFSET), (_OPEN, _SECOND_ARGUMENT_OFFSET)):
-            add_case(numbers, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
+            add_case(numbers, _encode(_LOAD, flags), _encode(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
         add_case(_OPENAT2, report_missing)
     for call in REFUSED_CALLS:
         if call[machine] and (sees_machine_files or call["group"] != "machine files"):
-            program += [_instruction(_EQUAL, int(call[machine]), 0, 1), refuse]
+            program += [_encode(_EQUAL, int(call[machine]), 0, 1), refuse]
     return b"".join((*program, allow))

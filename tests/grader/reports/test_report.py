@@ -33,7 +33,7 @@ from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import summarize_mistakes, summarize_parts, summarize_scores
 from qdot.grader.reports.formats import write_requested_reports
-from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.reports.tables import make_results_jsonl
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import (
     FEATURES,
@@ -207,7 +207,7 @@ def test_the_page(assignment: Assignment) -> None:
     results = a_graded_class(assignment)
     text = make_class_page(assignment, results)
     assert text == make_class_page(
-        assignment, [from_json(Result, line) for line in results_jsonl(results).splitlines()]
+        assignment, [from_json(Result, line) for line in make_results_jsonl(results).splitlines()]
     )
     page = Page(text)
     # What students wrote is text and nothing else, and nothing comes from elsewhere.
@@ -270,7 +270,7 @@ def test_without_what_draws_charts_one_message_and_no_file(
 def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
     folder = assignment.folder
     assert "nothing has been graded; run: qdot grade" in fails("report", folder)
-    lines = results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
+    lines = make_results_jsonl(a_graded_class(assignment)).decode().splitlines(keepends=True)
     (folder / "graded").mkdir()
     (folder / "graded" / "results.jsonl").write_text("".join(lines))
     assert "4 students" in run("report", folder)
