@@ -30,7 +30,7 @@ QUIZ_CANDIDATES = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
     "dependence", "match-columns", "speed", "determinant-value", "true-or-false",
 )  # fmt: skip
-"""Candidates for a quiz: it takes the first question of each form that applies."""
+"""Candidates for a quiz, which has, of each form of questions, the first candidate that applies."""
 
 MAX_QUIZ_ARMS, QUIZ_CHECKED_ARMS = 12, 2
 """Maximum number of arms that are sampled until all short questions of a quiz apply.
@@ -103,7 +103,7 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
 
 
 def _find_objection(chain: Chain, questions: Sequence[str]) -> str | None:
-    """Return why one of the questions doesn't apply to an arm, or None; unknown questions are skipped."""
+    """Return why one of the questions doesn't apply to an arm; None if all apply. Unknown questions are skipped."""
     for name in questions:
         if name in ASKED and (objection := ASKED[name].find_obstacle(chain)) is not None:
             return f"question {name!r} does not apply to {chain.name}: {objection}"
@@ -128,7 +128,7 @@ def questions_of_family(family: str | Family, convention: str = "") -> tuple[str
 
 
 def select_quiz_questions(family: str | Family, convention: str = "") -> tuple[str, ...]:
-    """Return the names of the short questions in a family's quiz: one of each form, if one applies."""
+    """Return the names of the short questions in a family's quiz: at most one question of each form."""
     known_family = look_up_family(family)
     identities = (ProblemId(known_family.name, seed, convention=convention) for seed in range(QUIZ_CHECKED_ARMS))
     arms = [sample_chain(identity, known_family) for identity in identities]
@@ -174,7 +174,7 @@ def _sample_listing_arms(family: Family) -> tuple[Chain, ...]:
 
 
 def find_listing(family: str | Family, convention: str = "") -> FamilyListing:
-    """Return a family's listing: the stored one of a registered family, else one computed from sampled arms."""
+    """Return a family's listing: stored for a registered family, otherwise computed from sampled arms."""
     known_family = look_up_family(family)
     entry = _look_up_listing(known_family) or compute_listing(known_family)
     return replace(entry, questions=find_questions(known_family, convention)) if convention else entry
@@ -286,7 +286,7 @@ def _make_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | Non
 def make_student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
     """Return the id of a student's problem in one slot of an assignment: `problem` with the student's own seed.
 
-    Without the secret, nobody can guess it. It doesn't depend on other students, so a student who joins later changes
-    no one else's problem.
+    Without the secret, nobody can guess the id. The id doesn't depend on other students, so a student who joins later
+    changes no one else's problem.
     """
     return replace(problem, seed=derive_seed(secret, student, slot, problem.family))

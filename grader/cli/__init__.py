@@ -1,6 +1,6 @@
-"""The program `qdot`: its commands and the code that only they use.
+"""The program `qdot`: the modules of its commands.
 
-It imports all other packages, but each command's module only if the command is run.
+This package imports all other packages of qdot, but a command's module is imported only if the command is run.
 
     main                        the program
     problem_commands            the commands about arms and problems: init, families, questions, show, robots, solve

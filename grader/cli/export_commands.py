@@ -145,7 +145,7 @@ def report(
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
-    """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
+    """Check the options of `export` that don't depend on the assignment. Raises QdotError if an option is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
             raise make_name_error("export format", name, list(EXPORT_FORMATS))

@@ -52,7 +52,7 @@ SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Thresholds of garbage collection. They are high because formulas are trees, which need no collection; with Python's
-default, it takes a tenth of the time."""
+default thresholds, garbage collection takes a tenth of the time."""
 
 LIST_COMMANDS = "--help"
 """The value of `only` for a program that only lists the commands."""

@@ -47,11 +47,11 @@ FEEDBACK_BRANCH = "feedback"
 
 
 class _NothingToGrade(Exception):
-    """Raised if a student pushed nothing, or nothing in time, so that there is nothing to grade; it says why."""
+    """Raised, with the reason, if a student pushed nothing, or nothing in time, so that there is nothing to grade."""
 
 
 class _HostUnreachable(Exception):
-    """Raised if the server is unreachable or refuses, so that the student's work is unknown; it says why."""
+    """Raised, with the reason, if the server is unreachable or refuses, so that the student's work is unknown."""
 
 
 @dataclass(frozen=True)

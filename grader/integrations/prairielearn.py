@@ -226,7 +226,7 @@ class _TypedAnswerVisitor(AnswerVisitor[str]):
         return text
 
     def _list_chosen_letters(self) -> str:
-        """Return the letters of the ticked options; the element has other keys for them, in qdot's order."""
+        """Return the letters of the ticked options; PrairieLearn's own keys for the options have the same order."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
         ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
         return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)

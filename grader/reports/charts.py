@@ -73,7 +73,7 @@ def _adapt_to_page(text: str, name: str) -> str:
     text = re.sub(r"(font(?:-family)?:)[^;\"]*?([\d.]+px)[^;\"]*", r"font-size: \2", text)
     text = re.sub(r" *font-family:[^;\"]*;?", "", text)
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
-    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # it would apply to the whole page
+    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # a style would apply to the whole page
     opening, bracket, body = text.partition(">")
     opening = re.sub(r' (width|height|version|xmlns:xlink)="[^"]*"', "", opening)
     return f'{opening} aria-hidden="true" focusable="false"{bracket}{body.replace("xlink:href", "href")}'

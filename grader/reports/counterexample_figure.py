@@ -68,7 +68,7 @@ def _pose_arm(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | 
 
 
 def _mark_answer_point(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
-    """Return the arm with a mark at the point that the answer gives; None if there is no point, or it is too far."""
+    """Return the arm with a mark at the point that the answer gives; None if the point is missing or too far."""
     figure = _pose_arm(problem.chain, "the arm in this configuration", at)
     tree = read_answer(problem, part, answer).tree
     if figure is None or tree is None:

@@ -18,7 +18,7 @@ from qdot.grader.reports.answers import make_visible
 DIGITS, MAX_DIGITS = 4, 16
 """Number of significant digits that are shown; if two values then look the same, up to the maximum."""
 ZERO_TOLERANCE = 1e-12
-"""The value of a symbol is shown as 0 if it is smaller, because numeric searches end near zero, not at zero."""
+"""Values of symbols below this bound are shown as 0, because numeric searches end near zero, not at zero."""
 VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SET_HEADINGS = ("Singular, but not in your answer", "In your answer, but not singular")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -31,7 +31,7 @@ class ReportFormat:
     - `make_printed_text`: returns a text that is also written to standard output
     - `make_notes`: returns notes for the staff
     - `is_private`: whether the report is for the staff, so that only the owner may read the file
-    - `check_library`: raises QdotError if a library is missing; it is called before grading
+    - `check_library`: raises QdotError if a library is missing; called before grading
     """
 
     name: str

@@ -27,7 +27,7 @@ def make_results_jsonl(results: Sequence[Result]) -> bytes:
 
 
 Cell = str | float | None
-"""A cell of a table: a text, a number, or None if it is empty."""
+"""A cell of a table: a text, a number, or None for an empty cell."""
 
 
 def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
@@ -136,7 +136,7 @@ def _compute_late_penalty(result: Result) -> float | None:
 
 
 def list_staff_notes(result: Result) -> list[str]:
-    """Return the notes on a submission for the staff, for example why it is unusable or whose notebook it is."""
+    """Return the notes on a submission for the staff, for example why the notebook is unusable."""
     obstacles = [result.obstacle] if result.obstacle is not None and find_work_status(result) == "unusable" else []
     return [*obstacles, *result.staff_notes]
 

@@ -164,7 +164,7 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         file.write_text("the secret", encoding="utf-8")
         writable_folder.mkdir()
         for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable_folder, 0o777)):
-            path.chmod(mode)  # so that only the sandbox keeps a notebook out, whatever user it runs as
+            path.chmod(mode)  # any user may read and write here, so only the sandbox can keep a notebook out
         address = f"\0qdot-{os.getpid()}" if sys.platform == "linux" else str(Path(folder, "socket"))
         local_socket.bind(address)
         local_socket.listen()

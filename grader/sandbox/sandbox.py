@@ -1,4 +1,4 @@
-"""Runs a notebook's cells in a separate process with limits, and returns its answers as text.
+"""Run a notebook's cells in a separate process with limits, and return the notebook's answers as text.
 
 A `Sandbox` has one forking process (`contained`), which forks once for each notebook. The forking process is started by
 its path with `-I`, with an almost empty environment and without any module of qdot. Every notebook has two pipes to the
@@ -160,7 +160,7 @@ class _ForkingProcessEnded(Exception):
 
 
 class _NotebookNotStarted(_ForkingProcessEnded):
-    """Raised if a notebook's process ended, or did not answer, before it had read the notebook; it says why."""
+    """Raised, with the reason if known, if a notebook's process ended or hung before it had read the notebook."""
 
 
 class Sandbox:

@@ -11,7 +11,7 @@ from qdot.exercises.common.files import IS_POSIX, lock
 from qdot.grader.sandbox.contained import folders
 
 SUFFIX = ".tmp"
-"""The ending of these folders' names. It protects a user's own folder, such as qdot-submissions-autumn."""
+"""The ending of these folders' names, so that a user's own folder such as qdot-submissions-autumn is never removed."""
 
 REMOVAL_TIMEOUT = 5.0
 """Maximum number of seconds for removing the folder of a killed process; the next process removes what is left."""
@@ -60,7 +60,7 @@ def make_temporary_folder(prefix: str) -> TemporaryFolder:
 
 
 def _remove_unless_locked(path: Path) -> None:
-    """Remove a folder of this user. Raises OSError if another process has locked it, or if it takes too long."""
+    """Remove a folder of this user. Raises OSError if another process has locked the folder, or after a timeout."""
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         if os.fstat(descriptor).st_uid == os.geteuid():

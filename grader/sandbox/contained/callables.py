@@ -1,9 +1,9 @@
 """Evaluate answers that are Python functions, in the process in which a notebook runs.
 
 A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, the
-functions of `math` and NumPy accept symbols. Some functions need numbers: they fill an array, invert a matrix or test a
-sign. These are called with numbers instead, at points that the grader chooses anew for every submission, and their
-values are reported.
+functions of `math` and NumPy accept symbols. Some functions need numbers, because they fill an array, invert a matrix
+or test a sign. Such a function is called with numbers instead, at points that the grader chooses anew for every
+submission, and the function's values are reported.
 """
 
 import contextlib
@@ -46,10 +46,10 @@ _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "
 
 
 def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
-    """Return the result of a function called with symbols; if that is no formula, its values at the grader's points.
+    """Return the result of a function called with symbols; if the result is no formula, a text with a table of values.
 
     `calls` has the fields of `qdot.grader.sandbox.sandbox.Calls`. Raises whatever the function raises, and TypeError if
-    it can't be called like this.
+    the function can't be called with symbols or at points.
     """
     try:
         with allow_symbols(function):

@@ -79,7 +79,7 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     def test_argument(argument_offset: int, values: tuple[int, ...], if_equal: bytes, otherwise: bytes) -> list[bytes]:
         """Return instructions that end with `if_equal` if an argument is one of the values, else with `otherwise`.
 
-        They compare the lower half of the argument, because the kernel uses only that.
+        The instructions compare the lower half of the argument, because the kernel uses only this half.
         """
         tests = [_encode(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
         return [_encode(_LOAD, argument_offset), *tests, otherwise, if_equal]

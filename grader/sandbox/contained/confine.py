@@ -34,17 +34,23 @@ without a private root; the audit hook.
 # on /tmp would hide Python.
 NOTEBOOK_FOLDER = "/qdot" if any(path.startswith("/tmp/") for path in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
 MAX_DISK_BYTES = 64_000_000
+"""Maximum number of bytes in a notebook's folder."""
 MAX_FILE_BYTES = 10_000_000
+"""Maximum number of bytes in a file."""
 MAX_FILES = 4096
+"""Maximum number of files and folders in a notebook's folder."""
 MAX_DEPTH = 32
+"""Maximum depth of nested folders, which is checked only without a private root."""
 MAX_PROCESSES = 64
+"""Maximum number of processes and threads."""
 MAX_DESCRIPTORS = 64
+"""Maximum number of open files."""
 MAX_SIGNALS = 256
+"""Maximum number of timers and waiting signals."""
 MAX_SLOWDOWN = 10
+"""A notebook may wait, on a busy machine, this many times as long as it computes."""
 MAX_REPLACED_SYMBOLS = 20
-"""In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
-have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals; how many times
-slower a notebook may run on a busy machine; number of symbols reported as replaced by numbers."""
+"""Maximum number of symbols that are reported as replaced by numbers."""
 
 
 @dataclass
@@ -66,7 +72,7 @@ class Measures:
         return name not in self.unavailable
 
     def try_out(self, name: str, action: Callable[[], None]) -> None:
-        """Try a measure in a child process; if it fails, add it to `unavailable`."""
+        """Try a measure in a child process; if the measure fails, add it to `unavailable`."""
         if self.is_applied(name):
             try:
                 run_in_child(action)
@@ -75,7 +81,7 @@ class Measures:
 
 
 def run_in_child(action: Callable[[], str | None]) -> str:
-    """Run an action in a child process, and return the text that the action returns. Raises OSError if it fails."""
+    """Run an action in a child process, and return the text that it returns. Raises OSError if the action fails."""
     reading_end, writing_end = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -272,7 +278,7 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
 
     apply_one("limits", lambda: _limit_resources(measures))
     apply_one("user", lambda: change_user(measures.user))
-    die_with_parent(parent)  # called after the change of user, which would cancel it
+    die_with_parent(parent)  # after the change of user, which would cancel this setting
     apply_one("privileges", lambda: _give_up_privileges(measures))
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
@@ -298,7 +304,7 @@ def _limit_resources(measures: Measures) -> None:
     limits = [
         ("RLIMIT_CPU", measures.processor_seconds), ("RLIMIT_FSIZE", MAX_FILE_BYTES),
         ("RLIMIT_NOFILE", MAX_DESCRIPTORS), ("RLIMIT_AS", measures.memory_bytes),
-        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program, if it is set up for that
+        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program if the machine has one
     ]  # fmt: skip
     if sys.platform == "linux":  # waiting signals and timers, which are counted for all of a user's processes together
         limits.append(("RLIMIT_SIGPENDING", MAX_SIGNALS))

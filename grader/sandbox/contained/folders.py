@@ -13,7 +13,7 @@ import time
 
 
 def remove(path: str, timeout: float = math.inf) -> None:
-    """Remove a folder. Raises OSError if something can't be removed, or if it takes longer than `timeout` seconds.
+    """Remove a folder. Raises OSError if something can't be removed, or after `timeout` seconds.
 
     Links are removed, and never followed.
     """

@@ -83,7 +83,7 @@ def mount(source: str | None, target: str, kind: str | None, flags: int, data: s
 
 
 def unmount(target: str) -> None:
-    """Detach a file system at once; the kernel removes it when no process uses it any more."""
+    """Detach a file system at once; the kernel removes the file system when no process uses it any more."""
     _check_result(_load_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 

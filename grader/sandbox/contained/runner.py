@@ -1,6 +1,6 @@
 """Run the cells of one notebook and report its answers as text, the only output of students' code.
 
-Whatever a notebook does, it can only report about itself, not about another notebook.
+Whatever a notebook does, it can report only about itself, not about another notebook.
 """
 
 import re
@@ -27,7 +27,7 @@ MAX_ANSWER_LENGTH = 400_000
 def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
     """Return the immutable parts that a value consists of; None if the value may have other parts.
 
-    `depth` is that of the lists around the value.
+    `depth` is the number of lists around the value.
     """
     kind = type(value)
     if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
@@ -49,7 +49,7 @@ def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | No
 
 
 class Overtime(BaseException):
-    """Raised if a cell takes too long. It is not an Exception, so that `except Exception` does not catch it."""
+    """Raised if a cell takes too long. Overtime is no Exception, so that `except Exception` does not catch it."""
 
 
 class Alarm:
@@ -226,7 +226,7 @@ ADVICE_BY_ERROR = {
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer, or its result if the answer is a function; a text without values if `calls` lacks it."""
+    """Return an answer or, for a function, its result; a text without values if the request can't call the function."""
     if not isinstance(answer, callables.FUNCTION_TYPES):
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)

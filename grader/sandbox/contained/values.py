@@ -19,7 +19,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 _PRINTING_FILE = Path(__file__).parents[3] / "exercises" / "formula" / "printing.py"
 _printing = types.ModuleType("contained.sympy_text")
 SourceFileLoader(_printing.__name__, str(_PRINTING_FILE)).exec_module(_printing)
-"""The printer of `exercises`, loaded from its file, because no other part of qdot is available in this process."""
+"""The module that prints formulas for `exercises`, loaded from its file, because qdot is not available here."""
 
 UNEVALUATED_CLASSES = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
@@ -35,7 +35,7 @@ REFUSED_CLASSES = {
 
 
 def format_value(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression; `depth` is that of the lists around it.
+    """Return a value as the text of an expression; `depth` is the number of lists around the value.
 
     Raises TypeError if the value is not an expression.
     """
@@ -135,4 +135,4 @@ ADVICE_BY_TYPE = {
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it with its argument in brackets",
 }
-"""Advice on what to write instead of values of these types. They are given by name: pandas may not be installed."""
+"""Advice on what to write instead of a value, by the name of its type, because pandas may not be installed."""

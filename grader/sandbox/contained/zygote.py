@@ -136,7 +136,7 @@ def _find_process_limit(measures: Measures) -> int | None:
 
 
 def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
-    """Return the measures that fail when a child applies them all, each with the reason."""
+    """Return the measures that fail when a child applies all measures, each with the reason."""
     folder = confine.make_folder(measures, parent)
 
     def apply_all() -> str:
@@ -200,7 +200,7 @@ def _watch_until_request(control: socket.socket, measures: Measures, child: _Chi
 
 
 def _read_processor_time(pid: int) -> float:
-    """Return the processor time of a process in seconds; 0 if the system doesn't report it (macOS)."""
+    """Return the processor time of a process in seconds; 0 if the system doesn't report the time (macOS)."""
     try:
         return time.clock_gettime(~pid << 3 | 2)  # the clock that clock_getcpuclockid returns on Linux
     except OSError:
@@ -327,7 +327,7 @@ _MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024
 
 
 def _kill_orphans() -> None:
-    """Kill the orphaned processes of a dead child, and the orphans of those, until none is left."""
+    """Kill the orphaned processes of a dead child, and the orphans that this makes, until no process is left."""
     while True:
         with contextlib.suppress(OSError):
             for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
