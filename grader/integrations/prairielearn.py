@@ -7,12 +7,10 @@ student would type in a notebook, then parses and marks the text as usual. No an
 """
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises import answer_types
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, AnswerVisitor
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
@@ -52,7 +50,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     text = to_html_for_mathjax(statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
-    options = {part.name: part.answer.accept(_OptionsVisitor(problem, part)) for part in choices}
+    options = {part.name: _list_options(problem, part) for part in choices}
     solutions = {part.name: _show_solution(problem, part) for part in problem.parts}
     data["correct_answers"].update(options=options, solutions=solutions)
 
@@ -67,7 +65,7 @@ def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
     for part in problem.parts:
         names = list_input_names(part)
         if not {part.name, *names} & set(errors):
-            text = part.answer.accept(_TypedAnswerVisitor(data, part))
+            text = _read_typed_answer(data, part)
             is_blank = is_blank and not text
             if error := _describe_incomplete(data, part) or _explain_unreadable(problem, part, text):
                 errors[names[0]] = error
@@ -81,7 +79,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
     problem, assignment = _load_problem(data, folder, slot), load_assignment(_find_assignment_folder(data, folder))
-    texts = {part.name: part.answer.accept(_TypedAnswerVisitor(data, part)) for part in problem.parts}
+    texts = {part.name: _read_typed_answer(data, part) for part in problem.parts}
     answers = {name: text for name, text in texts.items() if text}
     verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
     shows_mistakes = shows_at_least(assignment.feedback, "mistake")
@@ -154,31 +152,21 @@ def _list_input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     return [{"name": name, "label": f"${label} =$", "unit": plain_unit(unit)} for name, label, unit in inputs]
 
 
-@dataclass(frozen=True)
-class _OptionsVisitor(AnswerVisitor[Any]):
-    """Visitor that returns an answer's options for PrairieLearn's elements.
+def _list_options(problem: Problem, part: Part) -> Any:
+    """Return the options of a part for PrairieLearn's elements, in qdot's order, with the letters of worked solutions.
 
-    The options are in qdot's order, with the letters that worked solutions use.
+    For a matching question, return the items, too.
     """
-
-    problem: Problem
-    part: Part
-
-    def matching(self, answer: answer_types.Matching) -> PrairieLearnData:
-        pairs = zip(answer.items, answer.correct_indices, strict=True)
-        offered_options = [{"letter": LETTERS[k], "html": self._write_html(k)} for k in range(len(answer.options))]
+    answer = part.answer
+    texts = [write_line_html(option_text(problem, part, k)) for k in range(len(answer.offered_options))]
+    if answer.matched_items:
+        pairs = zip(answer.matched_items, answer.correct_indices, strict=True)
+        offered_options = [{"letter": LETTERS[k], "html": text} for k, text in enumerate(texts)]
         return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered_options}
-
-    def letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
-        options = []
-        for k in range(len(answer.options)):
-            letter = "" if answer.options == TRUE_FALSE else f"<strong>{LETTERS[k]}.</strong> "
-            html = f"{letter}{self._write_html(k)}"
-            options.append({"right": "true" if k in answer.correct_indices else "false", "html": html})
-        return options
-
-    def _write_html(self, index: int) -> str:
-        return write_line_html(option_text(self.problem, self.part, index))
+    if answer.offered_options != TRUE_FALSE:
+        texts = [f"<strong>{LETTERS[k]}.</strong> {text}" for k, text in enumerate(texts)]
+    flags = ["true" if k in answer.correct_indices else "false" for k in range(len(texts))]
+    return [{"right": flag, "html": text} for flag, text in zip(flags, texts, strict=True)]
 
 
 def _make_placeholder(part: Part) -> str:
@@ -197,39 +185,19 @@ def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
 # --- answers ---
 
 
-@dataclass(frozen=True)
-class _TypedAnswerVisitor(AnswerVisitor[str]):
-    """Visitor that returns the chosen or typed answer as the text for a notebook; "" if there is no answer."""
-
-    data: PrairieLearnData
-    part: Part
-
-    def choice(self, answer: answer_types.Choice) -> str:
-        letters = self._list_chosen_letters()
-        return TRUE_FALSE[LETTERS.index(letters)] if letters and answer.options == TRUE_FALSE else letters
-
-    def selection(self, answer: answer_types.Selection) -> str:
-        return self._list_chosen_letters()
-
-    def matching(self, answer: answer_types.Matching) -> str:
-        texts = _list_typed_texts(self.data, self.part)
+def _read_typed_answer(data: PrairieLearnData, part: Part) -> str:
+    """Return the chosen or typed answer as the text for a notebook; "" if there is no answer."""
+    if part.answer.offered_options and not part.answer.matched_items:
+        # PrairieLearn has its own keys for the options, in the same order.
+        keys = [option["key"] for option in data["params"].get(part.name, ())]
+        ticked_keys = data["submitted_answers"].get(part.name) or ()
+        letters = "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
+        is_true_or_false = part.answer.offered_options == TRUE_FALSE and len(letters) == 1
+        return TRUE_FALSE[LETTERS.index(letters)] if is_true_or_false else letters
+    texts = _list_typed_texts(data, part)
+    if part.answer.matched_items:
         return "".join(LETTERS[int(text)] for text in texts if text in _MATCHING_OPTION_NAMES)
-
-    def numbers(self, answer: answer_types.Number) -> str:
-        texts = _list_typed_texts(self.data, self.part)
-        if not any(texts):
-            return ""
-        return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
-
-    def default(self, answer: answer_types.Answer) -> str:
-        (text,) = _list_typed_texts(self.data, self.part)
-        return text
-
-    def _list_chosen_letters(self) -> str:
-        """Return the letters of the ticked options; PrairieLearn's own keys for the options have the same order."""
-        keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
-        ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
-        return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
+    return f"[{', '.join(texts)}]" if len(texts) > 1 and any(texts) else texts[0]
 
 
 _MATCHING_OPTION_NAMES = [str(number) for number in range(len(LETTERS))]

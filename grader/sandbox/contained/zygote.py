@@ -250,7 +250,11 @@ def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox:
 
 def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
     """Read the request, and run the notebook or make the attempts of a probe."""
-    request = json.loads(_read_line(inbox))
+    with open(inbox, "rb", closefd=False) as pipe:
+        line = pipe.readline()
+    if not line.endswith(b"\n"):  # the grader has closed the pipe
+        os._exit(0)
+    request = json.loads(line)
     _report(outbox, {"begun": True})
     sent_bytes = 0
 
@@ -269,17 +273,6 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
     if measures.is_applied("watch"):
         sys.addaudithook(guard.make_audit_hook(folder))
     runner.run_cells(request, report)
-
-
-def _read_line(inbox: int) -> bytes:
-    """Return the request from the pipe; end this process if the grader has closed the pipe."""
-    data = b""
-    while not data.endswith(b"\n"):
-        chunk = os.read(inbox, 1 << 16)
-        if not chunk:
-            os._exit(0)
-        data += chunk
-    return data
 
 
 def _report(outbox: int, line: dict[str, Any]) -> int:
