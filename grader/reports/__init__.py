@@ -6,8 +6,8 @@
     rows, tables                    list a result part by part; write results.jsonl and grades.csv
     class_view, charts, class_page  compute the numbers of `qdot report`; draw its charts; write its page
     answers                         show an answer as it was parsed
-    counterexample_table, counterexample_figure
-                                    show where an answer is wrong, as a table and as a drawing
+    counterexample_table            show where an answer is wrong, as a table
+    counterexample_figure           draw the arm where an answer is wrong
     feedback                        write a student's feedback page
     write                           write the files in graded/ that are not up to date
     formats                         list the export formats by name
