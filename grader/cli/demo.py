@@ -90,29 +90,19 @@ def _use_degrees(code: str, part: Part) -> str:
     return f"[condition.subs(pi, 180) for condition in {code}]" if part.answer.is_set else code
 
 
-def _keep_first_condition(code: str, part: Part) -> str:
-    """Keep only the first singular condition, like a student who forgets pi or the shoulder singularity."""
-    return f"{code}[:1]" if part.answer.is_set else code
-
-
 def _leave_half_blank(code: str, part: Part) -> str:
     return code if len(part.name) % 2 else '"blank"' if part.answer.offered_options else "blank"
-
-
-def _raise_error(code: str, part: Part) -> str:
-    return "1/0" if part.name in ("jacobian", "geometric-jacobian") else code
-
-
-def _loop_forever(code: str, part: Part) -> str:
-    return f"[{code} for _ in iter(int, 1)][0]" if part.name == "determinant" else code
 
 
 EDITS: dict[str, Edit] = {
     "right": lambda code, _: code, "right, in another form": _expand, "wrong sign throughout": _negate,
     "relative for absolute angles": _use_relative_angles, "matrices transposed": _transpose,
     "joint 2 forgotten": _forget_joint_2, "degrees for radians": _use_degrees,
-    "only the first condition": _keep_first_condition, "half of the answer": _leave_half_blank,
-    "a cell with an error": _raise_error, "an endless loop": _loop_forever,
+    # Like a student who forgets pi or the shoulder singularity.
+    "only the first condition": lambda code, part: f"{code}[:1]" if part.answer.is_set else code,
+    "half of the answer": _leave_half_blank,
+    "a cell with an error": lambda code, part: "1/0" if part.name in ("jacobian", "geometric-jacobian") else code,
+    "an endless loop": lambda code, part: f"[{code} for _ in iter(int, 1)][0]" if part.name == "determinant" else code,
 }  # fmt: skip
 """The kinds of submission with edited answers, each with its edit."""
 

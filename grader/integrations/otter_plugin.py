@@ -10,7 +10,6 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -39,7 +38,11 @@ class Marks(AbstractOtterPlugin):
         _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
-            with _work_in_empty_folder():
+            with (
+                tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder,
+                contextlib.chdir(folder),
+                mock.patch.dict(os.environ, PYTHONSAFEPATH="1"),  # new processes import nothing from their folder
+            ):
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
@@ -69,14 +72,3 @@ def _remove_all_but(kept_paths: set[Path]) -> None:
             shutil.rmtree(path)
         else:
             path.unlink()
-
-
-@contextlib.contextmanager
-def _work_in_empty_folder() -> Iterator[None]:
-    """Run the block in a new, empty folder; new processes don't import modules from their working folder."""
-    with (
-        tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder,
-        contextlib.chdir(folder),
-        mock.patch.dict(os.environ, PYTHONSAFEPATH="1"),
-    ):
-        yield

@@ -96,13 +96,10 @@ def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
     formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted_layout = fit_formula(formula, MAX_WIDTH)
     size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted_layout), 1.0))))
-    return _shorten_mathml(mathml_text(fitted_layout, True, size))
-
-
-def _shorten_mathml(text: str) -> str:
-    """Return MathML with fewer characters: letters instead of their codes, and no rows with a single item."""
-    text = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), text)
-    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", text.replace(_NAMESPACE, "", 1))
+    mathml = mathml_text(fitted_layout, True, size)
+    # Shorten the page: write letters instead of their codes, and no rows with a single item.
+    mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
+    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", mathml.replace(_NAMESPACE, "", 1))
 
 
 def _write_chosen_options(problem: Problem, part: Part, text: str) -> str:

@@ -183,10 +183,12 @@ def _show_parts(
     parts = []
     for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
         part, outcome, text = problem[result.name], result.outcome, result.answer
-        is_wrong, is_blank = outcome in WRONG_OR_PARTIAL, outcome is Outcome.MISSING and _is_blank(text or "")
+        is_wrong = outcome in WRONG_OR_PARTIAL
+        # A partly blank vector is shown as an answer.
+        is_blank = outcome is Outcome.MISSING and not re.sub(r"blank|[\s\[\](),]", "", text or "")
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
-        reason = _capitalize(_show_reason(result, table is not None))
+        reason = _write_reason(result, without_numbers=table is not None)
         part_on_page = PartOnPage(
             id=f"part-{number}-{index}", number=numbers[part.name], title=ASKED[part.kind].title, result=result,
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
@@ -232,15 +234,14 @@ def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> st
     return text
 
 
-def _is_blank(answer: str) -> bool:
-    """Return whether an answer is completely blank; a partly blank vector is an answer."""
-    return not re.sub(r"blank|[\s\[\](),]", "", answer)
+def _write_reason(part: PartResult, without_numbers: bool) -> str:
+    """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows.
 
-
-def _show_reason(part: PartResult, without_numbers: bool) -> str:
-    """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows."""
+    The first letter is a capital, unless the first word may be a name such as `p1_jacobian`.
+    """
     reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
-    return make_visible(reason)
+    is_sentence = re.match(rf"({GRADER_FIRST_WORDS})\b", reason)
+    return make_visible(reason[:1].upper() + reason[1:] if is_sentence else reason)
 
 
 def _describe_certainty(certificate: Certificate | None) -> str:
@@ -256,8 +257,3 @@ def _describe_certainty(certificate: Certificate | None) -> str:
         subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
         comparison = f"your answer with the solution at {points} random configurations"
     return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."
-
-
-def _capitalize(reason: str) -> str:
-    """Return a reason with a capital first letter, unless its first word may be a name such as `p1_jacobian`."""
-    return reason[:1].upper() + reason[1:] if re.match(rf"({GRADER_FIRST_WORDS})\b", reason) else reason

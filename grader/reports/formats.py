@@ -46,10 +46,6 @@ class ReportFormat:
     check_library: Callable[[], None] = lambda: None
 
 
-def _write_results_json(_: Assignment, results: Sequence[Result]) -> str:
-    return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
-
-
 IMPORTER_RULES = "a reimplementation of its importer's rules"
 
 FORMATS = {
@@ -57,7 +53,8 @@ FORMATS = {
     for report_format in (
         ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
                      lambda assignment, results: make_grades_csv(results, assignment.roster)),
-        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema", _write_results_json),
+        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema",
+                     lambda _, results: json.dumps(as_json(results), ensure_ascii=False, indent=1) + "\n"),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
                      "junitparser", junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
