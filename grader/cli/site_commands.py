@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
+from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import SiteVariationOption, check_choice, note, say, show_progress
@@ -21,7 +21,7 @@ from qdot.exercises.generation import look_up_family
 from qdot.exercises.site.build import SiteSpec, write_site
 from qdot.exercises.site.pages import find_docs_folder
 from qdot.exercises.site.reference import render_reference
-from qdot.exercises.site.supply import ARMS_PER_STEP, MAX_ARMS, BankProblem, problems_of_families, problems_of_variants
+from qdot.exercises.site.supply import ARMS_PER_STEP, MAX_ARMS, problems_of_families, problems_of_variants
 from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOrderOption, name_option
 from qdot.grader.grading.certify import find_failures
 
@@ -80,7 +80,11 @@ def build_site(
     else:
         loaded_assignment = load_assignment(assignment)
         chapters = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
-        problems = _generate_variants(loaded_assignment, variants or VARIANTS_PER_PROBLEM, variation, jobs)
+        count, bank_assignment = variants or VARIANTS_PER_PROBLEM, loaded_assignment
+        if variation:
+            bank_assignment = loaded_assignment.with_variation(variation)
+        request = ExportRequest(bank_assignment, find_failures, count, jobs=jobs, report=note)
+        problems = problems_of_variants(list(iterate_bank(request)))
         course, default_level = loaded_assignment.title, loaded_assignment.feedback
     level, jobs = feedback or default_level, min(jobs, len(problems))
     commands = render_reference(context.find_root().command)
@@ -98,14 +102,6 @@ def build_site(
             f"the site lacks {count_noun(len(failed_slots), 'problem')} of {family_names}, because no attempt passed "
             "its certificate. All other problems are on the site. Please report it"
         )
-
-
-def _generate_variants(assignment: Assignment, count: int, variation: str, jobs: int) -> list[BankProblem]:
-    """Return `count` certified variants of each problem of an assignment, in the variation if one is given."""
-    if variation:
-        assignment = assignment.with_variation(variation)
-    request = ExportRequest(assignment, find_failures, count, jobs=jobs, report=note)
-    return problems_of_variants(list(iterate_bank(request)))
 
 
 def serve(

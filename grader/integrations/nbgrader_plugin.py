@@ -87,7 +87,9 @@ class Mark(Execute):
         fill_in_marks(nb.cells, rows)
         problems = assignment.problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
-        resources["qdot"] = {"late": _compute_late_penalty(result)}
+        late = result.late  # the penalty is rounded as in qdot's own results
+        penalty = late and share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+        resources["qdot"] = {"late": penalty}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
             note(f"{info['student']}: overrides.csv sets the total to {total}, but nbgrader uses the sum of the parts")
@@ -142,9 +144,3 @@ def _note_sandbox_weakness(must_be_strict: bool) -> None:
     """Print once what this machine's sandbox does not enforce. Raises QdotError if `must_be_strict`."""
     if warning := check_sandbox(must_be_strict):
         note(warning)
-
-
-def _compute_late_penalty(result: Result) -> float | None:
-    """Return the points deducted for late work, rounded as in qdot's own results; None if the work is on time."""
-    late = result.late
-    return None if late is None else share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))

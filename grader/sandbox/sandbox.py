@@ -140,11 +140,6 @@ def _is_line_number(number: Any) -> bool:
     return type(number) is int and 0 < number < MAX_LINE_NUMBER
 
 
-def _replace_surrogates(text: str) -> str:
-    """Return the text with lone surrogates, which can't be written to a file, replaced by question marks."""
-    return text.encode("utf-8", "replace").decode("utf-8")
-
-
 def _make_printable(message: object) -> str:
     """Return a notebook's error message as one line without control characters."""
     line = (" " if character.isspace() else character for character in str(message)[:MAX_ERROR_LENGTH])
@@ -239,7 +234,8 @@ class Sandbox:
                 case {"begun": index} if _is_cell_index(index, cells):
                     run.last_begun_cell = index
                 case {"name": str(name), "text": str(text)} if name in names:
-                    run.answers[name] = _replace_surrogates(text)
+                    # Lone surrogates can't be written to a file, so question marks replace them.
+                    run.answers[name] = text.encode("utf-8", "replace").decode("utf-8")
                     run.unreadable_reasons.pop(name, None)
                     run.earlier_values.setdefault(name, []).append(run.answers[name])
                 case {"name": str(name)} if name in names:

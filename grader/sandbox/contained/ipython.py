@@ -41,7 +41,11 @@ def translate_to_python(source: str) -> str:
     first_code_line = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
     if first_code_line == len(lines):
         return source
-    lines = _strip_indent(_strip_prompts(lines, first_code_line), first_code_line)
+    if prompt := next((prompt for prompt in _PROMPTS if prompt.match(lines[first_code_line])), None):
+        lines = [prompt.sub("", line, count=1) for line in lines]
+    code = lines[first_code_line]
+    indent = code[: len(code) - len(code.lstrip(" \t"))]
+    lines = [line.removeprefix(indent) for line in lines]
     while first_code_line < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first_code_line])):
         if magic[1] in NON_PYTHON_MAGICS:
             body = "\n".join(lines[first_code_line + 1 :]).removesuffix("\n") + "\n"
@@ -50,16 +54,6 @@ def translate_to_python(source: str) -> str:
         lines[first_code_line] = "pass"
         first_code_line += 1
     return "\n".join(_translate_statements(lines))
-
-
-def _strip_prompts(lines: list[str], first: int) -> list[str]:
-    prompt = next((prompt for prompt in _PROMPTS if prompt.match(lines[first])), None)
-    return lines if prompt is None else [prompt.sub("", line, count=1) for line in lines]
-
-
-def _strip_indent(lines: list[str], first: int) -> list[str]:
-    indent = lines[first][: len(lines[first]) - len(lines[first].lstrip(" \t"))]
-    return [line.removeprefix(indent) for line in lines] if indent else lines
 
 
 def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
