@@ -92,9 +92,7 @@ def verify(
         list[str],
         name_argument("PROBLEM… | DIR", "Problems (FAMILY/SEED) or an assignment folder.", FAMILIES, suffix="/1"),
     ] = [],  # noqa: B006
-    family: Annotated[
-        str, name_option("Verify problems of this family, or of `all` families.", names=[*FAMILIES, "all"])
-    ] = "",
+    family: Annotated[str, name_option("Verify problems of a family, or of `all`.", names=[*FAMILIES, "all"])] = "",
     count: Annotated[int, typer.Option(min=1, help="With --family: how many problems, with seeds 0, 1, 2, …")] = 100,
     first_seed: Annotated[int, typer.Option(metavar="SEED", min=0, max=1 << 62, help="With --family: first seed.")] = 0,
     variation: VariationOption = "",
@@ -186,9 +184,7 @@ def compare(
         str,
         name_option(f"Type: {', '.join(COMPARISON_TYPES)}. Default: that of the reference.", names=COMPARISON_TYPES),
     ] = "",
-    joints: Annotated[
-        str, typer.Option(help="The joint variables of a set of angles or conditions, separated by commas.")
-    ] = "",
+    joints: Annotated[str, typer.Option(help="Joint variables of angles or conditions, separated by commas.")] = "",
     batch: Annotated[
         str, typer.Option(metavar="FILE.jsonl", help="One comparison per line, as JSON; - reads standard input.")
     ] = "",

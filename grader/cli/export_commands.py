@@ -33,12 +33,8 @@ def export(
         list[str],
         name_option(f"Export format: {', '.join(EXPORT_FORMATS)}. Repeatable.", names=EXPORT_FORMATS, metavar="FORMAT"),
     ] = [],  # noqa: B006
-    out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Output folder. Default: DIR/exports/FORMAT.")
-    ] = None,
-    variants: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Question banks: how many variants of each problem.")
-    ] = 20,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/exports/FORMAT.")] = None,
+    variants: Annotated[int, typer.Option(min=1, max=10_000, help="Question banks: variants of each problem.")] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
         bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
@@ -104,9 +100,7 @@ def export(
 
 def report(
     folder: FolderArgument,
-    out: Annotated[
-        Path | None, typer.Option(metavar="PATH", help="Output file. Default: DIR/graded/report.html.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="File. Default: DIR/graded/report.html.")] = None,
     report: Annotated[
         list[str],
         typer.Option(metavar="FORMAT=PATH", help="Write this report instead. Repeatable; - is standard output."),

@@ -14,9 +14,7 @@ LIMITATION = "qdot can't remove copies on learning platforms, in repositories, e
 
 
 def forget(
-    student: Annotated[
-        str, typer.Argument(metavar="STUDENT", help="An identifier in the roster, or a name or email address.")
-    ],
+    student: Annotated[str, typer.Argument(metavar="STUDENT", help="An identifier, a name or an email address.")],
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="A folder with one or several assignments. Default: this folder.")
     ] = Path(),

@@ -40,9 +40,7 @@ def init(
     roster: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or an export from Canvas or Moodle.")
     ] = None,
-    problems: Annotated[
-        str, name_option("Start with a ready-made set of problems.", "--set", names=SETS)
-    ] = DEFAULT_SET,
+    problems: Annotated[str, name_option("Start with a ready set of problems.", "--set", names=SETS)] = DEFAULT_SET,
     list_sets: Annotated[bool, typer.Option("--list", help="List the sets and exit.")] = False,
 ) -> None:
     """Create a new assignment folder.
@@ -78,9 +76,7 @@ def families(
     name: Annotated[
         str, name_argument("NAME", "A family, a real robot or a file: which questions apply to it.", FAMILIES, library)
     ] = "",
-    convention: Annotated[
-        str, name_option(f"With NAME: the convention, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
-    ] = "",
+    convention: Annotated[str, name_option(f"Convention of NAME: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)] = "",
     as_json: JsonOption = False,
 ) -> None:
     """List the robot families and the questions for each.
@@ -160,9 +156,7 @@ def show(
     problem: Annotated[
         str, name_argument("PROBLEM", "FAMILY/SEED, as in planar-2r/7, or an assignment folder.", FAMILIES, suffix="/1")
     ],
-    solution: Annotated[
-        bool, typer.Option("--solution", help="Add the reference answers and the worked steps.")
-    ] = False,
+    solution: Annotated[bool, typer.Option("--solution", help="Add reference answers and worked steps.")] = False,
     format: Annotated[
         str, name_option(f"Output format: {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
     ] = "text",
