@@ -4,7 +4,6 @@ import io
 import json
 import platform
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import closing
@@ -130,7 +129,6 @@ def verify(
         identities = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
     identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
     tasks = [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
-    start_time = time.monotonic()
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
     printed_messages: set[str] = set()
     with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
@@ -145,10 +143,8 @@ def verify(
     if family == "all":
         for name, number in passed_counts.items():
             say(f"{name:<20} {number} passed")
-    seconds = time.monotonic() - start_time
     kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failure_counts.items()))
     say(f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
-    note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
     if failure_counts:
         raise typer.Exit(1)
 

@@ -12,26 +12,19 @@ from qdot.exercises.questions import QUESTIONS
 
 LINE_WIDTH = 100
 
-RANDOM_KIND = "Arms with a random structure"
-KINDS = (
-    "Planar arms", "Spatial arms of revolute joints", "Spatial arms with prismatic joints", "Wrists",
-    "Arms of five to seven joints", RANDOM_KIND,
-)  # fmt: skip
-"""The kinds of arms, in the order in which they are listed."""
-
 
 def group_families() -> dict[str, list[Family]]:
-    """Return the families by kind of arm, in the order in which they are shown."""
-    families_by_kind: dict[str, list[Family]] = {name: [] for name in KINDS}
+    """Return the families by kind of arm; the first family of a kind sets the order of the kinds."""
+    families_by_kind: dict[str, list[Family]] = {}
     for family in FAMILIES.values():
-        families_by_kind[_find_kind(family)].append(family)
+        families_by_kind.setdefault(_find_kind(family), []).append(family)
     return families_by_kind
 
 
 def _find_kind(family: Family) -> str:
-    """Return the kind of a family's arms, one of `KINDS`."""
+    """Return the kind of a family's arms as a heading."""
     if family.has_varied_structure:
-        return RANDOM_KIND
+        return "Arms with a random structure"
     chain = sample_chain(ProblemId(family.name, 0), family)
     if chain.n >= 5:
         return "Arms of five to seven joints"

@@ -111,14 +111,9 @@ class ApplyLateRule(AssignLatePenalties):
         return nb, resources
 
 
-def _find_course(step: Any) -> Any:
-    """Return nbgrader's object for the course folder, from one of its conversion steps."""
-    return step.parent.parent.coursedir
-
-
 def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
     """Return the qdot assignment with a key; None if qdot does not mark it. Raises QdotError if its folder is wrong."""
-    folder = Path(_find_course(step).root, QDOT_FOLDER, key)
+    folder = Path(step.parent.parent.coursedir.root, QDOT_FOLDER, key)
     if not folder.is_dir():
         return None
     assignment = load_assignment(folder)
@@ -129,7 +124,7 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
 
 def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
-    student, course = find_student(assignment, info["student"]), _find_course(step)
+    student, course = find_student(assignment, info["student"]), step.parent.parent.coursedir
     _note_sandbox_weakness(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received_time = course.get_existing_timestamp(str(folder))

@@ -163,9 +163,6 @@ class Shell(standins.StandIn):
         """Return an empty output without starting a command."""
         return []
 
-    def system(self, *_args: object) -> None:
-        """Start nothing."""
-
 
 def find_position(error: BaseException, cell_name: str) -> tuple[int, int] | None:
     """Return the line and column at which the cell raised an exception; None if the exception has another source."""
