@@ -83,10 +83,8 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         if sample_index >= MAX_QUIZ_ARMS or _find_objection(chain, quizzes) is None:
             return chain
     available_bands = describe_band(min(band_of_arm.values()), max(band_of_arm.values()))
-    requested_band = describe_band(low, high)
-    raise QdotError(
-        f"{family.name} has no arm of difficulty {requested_band}; its arms are of difficulty {available_bands}"
-    )
+    refusal = f"{family.name} has no arm of difficulty {describe_band(low, high)}"
+    raise QdotError(f"{refusal}; its arms are of difficulty {available_bands}")
 
 
 def _present_arm(chain: Chain, convention: str, twist_order: str = "") -> Chain:

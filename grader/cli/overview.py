@@ -90,11 +90,8 @@ def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     applicable_questions = find_listing(family, convention).questions
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     default_reason = "does not apply to other arms of the family"
-    return {
-        name: question.find_obstacle(chain) or default_reason
-        for name, question in QUESTIONS.items()
-        if name not in applicable_questions
-    }
+    refused_questions = [question for name, question in QUESTIONS.items() if name not in applicable_questions]
+    return {question.name: question.find_obstacle(chain) or default_reason for question in refused_questions}
 
 
 def _wrap(prefix: str, text: str) -> list[str]:

@@ -102,17 +102,14 @@ def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
     """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
-    earlier_submissions = [
-        submission
-        for submission in metadata.get("previous_submissions") or ()
-        if isinstance(submission.get("score"), (int, float, str)) and not submission.get("autograder_error")
-    ]
-    times = [
-        parse_time(submission.get("submission_time"))
-        # A submission without a time gets a time of its own, before all real times.
-        or datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC) + datetime.timedelta(days=i)
-        for i, submission in enumerate(earlier_submissions)
-    ]
+    previous_submissions = metadata.get("previous_submissions") or ()
+    scored_submissions = [item for item in previous_submissions if isinstance(item.get("score"), int | float | str)]
+    earlier_submissions = [item for item in scored_submissions if not item.get("autograder_error")]
+    # A submission without a time gets a time of its own, before all real times.
+    epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    default_times = [epoch + datetime.timedelta(days=i) for i in range(len(earlier_submissions))]
+    pairs = zip(earlier_submissions, default_times, strict=True)
+    times = [parse_time(submission.get("submission_time")) or default_time for submission, default_time in pairs]
     submission_time = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     counting_indices = policy.select_counting([*times, submission_time])
     is_counting = len(earlier_submissions) in counting_indices

@@ -94,11 +94,9 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
     rows = {student.id: dict(student.other_columns) for student in roster}
-    filled_columns = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
-    columns = {
-        canvas_name: next((name for name in names if name in filled_columns), "")
-        for canvas_name, names in CANVAS_COLUMNS.items()
-    }
+    known_names = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
+    pairs = CANVAS_COLUMNS.items()
+    columns = {canvas_name: next((name for name in names if name in known_names), "") for canvas_name, names in pairs}
     has_canvas_ids = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
     students: Identities = {}
     for student in roster:

@@ -119,10 +119,8 @@ def count_overridden(result: Result) -> int:
 def list_group_notes(result: Result) -> list[str]:
     """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
     overrides = [override for override in result.overrides.values() if override.group is not None]
-    return [
-        f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
-        for override in overrides
-    ]
+    verbs = {True: "comments on", False: "sets"}
+    return [f"overrides.csv {verbs[override.points is None]} the group {override.group}" for override in overrides]
 
 
 def _compute_late_penalty(result: Result) -> float | None:
