@@ -114,10 +114,8 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
             achievements[line["guarantee"]].append(line["achieved"])
 
     limits = Limits(seconds=10, memory=1 << 30)
-    with (
-        _make_targets() as targets,
-        Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1) as sandbox,
-    ):
+    sandbox = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
+    with _make_targets() as targets, sandbox:
         targets |= {"memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
         end = sandbox.exchange({"attempts": targets}, record_line)
         if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:

@@ -401,9 +401,8 @@ class Sandbox:
             reason = f": {failure}" if failure else "; check whether there is enough free memory"
             raise QdotError(f"the sandbox process did not start{reason}") from None
         missing_measures = self.unavailable_measures.keys()
-        if self._strict and (
-            missing_measures & STRICT_REQUIRED_MEASURES or missing_measures >= STRICT_ALTERNATIVE_MEASURES
-        ):
+        is_weak = missing_measures & STRICT_REQUIRED_MEASURES or missing_measures >= STRICT_ALTERNATIVE_MEASURES
+        if self._strict and is_weak:
             self.close()
             raise QdotError(f"notebooks can't be isolated strictly: {self.unavailable_measures}; see `qdot doctor`")
 
@@ -452,9 +451,8 @@ class _ReportLines:
     def _is_over(self) -> bool:
         """Return whether the time is up; if not, set the deadline to the next moment at which it may be up."""
         used_seconds, now = self._get_processor_time(), time.monotonic()
-        remaining = min(
-            self._seconds - used_seconds, self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds - now
-        )
+        end_time = self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds
+        remaining = min(self._seconds - used_seconds, end_time - now)
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
 

@@ -17,10 +17,8 @@ HIDDEN_PACKAGES = ("qdot",)
 def find_library_folders() -> list[str]:
     """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
     package_folders = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    other_folders = [path for path in sys.path if path and path not in package_folders]
-    return package_folders + [
-        path for path in other_folders if not any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)
-    ]
+    checkouts = [path for path in sys.path if any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
+    return package_folders + [path for path in sys.path if path and path not in (*package_folders, *checkouts)]
 
 
 LIBRARY_FOLDERS = tuple(find_library_folders())
