@@ -158,17 +158,13 @@ def allow_symbols(function: Any) -> Iterator[None]:
         for namespace, name, value in originals:
             namespace[name] = replaced_functions[value]
         for name in methods:
-            setattr(sympy.Expr, name, functools.partialmethod(_call, _ELEMENTWISE[name]))
+            setattr(sympy.Expr, name, lambda *arguments, function=_ELEMENTWISE[name]: function(*arguments))
         yield
     finally:
         for namespace, name, value in originals:
             namespace[name] = value
         for name in methods:
             delattr(sympy.Expr, name)
-
-
-def _call(expression: sympy.Expr, function: Any, *others: Any) -> Any:
-    return function(expression, *others)
 
 
 def _accept_symbols(name: str) -> Any:

@@ -66,10 +66,9 @@ def format_value(value: Any, depth: int = 0) -> str:
 
 def _format_array(value: Any, depth: int) -> str:
     if len(value.shape) > 2:
-        raise TypeError(
-            f"an array of shape {tuple(map(int, value.shape))} is not a matrix; for the Jacobian of a column P of "
-            "formulas, write P.jacobian([theta1, theta2, ...])"
-        )
+        shape = tuple(map(int, value.shape))
+        advice = "for the Jacobian of a column P of formulas, write P.jacobian([theta1, theta2, ...])"
+        raise TypeError(f"an array of shape {shape} is not a matrix; {advice}")
     return format_value(value.tolist(), depth)
 
 
@@ -125,9 +124,8 @@ def _format_container(value: Any, depth: int) -> str:
 
 _LIST_ADVICE = "; write the list of its entries, as in list(…)"
 ADVICE_BY_TYPE = {
-    **dict.fromkeys(
-        ("generator", "zip", "map", "filter", "range", "dict_values", "dict_items", "dict_keys"), _LIST_ADVICE
-    ),
+    **dict.fromkeys(("generator", "zip", "map", "filter", "range"), _LIST_ADVICE),
+    **dict.fromkeys(("dict_values", "dict_items", "dict_keys"), _LIST_ADVICE),
     "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
