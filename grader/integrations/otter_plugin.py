@@ -38,11 +38,10 @@ class Marks(AbstractOtterPlugin):
         _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
-            with (
-                tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder,
-                contextlib.chdir(folder),
-                mock.patch.dict(os.environ, PYTHONSAFEPATH="1"),  # new processes import nothing from their folder
-            ):
+            safe_path = mock.patch.dict(
+                os.environ, PYTHONSAFEPATH="1"
+            )  # new processes import nothing from their folder
+            with tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder, contextlib.chdir(folder), safe_path:
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
