@@ -38,9 +38,8 @@ class Marks(AbstractOtterPlugin):
         _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
-            safe_path = mock.patch.dict(
-                os.environ, PYTHONSAFEPATH="1"
-            )  # new processes import nothing from their folder
+            # New processes then import nothing from their working folder.
+            safe_path = mock.patch.dict(os.environ, PYTHONSAFEPATH="1")
             with tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder, contextlib.chdir(folder), safe_path:
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:

@@ -48,7 +48,7 @@ MAX_DESCRIPTORS = 64
 MAX_SIGNALS = 256
 """Maximum number of timers and waiting signals."""
 MAX_SLOWDOWN = 10
-"""A notebook may wait, on a busy machine, this many times as long as it computes."""
+"""In real time, a notebook may take its limit plus this many times its processor time, because machines are busy."""
 MAX_REPLACED_SYMBOLS = 20
 """Maximum number of symbols that are reported as replaced by numbers."""
 
@@ -304,7 +304,7 @@ def _limit_resources(measures: Measures) -> None:
     limits = [
         ("RLIMIT_CPU", measures.processor_seconds), ("RLIMIT_FSIZE", MAX_FILE_BYTES),
         ("RLIMIT_NOFILE", MAX_DESCRIPTORS), ("RLIMIT_AS", measures.memory_bytes),
-        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program if the machine has one
+        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe core dumps to a program, if one is set up for them
     ]  # fmt: skip
     if sys.platform == "linux":  # waiting signals and timers, which are counted for all of a user's processes together
         limits.append(("RLIMIT_SIGPENDING", MAX_SIGNALS))

@@ -20,7 +20,7 @@ from . import standins
 from .ipython import NON_PYTHON_MAGICS, translate_to_python
 
 _RESULT_NAMES = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
-"""Names of the last results, which need to be stored only if a cell mentions one of the names."""
+"""Names of the results of earlier cells; results are stored only if some cell mentions such a name."""
 
 _AWAIT_FLAG = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
