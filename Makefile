@@ -106,7 +106,7 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m tests.tools.docs_pages
-	$(PY) -m qdot.grader.cli.reference_pages
+	$(PY) -m tests.tools.reference_pages
 
 sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
 	$(PY) -m tests.tools.sharing

@@ -162,7 +162,7 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this slot; each regenerated problem has a different seed."""
         seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
-        return generation.student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
+        return generation.make_student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
 
     def make_id_from_seed(self, seed: int) -> ProblemId:
         """Return the identity of the problem of this slot with a given seed."""

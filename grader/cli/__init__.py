@@ -1,6 +1,6 @@
-"""The program `qdot`: its commands and the code that only they use.
+"""The program `qdot`: the modules of its commands.
 
-It imports all other packages, but each command's module only if the command is run.
+This package imports all other packages of qdot, but a command's module is imported only if the command is run.
 
     main                        the program
     problem_commands            the commands about arms and problems: init, families, questions, show, robots, solve
@@ -11,6 +11,5 @@ It imports all other packages, but each command's module only if the command is 
     student_command             the command for students, `qdot check`
     forget_command              `qdot forget`
     options, overview           options that commands share; overviews of the families and robots
-    demo                        the simulated class
-    reference_pages             the pages of docs/ about export formats, reports, schemas and the library
+    demo                        `qdot demo`: the simulated class
 """

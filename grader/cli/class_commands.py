@@ -1,13 +1,13 @@
-"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor, demo."""
+"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor."""
 
 import io
 import json
 import platform
 import sys
-import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -36,7 +36,6 @@ from qdot.grader.grading.class_check import load_class
 from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
 from qdot.grader.judging.compare_command import compare as compare_texts
 from qdot.grader.sandbox import guarantees
-from qdot.grader.sandbox.sandbox import check_system
 from qdot.grader.statistics.shared_answers import describe_shared_answers
 
 
@@ -61,7 +60,7 @@ def generate(
     assignment = load_class(folder)
     for message in assignment.notes:
         note(message)
-    counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
+    counts = dict.fromkeys(("written", "rewritten", "completed", "kept", "left out"), 0)
     failed_slots: list[FailedSlot] = []
     with show_progress("generating", len(assignment.roster)) as counter:
 
@@ -74,18 +73,18 @@ def generate(
                 note(f"{old_path} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
-        release_results = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+        released_class = release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    targets = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
-    say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {targets}")
+    next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
+    say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
-    for message in (*describe_redraws(assignment, release_results), *describe_shared_answers(release_results)):
+    for message in (*describe_redraws(assignment, released_class), *describe_shared_answers(released_class)):
         note(message)
-    if former_students := find_former_students(release_results):
+    if former_students := find_former_students(released_class):
         names = list_some(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
-    raise_failed_slots(release_results, failed_slots)
+    raise_failed_slots(released_class, failed_slots)
 
 
 def verify(
@@ -93,9 +92,7 @@ def verify(
         list[str],
         name_argument("PROBLEM… | DIR", "Problems (FAMILY/SEED) or an assignment folder.", FAMILIES, suffix="/1"),
     ] = [],  # noqa: B006
-    family: Annotated[
-        str, name_option("Verify problems of this family, or of `all` families.", names=[*FAMILIES, "all"])
-    ] = "",
+    family: Annotated[str, name_option("Verify problems of a family, or of `all`.", names=[*FAMILIES, "all"])] = "",
     count: Annotated[int, typer.Option(min=1, help="With --family: how many problems, with seeds 0, 1, 2, …")] = 100,
     first_seed: Annotated[int, typer.Option(metavar="SEED", min=0, max=1 << 62, help="With --family: first seed.")] = 0,
     variation: VariationOption = "",
@@ -120,71 +117,61 @@ def verify(
     """
     from qdot.grader.grading.certify import verify_all
 
-    def make_task(identity: ProblemId) -> VerificationTask:
-        return VerificationTask(identity.with_variation(variation).with_convention(convention, twist_order))
-
-    seeds, is_varied = range(first_seed, first_seed + count), bool(variation or convention or twist_order)
-    tasks = _list_tasks(what, family, seeds, make_task, is_varied)
-    started = time.monotonic()
-    failure_counts, passed_count_by_family = (
-        Counter[FailureKind](),
-        dict.fromkeys((task.identity.family for task in tasks), 0),
-    )
-    printed: set[str] = set()
+    if not family and not what:
+        raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
+    if family and what:
+        raise QdotError(f"give either --family, which verifies a whole family, or {what[0]!r}")
+    folders = [Path(item) for item in what if Path(item).is_dir()]
+    if folders and (variation or convention or twist_order):
+        advice = f"for an assignment, set them in {folders[0]}/assignment.toml"
+        raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
+    identities = [ProblemId.parse(item, NO_FOLDER_HINT) for item in what if not Path(item).is_dir()]
+    if family:
+        identities = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
+    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
+    tasks = [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
+    failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
+    printed_messages: set[str] = set()
     with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
         for task, failures in verified_tasks:
             counter.step()
             failure_counts.update(failure.kind for failure in failures[:1])
-            passed_count_by_family[task.identity.family] += not failures
-            for failure in failures:
-                if failure.message not in printed:  # a message that concerns all problems of a student is printed once
+            passed_counts[task.identity.family] += not failures
+            for failure in failures:  # a message that concerns all problems of a student is printed once
+                if failure.message not in printed_messages:
                     say(failure.message)
-                printed.add(failure.message)
+                printed_messages.add(failure.message)
     if family == "all":
-        for name, number in passed_count_by_family.items():
+        for name, number in passed_counts.items():
             say(f"{name:<20} {number} passed")
-    seconds = time.monotonic() - started
     kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failure_counts.items()))
     say(f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
-    note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
     if failure_counts:
         raise typer.Exit(1)
 
 
-MakeTask = Callable[[ProblemId], VerificationTask]
 NO_FOLDER_HINT = "; there is no folder with that name either"
 """The end of the message about an argument that is neither a problem nor a folder."""
 
 
-def _list_tasks(
-    problems_or_folders: list[str], family: str, seeds: range, make_task: MakeTask, has_variation: bool
-) -> list[VerificationTask]:
-    """Return a task for each problem to verify.
+def _list_family_problems(families: Sequence[str], first_seed: int, count: int) -> list[ProblemId]:
+    """Return the ids of `count` problems, family by family, so that each process derives an arm's structure only once.
 
-    The problems are either named by `problems_or_folders`, or given by the family and the seeds. Several families share
-    the number of seeds evenly, each beginning at the first seed. Raises QdotError.
+    The families share the number evenly, each beginning at `first_seed`. Raises QdotError for an unknown family.
     """
-    if not family and not problems_or_folders:
-        raise QdotError("give problems (planar-2r/7), an assignment folder, or --family FAMILY (or all) with --count")
-    if family and problems_or_folders:
-        raise QdotError(f"give either --family, which verifies a whole family, or {problems_or_folders[0]!r}")
-    families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
-    numbers = range(len(seeds) if families else 0)
-    tasks = [make_task(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
-    # Each process then derives an arm's structure only once.
-    tasks.sort(key=lambda task: families.index(task.identity.family))
-    for item in problems_or_folders:
-        if not Path(item).is_dir():
-            tasks.append(make_task(ProblemId.parse(item, NO_FOLDER_HINT)))
-        elif has_variation:
-            options = "--variation, --convention and --twist-order"
-            raise QdotError(f"{options} apply to problems only; for an assignment, set them in {item}/assignment.toml")
-        else:
-            assignment = load_class(Path(item))
-            for student in find_former_students(assignment):
-                note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
-            tasks += list_tasks(assignment)
-    return tasks
+    problems = []
+    for index, name in enumerate(families):
+        family_count = len(range(index, count, len(families)))
+        problems += [ProblemId(look_up_family(name).name, first_seed + i) for i in range(family_count)]
+    return problems
+
+
+def _list_class_tasks(folder: Path) -> list[VerificationTask]:
+    """Return a task for each problem of a class; print a note on each student who has left the class."""
+    assignment = load_class(folder)
+    for student in find_former_students(assignment):
+        note(f"{student} is not on the roster but has a notebook or certificate, which was verified too")
+    return list_tasks(assignment)
 
 
 def compare(
@@ -194,9 +181,7 @@ def compare(
         str,
         name_option(f"Type: {', '.join(COMPARISON_TYPES)}. Default: that of the reference.", names=COMPARISON_TYPES),
     ] = "",
-    joints: Annotated[
-        str, typer.Option(help="The joint variables of a set of angles or conditions, separated by commas.")
-    ] = "",
+    joints: Annotated[str, typer.Option(help="Joint variables of angles or conditions, separated by commas.")] = "",
     batch: Annotated[
         str, typer.Option(metavar="FILE.jsonl", help="One comparison per line, as JSON; - reads standard input.")
     ] = "",
@@ -254,10 +239,11 @@ def doctor(as_json: JsonOption = False) -> None:
     from importlib.metadata import version
 
     findings = guarantees.probe()
-    versions = {"qdot": find_qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
+    versions = {"qdot": find_qdot_version(), "sympy": version("sympy"), "numpy": version("numpy")}
     environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
-        say(json.dumps({**environment, **findings.as_json()}, ensure_ascii=False, indent=2))
+        content = {**environment, "strict": findings.is_strict, **asdict(findings)}
+        say(json.dumps(content, ensure_ascii=False, indent=2))
         return
     say(", ".join(f"{name} {value}" for name, value in environment.items()))
     say("")
@@ -271,21 +257,3 @@ def doctor(as_json: JsonOption = False) -> None:
         say(remedy)
     verb = "can" if findings.is_strict else "can't"
     say(f'this machine {verb} use sandbox = "strict" in assignment.toml')
-
-
-def demo(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder for the demo.")] = Path("qdot-demo"),
-    jobs: JobsOption = CORE_COUNT,
-) -> None:
-    """Run everything on a simulated class of 30.
-
-    Creates an assignment folder, generates notebooks, submits right, wrong, blank and broken ones, and grades them.
-
-    Examples:
-      qdot demo
-          a class of 30, from problems to feedback, in qdot-demo
-    """
-    from qdot.grader.cli.demo import run_demo
-
-    check_system()
-    run_demo(folder, jobs)

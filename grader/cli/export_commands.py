@@ -13,6 +13,7 @@ from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, say, show_progress
+from qdot.exercises.common.console import BankVariationOption, check_choice, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
@@ -33,12 +34,8 @@ def export(
         list[str],
         name_option(f"Export format: {', '.join(EXPORT_FORMATS)}. Repeatable.", names=EXPORT_FORMATS, metavar="FORMAT"),
     ] = [],  # noqa: B006
-    out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Output folder. Default: DIR/exports/FORMAT.")
-    ] = None,
-    variants: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Question banks: how many variants of each problem.")
-    ] = 20,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/exports/FORMAT.")] = None,
+    variants: Annotated[int, typer.Option(min=1, max=10_000, help="Question banks: variants of each problem.")] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
         bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
@@ -80,22 +77,22 @@ def export(
     if variation:
         assignment = assignment.with_variation(variation)
     failed_slots: list[FailedSlot] = []
-    order = ExportRequest(
+    request = ExportRequest(
         assignment, find_failures, variants, solutions, sheet, versions, page, jobs, report=note,
         on_left_out=failed_slots.append, earned_share=compute_earned_share,
         passing_share=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
-        EXPORT_FORMATS[name].check(order)
+        EXPORT_FORMATS[name].check(request)
     for message in assignment.notes:
         note(message)
     parent = folder / "exports" if out is None else out
-    targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
-    failed_formats = _write_exports(order, targets)
+    target_folders = {name: parent if out and len(names) == 1 else parent / name for name in names}
+    failed_formats = _write_exports(request, target_folders)
     redrawn_assignment = replace(assignment, redraws=read_redrawn(folder))
     for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
-    if failed_formats and failed_slots:  # report both, the failed slots as the error
+    if failed_formats and failed_slots:  # report the failed formats as a note, and the failed slots as the error
         note(_describe_failures(failed_formats, names))
     raise_failed_slots(redrawn_assignment, failed_slots)
     if failed_formats:
@@ -104,9 +101,7 @@ def export(
 
 def report(
     folder: FolderArgument,
-    out: Annotated[
-        Path | None, typer.Option(metavar="PATH", help="Output file. Default: DIR/graded/report.html.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="File. Default: DIR/graded/report.html.")] = None,
     report: Annotated[
         list[str],
         typer.Option(metavar="FORMAT=PATH", help="Write this report instead. Repeatable; - is standard output."),
@@ -117,9 +112,9 @@ def report(
     Uses the results of the last `qdot grade`; nothing is graded again.
 
     The page shows the distribution of scores, difficulty and discrimination of each part, mistakes and who made them,
-    equal wrong answers with their key for overrides.csv, right answers in unusual forms, whether some variants were
-    harder, late and missing work, and wrong answers that are nearly the same (docs/report.md). With --report, only
-    the named formats are written (docs/export-formats.md).
+    equal wrong answers with their key for overrides.csv, whether some variants were harder, late and missing work, and
+    wrong answers that are nearly the same (docs/report.md). With --report, only the named formats are written
+    (docs/export-formats.md).
 
     Examples:
       qdot report homework
@@ -133,9 +128,9 @@ def report(
     reports = parse_report_options(report, has_one_student=False)
     whole_class = load_class(folder)
     assignment, results = read_last_results(whole_class)
-    left_out = [student.id for student in whole_class.roster if student not in assignment.roster]
-    if left_out:
-        note(f"{', '.join(left_out)}: on the roster but not yet graded; left out")
+    ungraded_ids = [student.id for student in whole_class.roster if student not in assignment.roster]
+    if ungraded_ids:
+        note(f"{', '.join(ungraded_ids)}: on the roster but not yet graded; left out")
     if not reports or out is not None:
         reports.append(("html", str(out or folder / "graded" / "report.html")))
     write_requested_reports(assignment, results, reports)
@@ -145,7 +140,7 @@ def report(
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
-    """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
+    """Check the options of `export` that don't depend on the assignment. Raises QdotError if an option is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
             raise make_name_error("export format", name, list(EXPORT_FORMATS))
@@ -153,45 +148,47 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
             banks = ", ".join(name for name, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
             advice = f"for {name}, set the variation in assignment.toml"
             raise QdotError(f"--variation applies to question banks only ({banks}); {advice}")
-    for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
-        if value not in choices:
-            raise make_name_error(description, value, list(choices))
+    check_choice(sheet, tuple(SHEET_KINDS), "sheet")
+    check_choice(page, tuple(PAPER_SIZES), "page size")
 
 
-def _write_exports(order: ExportRequest, targets: Mapping[str, Path]) -> dict[str, str]:
+def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -> dict[str, str]:
     """Write each export format into its folder; return the formats that can't be written, each with the reason."""
-    failed_formats = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].explain_missing())}
-    for name, target in targets.items():
-        if name in failed_formats:
+    failed_formats: dict[str, str] = {}
+    for name, folder in target_folders.items():
+        if reason := EXPORT_FORMATS[name].explain_missing():
+            failed_formats[name] = reason
             continue
-        redrawn = read_redrawn(order.assignment.folder)  # the previous format may have added to it
-        request = replace(order, assignment=replace(order.assignment, redraws=redrawn))
+        redraws = read_redrawn(request.assignment.folder)  # the previous format may have added to them
+        request = replace(request, assignment=replace(request.assignment, redraws=redraws))
         try:
-            say(f"{name}: {count_noun(_export_one(request, name, target), 'file')} in {target}")
+            say(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
         except QdotError as error:
             failed_formats[name] = str(error)
     return failed_formats
 
 
-def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
-    """Return a message that names the export formats that were not written, with the reasons."""
+def _describe_failures(failed_formats: Mapping[str, str], names: Sequence[str]) -> str:
+    """Return a message about the export formats that were not written, each with its reason.
+
+    `names` are the formats that the user asked for.
+    """
     if len(names) == 1:
-        return failed[names[0]]
-    verb = "was" if len(failed) == 1 else "were"
-    others_clause = "; all other formats were written" if len(failed) < len(names) else ""
-    reasons = ". ".join(f"{name}: {error}" for name, error in failed.items())
-    return f"{', '.join(failed)} {verb} not written{others_clause}. {reasons}"
+        return failed_formats[names[0]]
+    verb = "was" if len(failed_formats) == 1 else "were"
+    others_clause = "; all other formats were written" if len(failed_formats) < len(names) else ""
+    reasons = ". ".join(f"{name}: {error}" for name, error in failed_formats.items())
+    return f"{', '.join(failed_formats)} {verb} not written{others_clause}. {reasons}"
 
 
-def _export_one(order: ExportRequest, name: str, target: Path) -> int:
+def _write_export(request: ExportRequest, name: str, folder: Path) -> int:
     """Write the files of one export format into a folder; return their number."""
-    export_format = EXPORT_FORMATS[name]
-    count = 0
+    export_format, file_count = EXPORT_FORMATS[name], 0
     with (
-        show_progress(f"exporting to {name}", export_format.count_steps(order)) as counter,
-        contextlib.closing(export_format.export(replace(order, on_step=counter.step))) as files,
+        show_progress(f"exporting to {name}", export_format.count_steps(request)) as counter,
+        contextlib.closing(export_format.export(replace(request, on_step=counter.step))) as files,
     ):
         for file in files:
-            write_atomically(target / file.path, file.content, 0o600 if file.is_private else 0o644)
-            count += 1
-    return count
+            write_atomically(folder / file.path, file.content, 0o600 if file.is_private else 0o644)
+            file_count += 1
+    return file_count

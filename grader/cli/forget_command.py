@@ -10,13 +10,11 @@ from qdot.exercises.common.console import say
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.forgetting import plan_forgetting
 
-NOT_REACHED = "qdot can't remove copies on learning platforms, in repositories, e-mail, backups or elsewhere"
+LIMITATION = "qdot can't remove copies on learning platforms, in repositories, e-mail, backups or elsewhere"
 
 
 def forget(
-    student: Annotated[
-        str, typer.Argument(metavar="STUDENT", help="An identifier in the roster, or a name or email address.")
-    ],
+    student: Annotated[str, typer.Argument(metavar="STUDENT", help="An identifier, a name or an email address.")],
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="A folder with one or several assignments. Default: this folder.")
     ] = Path(),
@@ -40,20 +38,17 @@ def forget(
     for plan in plans:
         for line in plan.describe():
             say(line)
-    say(NOT_REACHED)
+    say(LIMITATION)
     if dry_run:
         say("nothing was removed: --dry-run")
         return
-    if not yes and not _confirm():
-        say("nothing was removed")
-        raise typer.Exit(1)
+    if not yes:
+        if not sys.stdin.isatty():
+            advice = "use --yes to remove, or --dry-run to list only"
+            raise QdotError(f"can't ask for confirmation without a terminal: {advice}")
+        if not typer.confirm("Remove this permanently?", err=True):
+            say("nothing was removed")
+            raise typer.Exit(1)
     for plan in plans:
         plan.carry_out()
     say("removed")
-
-
-def _confirm() -> bool:
-    """Ask at the terminal whether to remove everything. Raises QdotError if there is no terminal."""
-    if not sys.stdin.isatty():
-        raise QdotError("can't ask for confirmation without a terminal: use --yes to remove, or --dry-run to list only")
-    return typer.confirm("Remove this permanently?", err=True)

@@ -14,30 +14,17 @@ from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
-from qdot.grader.grading.batch import (
-    find_student,
-    grade_class,
-    grade_one,
-    lock_folder,
-    make_limits,
-    parse_time,
-)
+from qdot.grader.grading import batch
 from qdot.grader.grading.class_check import check_class, check_secret, read_sample
 from qdot.grader.grading.history import describe_mark_changes, read_previous_results
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, list_staff_notes, work_status
-from qdot.grader.sandbox import guarantees
-from qdot.grader.sandbox.sandbox import Limits, check_system
-from qdot.grader.submissions.submission import (
-    OTHER_VERSION,
-    StudentFiles,
-    SubmissionFolder,
     find_student_files,
-    find_submissions,
-    open_submissions,
-)
+from qdot.grader.reports.tables import UNMARKED_STATES, count_overridden, find_work_status, list_staff_notes
+from qdot.grader.sandbox.guarantees import check_sandbox
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.submissions.submission import OTHER_VERSION, SubmissionFolder, find_submissions, open_submissions
 
 
 def grade(
@@ -99,18 +86,18 @@ def grade(
     if received and not student:
         raise QdotError("--received applies to one student's notebook: add --student ID")
     assignment = load_assignment(folder)
-    print_line = note if any(path == STDOUT for _, path in reports) else say
-    if student and executor:
-        raise QdotError("--executor applies to a whole class; leave it out with --student")
-    if allow_missing and student:
-        raise QdotError("--allow-missing applies to a whole class; leave it out with --student")
+    print_line = note if any(path == STDOUT for _, path in reports) else say  # standard output may be a report
+    for option, value in (("--executor", executor), ("--allow-missing", allow_missing)):
+        if student and value:
+            raise QdotError(f"{option} applies to a whole class; leave it out with --student")
+    limits = batch.make_limits(seconds)
     if student:
-        results = [_grade_student(assignment, submissions, student, received, make_limits(seconds))]
-        points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
-        summary = f"{results[0].student}: {work_status(results[0])}, {points}"
+        result = _grade_student(assignment, submissions, student, received, limits)
+        results = [result]
+        points = f"{format_points(result.score)} of {format_points(result.max_score)} points"
+        summary = f"{result.student}: {find_work_status(result)}, {points}"
     else:
         source = submissions or folder / "submitted"
-        limits = make_limits(seconds)
         earlier_results, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
         if diff:
             print_line(describe_mark_changes(earlier_results, results))
@@ -127,129 +114,127 @@ def grade(
 def _grade_class(
     assignment: Assignment, source: Path, limits: Limits, jobs: int, executor: str, allow_missing: bool
 ) -> tuple[Mapping[str, Result], list[Result], str]:
-    """Grade a class's submissions, in a folder or a zip, and write feedback.
+    """Grade a class's submissions and write feedback; `source` is the folder or zip with the submissions.
 
-    Return the results of the previous run, the new results, and a summary.
+    Return the results of the previous run by student, the new results, and one line that summarises them.
     """
     from qdot.grader.reports.write import write_reports
 
     with open_submissions(source) as root:
         submission_folder = find_submissions(assignment, root)
         check_class(assignment, submission_folder, root, source)
-        _note_ownerless(assignment, submission_folder)
+        for message in submission_folder.uncertain_owners:
+            note(message)
+        for name in submission_folder.not_on_roster:
+            hint = f"; put it into the student's folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
+            note(f"{name}: the roster has no student with this name; not graded{hint}")
         if not executor:  # each worker of a cluster checks its own sandbox
-            check_sandbox(assignment.sandbox == "strict")
-        with lock_folder(assignment.folder):
+            _note_sandbox_weakness(assignment)
+        by_student, jobs = submission_folder.by_student, min(jobs, len(assignment.roster))
+        with batch.lock_folder(assignment.folder):
             earlier_results = read_previous_results(assignment)
             if not allow_missing:
-                _check_nobody_missing(assignment, source, earlier_results, submission_folder.by_student)
+                _check_nobody_missing(assignment, source, earlier_results, submission_folder)
             with show_progress("grading", len(assignment.roster)) as counter:
-                jobs = min(jobs, len(assignment.roster))
-                by_student = submission_folder.by_student
-                results = grade_class(assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor)
+                results = batch.grade_class(
+                    assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor
+                )
             with show_progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
-    groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-    largest_first = [group for group, _ in groups.most_common()]
+    group_sizes = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
+    largest_first = [group for group, _ in group_sizes.most_common()]
     for message in describe_unused_groups(assignment, read_overrides(assignment), largest_first):
         note(message)
-    ownerless = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
-    if not ownerless and all(result.submission is None for result in results):
+    ownerless_count = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
+    if not ownerless_count and all(result.submission is None for result in results):
         note(f"there are no submissions: put them into {source}, as STUDENT/{assignment.key}.ipynb")
-    return earlier_results, results, _summarize(results, assignment.folder, ownerless)
+    return earlier_results, results, _summarize(results, assignment.folder, ownerless_count)
 
 
 def _check_nobody_missing(
-    assignment: Assignment, source: Path, earlier_results: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
+    assignment: Assignment, source: Path, earlier_results: Mapping[str, Result], submitted: SubmissionFolder
 ) -> None:
     """Raise QdotError if students who had a submission in the last run have none now: they would lose their marks.
 
-    This happens if a second zip contains only late submissions, or if a platform's zip was graded but is not named in
-    this run.
+    For example, a second zip may contain only late submissions. Or the last run graded a platform's zip, but this run
+    does not name the zip.
     """
     names = [student.id for student in assignment.roster]
     students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
-    missing = [name for name in names if name not in by_student and name in students_with_submission]
-    if missing:
-        students = f"{len(missing)} of {count_noun(len(names), 'student')} graded in the last run"
+    missing_names = [name for name in names if name not in submitted.by_student and name in students_with_submission]
+    if missing_names:
+        students = f"{len(missing_names)} of {count_noun(len(names), 'student')} graded in the last run"
         raise QdotError(
-            f"{source}: submissions of {students} are missing: {list_some(missing, 5)}; put all submissions into "
+            f"{source}: submissions of {students} are missing: {list_some(missing_names, 5)}; put all submissions into "
             "one folder or zip, or add --allow-missing to remove these marks"
         )
 
 
-def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
-    """Print notes on the files that belong to nobody on the roster or fit several students."""
-    for message in submitted.uncertain_owners:
-        note(message)
-    for name in submitted.not_on_roster:
-        hint = f"; put it into the student's folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
-        note(f"{name}: the roster has no student with this name; not graded{hint}")
-
-
 def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
-    """Grade only one student, from a notebook or folder, or from the submissions of the class."""
-    student = find_student(assignment, name)
-    time = parse_time(received) if received else None
+    """Grade only the student with the identifier `name`, and return the result.
+
+    `path` is the student's notebook or folder; if it is None, the submission is taken from DIR/submitted. `received` is
+    the text of `--received`, which may be empty.
+    """
+    student = batch.find_student(assignment, name)
+    time = batch.parse_time(received) if received else None
     if path is not None:
-        files = find_student_files(assignment, path, time)
+        files = batch.find_student_files(assignment, path, time)
     else:
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if files is not None and time is not None:
             files = replace(files, received=time, platform="option")
     sample = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
     check_secret(assignment, [submission for _, submission in sample], path or assignment.folder / "submitted")
-    check_sandbox(assignment.sandbox == "strict")
-    result = grade_one(assignment, student, files, limits)
+    _note_sandbox_weakness(assignment)
+    result = batch.grade_one(assignment, student, files, limits)
     _print_staff_notes([result])
     return result
 
 
 def _check_graded(results: list[Result]) -> None:
     """Print a note on the students who exceeded a limit. Raises QdotError if qdot failed to grade any student."""
-    over_limit = [result.student for result in results if work_status(result) == "over limit"]
+    over_limit = [result.student for result in results if find_work_status(result) == "over limit"]
     if over_limit:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
         note(f"no mark, because the submission exceeds a limit: {list_some(over_limit, 5)}; {advice}")
-    if any(work_status(result) == "ungraded" for result in results):
+    if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")
 
 
-def check_sandbox(must_be_strict: bool) -> None:
-    """Print a note on what this machine's sandbox does not enforce. If `must_be_strict`, raise QdotError instead."""
-    check_system()
-    findings = guarantees.probe(quick=not must_be_strict)
-    if must_be_strict and not findings.is_strict:
-        raise QdotError(guarantees.explain_refusal(findings))
-    if warning := guarantees.describe_weakness(findings):
+def _note_sandbox_weakness(assignment: Assignment) -> None:
+    """Print a note on what this machine's sandbox does not enforce. Raises QdotError if the assignment requires it."""
+    if warning := check_sandbox(assignment.sandbox == "strict"):
         note(warning)
 
 
 def _print_staff_notes(results: list[Result]) -> None:
-    """Print the notes for the staff, one line for each note of a student, and one line about all outdated notebooks."""
+    """Print a line for each note on a student's work, and one line about all outdated notebooks together."""
     for result in results:
         for message in list_staff_notes(result):
             if message != OTHER_VERSION:
                 note(f"{result.student}: {message}")
-    submitted_count = sum(result.submission is not None for result in results)
     outdated_count = sum(OTHER_VERSION in result.staff_notes for result in results)
     if outdated_count:
-        number = (
-            f"{outdated_count} of {count_noun(submitted_count, 'notebook')} {'was' if outdated_count == 1 else 'were'}"
-        )
-        other_inputs = "another assignment.toml, redrawn.csv or secret"
-        note(f"WARNING: {number} made from {other_inputs}: distribute the new notebooks, or restore the old files")
+        notebooks = count_noun(sum(result.submission is not None for result in results), "notebook")
+        verb = "was" if outdated_count == 1 else "were"
+        causes = "another assignment.toml, redrawn.csv or secret"
+        advice = "distribute the new notebooks, or restore the old files"
+        note(f"WARNING: {outdated_count} of {notebooks} {verb} made from {causes}: {advice}")
 
 
-def _summarize(results: list[Result], folder: Path, ownerless: int) -> str:
-    """Return a line that summarises the results; `ownerless` is the number of files without a certain owner."""
-    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(work_status, results)).items())
-    marked_results = [result for result in results if result.submission and work_status(result) not in UNMARKED_STATES]
-    percents = [result.percent for result in marked_results]
-    mean = f"mean {fmean(percents):.1f} % of submitted work; " if percents else ""
-    not_graded = f"{count_noun(ownerless, 'file')} without a certain owner on the roster; " if ownerless else ""
-    overridden_count = sum(map(count_overridden, results))
-    by_hand = f"{overridden_count} set by {OVERRIDES_FILE}; " if overridden_count else ""
-    return f"{count_noun(len(results), 'student')}: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"
+def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str:
+    """Return a line that summarises the results; `ownerless_count` is the number of files without a certain owner."""
+    states = list(map(find_work_status, results))
+    phrases = [", ".join(f"{count} {state}" for state, count in Counter(states).items())]
+    pairs = zip(results, states, strict=True)
+    marked_results = [result for result, state in pairs if result.submission and state not in UNMARKED_STATES]
+    if marked_results:
+        phrases.append(f"mean {fmean(result.percent for result in marked_results):.1f} % of submitted work")
+    if overridden_count := sum(map(count_overridden, results)):
+        phrases.append(f"{overridden_count} set by {OVERRIDES_FILE}")
+    if ownerless_count:
+        phrases.append(f"{count_noun(ownerless_count, 'file')} without a certain owner on the roster")
+    return f"{count_noun(len(results), 'student')}: {'; '.join(phrases)}; see {folder / 'graded'}"

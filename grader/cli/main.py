@@ -1,4 +1,4 @@
-"""The command `qdot`: one program, composed of the commands that each package defines.
+"""The program `qdot`: load the module of the command that is called, and run the command.
 
 Nothing slow is imported before `main` has made sure that Ctrl-C and SIGTERM end the program with one line.
 """
@@ -32,7 +32,7 @@ STOP_MESSAGES = {
     "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command starts again with the first problem; --first-seed SEED starts a sweep later",
 }
-"""The messages that are printed when Ctrl-C or SIGTERM stops a command; for other commands it is "stopped"."""
+"""The message when Ctrl-C or SIGTERM stops a command; for a command that is missing here, the message is "stopped"."""
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
@@ -41,19 +41,18 @@ COMMANDS = {
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
     "forget": "qdot.grader.cli.forget_command",
-    "demo": "qdot.grader.cli.class_commands",
+    "demo": "qdot.grader.cli.demo",
 }
-"""For each command, the module that defines it as a function of the same name, with _ instead of -."""
+"""For each command, the module that defines the command as a function of the same name."""
 
 ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
 
-
 COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Thresholds of garbage collection. They are high because formulas are trees, which need no collection; with Python's
-default, it takes a tenth of the time."""
+default thresholds, garbage collection takes a tenth of the time."""
 
 LIST_COMMANDS = "--help"
 """The value of `only` for a program that only lists the commands."""
@@ -61,19 +60,18 @@ LIST_COMMANDS = "--help"
 
 @functools.cache
 def make_program(only: str = "") -> "typer.Typer":
-    """Return the program with all its commands, or `only` with one of them, because loading the others takes time.
+    """Return the program; if `only` names a command, the program has only this command, because loading takes time.
 
-    If `only` is `--help`, the program can only list its commands, with descriptions parsed from the modules' source.
+    If `only` is `LIST_COMMANDS`, the program can list the commands but not run them. The list is then made from the
+    source of the modules, without loading the modules.
     """
     import typer
 
-    app = typer.Typer(
-        name="qdot", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
-        help=HELP,
-    )  # fmt: skip
+    settings: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": False}
+    app = typer.Typer(name="qdot", no_args_is_help=True, help=HELP, **settings)
 
     @app.callback(invoke_without_command=True)
-    def _top(
+    def print_version(
         version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version and exit.")] = False,
     ) -> None:
         if version:
@@ -84,16 +82,17 @@ def make_program(only: str = "") -> "typer.Typer":
 
     def add(group: typer.Typer, name: str, module: str, function: str) -> None:
         if only == LIST_COMMANDS:
-            command = _make_help_stub(module, function)
+            command, docstring = (lambda: None), _parse_docstrings(module)[function]
         else:
             command = _report_errors(getattr(import_module(module), function))
-        text, _, examples = (inspect.getdoc(command) or "").partition("\nExamples:\n")
-        settings = {"ignore_unknown_options": name == "compare"}  # a formula may begin with a minus
-        group.command(name, context_settings=settings, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
+            docstring = inspect.getdoc(command)
+        text, _, examples = (docstring or "").partition("\nExamples:\n")
+        context = {"ignore_unknown_options": name == "compare"}  # a formula may begin with a minus
+        group.command(name, context_settings=context, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
 
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            add(app, name, module, name.replace("-", "_"))
+            add(app, name, module, name)
     if only not in COMMANDS:
         site = typer.Typer(no_args_is_help=True, help="Build the web site, or serve it on this machine.")
         for name, function in SITE_COMMANDS.items():
@@ -102,18 +101,9 @@ def make_program(only: str = "") -> "typer.Typer":
     return app
 
 
-def _make_help_stub(module: str, function: str) -> Callable[[], None]:
-    """Return a function that does nothing but has the docstring of a module's function; don't load the module."""
-
-    def described() -> None: ...
-
-    described.__doc__ = _docstrings(module)[function]
-    return described
-
-
 @functools.cache
-def _docstrings(module: str) -> dict[str, str | None]:
-    """Return the docstrings of a module's functions."""
+def _parse_docstrings(module: str) -> dict[str, str | None]:
+    """Return the docstrings of a module's functions by name, without loading the module."""
     spec = find_spec(module)
     assert spec is not None and spec.origin is not None, module
     statements = ast.parse(Path(spec.origin).read_bytes()).body
@@ -127,7 +117,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that reports its errors in one line, and exits with 2 for errors, or 130 or 143 if stopped."""
+    """Return the command with errors reported in one line; the exit code is 2 for an error, 130 or 143 for a signal."""
     import typer
 
     from qdot.exercises.common.errors import QdotError, make_open_files_error
@@ -142,16 +132,14 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except KeyboardInterrupt as stop:
             _exit_with_message(STOP_MESSAGES.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reading program has ended
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads the output any more
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except Exception as error:
             if os.environ.get("QDOT_TRACEBACK"):
                 raise
-            if (cause := make_open_files_error(error)) is not None:
-                _exit_with_message(str(cause), 2)
-            cause_text = f"{type(error).__name__}: {error}"
-            _exit_with_message(f"qdot failed: {cause_text}. Please report it; set QDOT_TRACEBACK=1 to see where", 2)
+            report = f"{type(error).__name__}: {error}. Please report it; set QDOT_TRACEBACK=1 to see where"
+            _exit_with_message(str(make_open_files_error(error) or f"qdot failed: {report}"), 2)
 
     return run
 
@@ -166,39 +154,32 @@ def _exit_with_message(message: str, code: int) -> NoReturn:
     raise typer.Exit(code)
 
 
-def _stop_at_once(number: int, _: object) -> NoReturn:
-    """Handle a signal by ending the process immediately, before a command has begun."""
+def _stop_at_once(signal_number: int, _: object) -> NoReturn:
+    """Handle a signal that arrives before a command has begun: end the process immediately."""
     os.write(2, f"qdot: {STOP_MESSAGES.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
-    os._exit(128 + number)
+    os._exit(128 + signal_number)
 
 
 def _prepare_command() -> None:
-    """Prepare a command so that, from now on, Ctrl-C, SIGTERM and SIGHUP end it after it has cleaned up."""
+    """Let Ctrl-C, SIGTERM and SIGHUP end the command only after it has cleaned up, and let Python collect garbage."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(*COLLECTION_THRESHOLDS)
         gc.enable()
-    for number, handler in (
-        (signal.SIGINT, signal.default_int_handler),
-        *((ending, _stop) for ending in ENDING_SIGNALS),
-    ):
-        if signal.getsignal(number) is _stop_at_once:
-            signal.signal(number, handler)
+    handlers: dict[int, Any] = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(ENDING_SIGNALS, _stop)}
+    for signal_number, handler in handlers.items():
+        if signal.getsignal(signal_number) is _stop_at_once:
+            signal.signal(signal_number, handler)
 
 
-def _stop(number: int, _: object) -> NoReturn:
-    """Stop as on Ctrl-C, so that processes are ended and everything is cleaned up."""
-    signal.signal(number, signal.SIG_IGN)  # ignore the signal if it comes again
-    raise KeyboardInterrupt(number)
-
-
-def _choose_encoding(stream: io.TextIOWrapper) -> str | None:
-    """Return UTF-8 for output to a file or another program (Windows has another default); None for a terminal."""
-    return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+def _stop(signal_number: int, _: object) -> NoReturn:
+    """Handle a signal like Ctrl-C, so that the command ends its processes and cleans up."""
+    signal.signal(signal_number, signal.SIG_IGN)  # ignore the signal if it comes again
+    raise KeyboardInterrupt(signal_number)
 
 
 def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -> str:
-    """Return the part of the program that is needed: one command, `--help`, or "" for the whole program.
+    """Return the value of `only` for `make_program`: the command that is called or completed, or `LIST_COMMANDS`.
 
     >>> find_needed_part(["grade", "homework"], {}), find_needed_part([], {}), find_needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
@@ -223,15 +204,17 @@ def main() -> None:
     """Run the command line. Exit codes: 0 for success, 1 if a check failed, 2 for bad input or a failure of qdot."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # Ctrl-C is ignored in the background
         signal.signal(signal.SIGINT, _stop_at_once)  # nothing has to be cleaned up yet
-    for number in ENDING_SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # SIGHUP is ignored under nohup
-            signal.signal(number, _stop_at_once)
+    for signal_number in ENDING_SIGNALS:
+        if signal.getsignal(signal_number) is not signal.SIG_IGN:  # SIGHUP is ignored under nohup
+            signal.signal(signal_number, _stop_at_once)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; threads prevent forking
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # Pydantic would search all installed packages
     gc.disable()  # disabled until everything is loaded, because nothing loaded becomes garbage
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(encoding=_choose_encoding(stream), errors="replace")  # a terminal without "θ" shows "?"
+            # Files and other programs get UTF-8, also on Windows, which has another default.
+            encoding = None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
+            stream.reconfigure(encoding=encoding, errors="replace")  # a terminal without "θ" shows "?"
     make_program(find_needed_part(sys.argv[1:], os.environ))()
 
 

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share."""
+"""Define the arguments and options that several commands share."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -31,22 +31,22 @@ def complete_names(*registries: Names, separator: str = "", suffix: str = "") ->
     return complete
 
 
-def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", between: str = "") -> Any:
-    """Return an option whose value is one of the names, which the Tab key completes."""
-    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=between))
+def name_option(help: str, *flags: str, names: Names, metavar: str = "NAME", separator: str = "") -> Any:
+    """Return an option whose value is one of `names`, or several names with the separator; Tab completes it."""
+    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, separator=separator))
 
 
 def name_argument(metavar: str, help: str, *names: Names, suffix: str = "") -> Any:
-    """Return an argument whose value may be one of the names, with a suffix, which the Tab key completes."""
+    """Return an argument whose value may be one of `names`, which Tab completes and extends by `suffix`."""
     return typer.Argument(metavar=metavar, help=help, autocompletion=complete_names(*names, suffix=suffix))
 
 
-def _convention_option(default: str) -> Any:
+def _make_convention_option(default: str) -> Any:
     choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
     return name_option(f"How arms are described: {choices}.", "--convention", names=CONVENTIONS)
 
 
-def _twist_order_option(default: str) -> Any:
+def _make_twist_order_option(default: str) -> Any:
     text = f"Order of twists, for screw axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}."
     return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
@@ -58,11 +58,11 @@ def _variation_option(default: str) -> Any:
 
 
 DEFAULT_FROM_ID = "that of the problem's id, else "
-"""The beginning of the default in the help text of options that a problem's identifier can set, too."""
-ConventionOption = Annotated[str, _convention_option(DEFAULT_FROM_ID)]
-TwistOption = Annotated[str, _twist_order_option(DEFAULT_FROM_ID)]
-SiteConventionOption = Annotated[str, _convention_option("")]
-SiteTwistOption = Annotated[str, _twist_order_option("")]
+"""The beginning of a default value in help texts, for an option that a problem's id can also set."""
+ConventionOption = Annotated[str, _make_convention_option(DEFAULT_FROM_ID)]
+TwistOption = Annotated[str, _make_twist_order_option(DEFAULT_FROM_ID)]
+SiteConventionOption = Annotated[str, _make_convention_option("")]
+SiteTwistOption = Annotated[str, _make_twist_order_option("")]
 VariationOption = Annotated[str, _variation_option(f"{DEFAULT_FROM_ID}{DEFAULT_VARIATION}")]
 BankVariationOption = Annotated[str, _variation_option("that of assignment.toml")]
 SiteVariationOption = Annotated[str, _variation_option("all steps in turn, or that of assignment.toml")]

@@ -1,9 +1,8 @@
-"""Makes the texts of `qdot families` and `qdot robots`: the families, the questions for one of them, the robots."""
+"""Write the texts of `qdot families` and `qdot robots`: lists of families and robots, and the questions for an arm."""
 
 import textwrap
-from collections.abc import Callable
+from typing import Any
 
-from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.families import FAMILIES, Family
@@ -13,36 +12,28 @@ from qdot.exercises.questions import QUESTIONS
 
 LINE_WIDTH = 100
 
-ARM_KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
-    ("Arms of five to seven joints", lambda chain: chain.n >= 5),
-    ("Wrists", lambda chain: not chain.linear_rows),
-    ("Planar arms", lambda chain: len(chain.linear_rows) < 3),
-    ("Spatial arms with prismatic joints", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
-    ("Spatial arms of revolute joints", lambda _: True),
-)
-"""The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""
-RANDOM_KIND = "Arms with a random structure"
-"""The kind of the families with random structures."""
-KIND_ORDER = (
-    "Planar arms", "Spatial arms of revolute joints", "Spatial arms with prismatic joints", "Wrists",
-    "Arms of five to seven joints", RANDOM_KIND,
-)  # fmt: skip
-"""The kinds of arms in the order in which they are listed."""
-
 
 def group_families() -> dict[str, list[Family]]:
-    """Return the families by kind of arm, in the order in which they are shown."""
-    families_by_kind: dict[str, list[Family]] = {name: [] for name in KIND_ORDER}
+    """Return the families by kind of arm; the first family of a kind sets the order of the kinds."""
+    families_by_kind: dict[str, list[Family]] = {}
     for family in FAMILIES.values():
-        families_by_kind[_find_kind(family)].append(family)
+        families_by_kind.setdefault(_find_kind(family), []).append(family)
     return families_by_kind
 
 
 def _find_kind(family: Family) -> str:
+    """Return the kind of a family's arms as a heading."""
     if family.has_varied_structure:
-        return RANDOM_KIND
+        return "Arms with a random structure"
     chain = sample_chain(ProblemId(family.name, 0), family)
-    return next(name for name, is_of_kind in ARM_KINDS if is_of_kind(chain))
+    if chain.n >= 5:
+        return "Arms of five to seven joints"
+    if not chain.linear_rows:  # the task has no linear velocities
+        return "Wrists"
+    if len(chain.linear_rows) < 3:
+        return "Planar arms"
+    has_prismatic_joint = any(joint.kind == "P" for joint in chain.joints)
+    return "Spatial arms with prismatic joints" if has_prismatic_joint else "Spatial arms of revolute joints"
 
 
 def describe_families() -> str:
@@ -69,9 +60,9 @@ def describe_robots() -> str:
 
 
 def describe_family(family: Family, convention: str = "") -> str:
-    """Return a text about a family or robot: what it is, which questions apply to its arms, and why the rest don't.
+    """Return a text about a family or robot: joints, difficulty, the questions that apply, and why the others don't.
 
-    The arms are described in the named convention or, without one, in the convention of the family or the robot's file.
+    The arms are described in `convention`; if it is empty, in the convention of the family or of the robot's file.
     """
     listing = find_listing(family, convention)
     joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"
@@ -96,18 +87,17 @@ def describe_family(family: Family, convention: str = "") -> str:
 
 def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
-    refused_questions = [name for name in QUESTIONS if name not in find_listing(family, convention).questions]
+    applicable_questions = find_listing(family, convention).questions
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    general_reason = "does not apply to other arms of the family"
-    return {name: QUESTIONS[name].find_obstacle(chain) or general_reason for name in refused_questions}
+    default_reason = "does not apply to other arms of the family"
+    refused_questions = [question for name, question in QUESTIONS.items() if name not in applicable_questions]
+    return {question.name: question.find_obstacle(chain) or default_reason for question in refused_questions}
 
 
 def _wrap(prefix: str, text: str) -> list[str]:
-    """Return a text in lines, indented under the prefix `prefix` of the first line.
+    """Return a text in lines: the first line begins with `prefix`, and the others are indented by its length.
 
     Words with hyphens are not broken, because they are names.
     """
-    return textwrap.wrap(
-        text, LINE_WIDTH, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False,
-        break_long_words=False,
-    )  # fmt: skip
+    options: Any = {"break_on_hyphens": False, "break_long_words": False}
+    return textwrap.wrap(text, LINE_WIDTH, initial_indent=prefix, subsequent_indent=" " * len(prefix), **options)

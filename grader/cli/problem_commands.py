@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+import qdot
 from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot import show as show_problem
@@ -16,14 +17,13 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.console import check_choice, note, say, show_progress, show_status
+from qdot.exercises.common.console import check_choice, note, say, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import find_listing, look_up_family, sample_chain, select_quiz_questions
+from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.problem.problem import find_convention
-from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
     ConventionOption,
@@ -47,9 +47,7 @@ def init(
     roster: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or an export from Canvas or Moodle.")
     ] = None,
-    problems: Annotated[
-        str, name_option("Start with a ready-made set of problems.", "--set", names=SETS)
-    ] = DEFAULT_SET,
+    problems: Annotated[str, name_option("Start with a ready set of problems.", "--set", names=SETS)] = DEFAULT_SET,
     list_sets: Annotated[bool, typer.Option("--list", help="List the sets and exit.")] = False,
 ) -> None:
     """Create a new assignment folder.
@@ -85,9 +83,7 @@ def families(
     name: Annotated[
         str, name_argument("NAME", "A family, a real robot or a file: which questions apply to it.", FAMILIES, library)
     ] = "",
-    convention: Annotated[
-        str, name_option(f"With NAME: the convention, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
-    ] = "",
+    convention: Annotated[str, name_option(f"Convention of NAME: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)] = "",
     as_json: JsonOption = False,
 ) -> None:
     """List the robot families and the questions for each.
@@ -111,17 +107,20 @@ def families(
             raise QdotError("--convention needs a family or robot, as in 'qdot families ur5 --convention dh'")
     if name:
         family = _find_family(name)
-        _derive_questions(family, convention)
-        row = {**_family_as_json(family, convention), "refused": list_refusals(family, convention)} if as_json else {}
-        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else describe_family(family, convention))
+        with show_status(f"finding the questions for {family.name}"):  # takes a minute for long arms
+            text = describe_family(family, convention)
+            if as_json:
+                row = {**_convert_to_json(family, convention), "refused": list_refusals(family, convention)}
+                text = json.dumps(row, ensure_ascii=False, indent=1)
+        say(text)
     elif as_json:
-        say(json.dumps([_family_as_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        say(json.dumps([_convert_to_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
         say(describe_families())
 
 
 def _find_family(name: str) -> Family:
-    """Return the family with this name, or of a robot file, or of a robot in the library. Raises QdotError."""
+    """Return a registered family, or the family made from a robot or a robot file. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(FILE_EXTENSIONS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
@@ -131,21 +130,7 @@ def _find_family(name: str) -> Family:
     return look_up_family(name)
 
 
-def _derive_questions(family: Family, convention: str) -> None:
-    """Find out which questions apply to an arm, with a progress bar, because this takes a minute for long arms.
-
-    The results are cached. The questions for registered families in their default convention are listed already.
-    """
-    if family.has_varied_structure or not (family.robot_argument or convention):
-        return
-    chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    with show_progress(f"finding the questions for {family.name}", len(QUESTIONS)) as counter:
-        for question in QUESTIONS.values():
-            question.find_obstacle(chain)
-            counter.step()
-
-
-def _family_as_json(family: Family, convention: str = "") -> dict[str, Any]:
+def _convert_to_json(family: Family, convention: str = "") -> dict[str, Any]:
     listing = find_listing(family, convention)
     return {
         "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",
@@ -185,15 +170,13 @@ def show(
     problem: Annotated[
         str, name_argument("PROBLEM", "FAMILY/SEED, as in planar-2r/7, or an assignment folder.", FAMILIES, suffix="/1")
     ],
-    solution: Annotated[
-        bool, typer.Option("--solution", help="Add the reference answers and the worked steps.")
-    ] = False,
+    solution: Annotated[bool, typer.Option("--solution", help="Add reference answers and worked steps.")] = False,
     format: Annotated[
         str, name_option(f"Output format: {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
     ] = "text",
     ask: Annotated[
         str | None,
-        name_option(QUESTIONS_HELP, "--questions", names=[*ALL_QUESTIONS, "quiz"], metavar="NAMES", between=","),
+        name_option(QUESTIONS_HELP, "--questions", names=[*ALL_QUESTIONS, "quiz"], metavar="NAMES", separator=","),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every question.")] = False,
     variation: VariationOption = "",
@@ -219,24 +202,15 @@ def show(
     check_choice(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
-        is_quiz = ask == "quiz"
-        names = select_quiz_questions(identity.family, identity.convention) if is_quiz else _split_names(ask)
+        names = tuple(name.strip() for name in ask.split(","))
+        if not any(names):
+            raise QdotError("--questions is empty; leave it out to use all questions that apply")
+        if ask == "quiz":
+            names = select_quiz_questions(identity.family, identity.convention)
         identity = replace(identity, questions=names)
-    generated = make_problem(identity)
-    certificate = None
-    if format == "json":
-        from qdot import certify
-
-        certificate = certify(generated).as_json()
-    say(show_problem(generated, solution, format, certificate, hints))
-
-
-def _split_names(text: str) -> tuple[str, ...]:
-    """Return the names in a text with commas between them. Raises QdotError if there are none."""
-    names = tuple(name.strip() for name in text.split(","))
-    if not any(names):
-        raise QdotError("--questions is empty; leave it out to use all questions that apply")
-    return names
+    generated_problem = make_problem(identity)
+    certificate = qdot.certify(generated_problem).as_json() if format == "json" else None  # loaded only if needed
+    say(show_problem(generated_problem, solution, format, certificate, hints))
 
 
 def robots(as_json: JsonOption = False) -> None:

@@ -1,4 +1,4 @@
-"""The commands of the web site: `qdot site build`, `qdot site serve`."""
+"""The commands for the web site: `qdot site build` and `qdot site serve`."""
 
 import functools
 import http.server
@@ -8,27 +8,21 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
+from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.common.console import note, say, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
+from qdot.exercises.common.console import SiteVariationOption, check_choice, note, say, show_progress
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportRequest as BankOrder
+from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
 from qdot.exercises.site.build import SiteSpec, write_site
 from qdot.exercises.site.pages import find_docs_folder
 from qdot.exercises.site.reference import render_reference
-from qdot.exercises.site.supply import (
-    ARMS_PER_STEP,
-    MAX_ARMS,
-    BankProblem,
-    FrameConvention,
-    problems_of_families,
-    problems_of_variants,
-)
+from qdot.exercises.site.supply import ARMS_PER_STEP, MAX_ARMS, problems_of_families, problems_of_variants
 from qdot.grader.cli.options import JobsOption, SiteConventionOption, SiteTwistOption, SiteVariationOption, name_option
 from qdot.grader.grading.certify import find_failures
 
@@ -47,7 +41,7 @@ def build_site(
         typer.Option(metavar="DIR", help="Build a site for your own course, with the problems of this assignment."),
     ] = None,
     families: Annotated[
-        str, name_option("Families separated by commas. Default: all.", names=FAMILIES, metavar="NAMES", between=",")
+        str, name_option("Families separated by commas. Default: all.", names=FAMILIES, metavar="NAMES", separator=",")
     ] = "",
     variants: Annotated[
         int | None,
@@ -73,59 +67,42 @@ def build_site(
       qdot site build --assignment homework --out course-site
           variants of your own assignment
     """
-    if feedback and feedback not in FEEDBACK:
-        raise make_name_error("level of feedback", feedback, list(FEEDBACK))
-    frames = convention, twist_order
+    if feedback:
+        check_choice(feedback, FEEDBACK, "level of feedback")
     if assignment is None:
-        problems, titles = _problems_of_families(families, variants, variation, frames)
+        names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+        chapters = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
+        arm_count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
+        problems = problems_of_families(names, arm_count, variation, convention, twist_order)
         course, default_level = "", FEEDBACK[-1]
-    else:
-        loaded_assignment = load_assignment(assignment)
-        problems, titles = _problems_of_assignment(
-            loaded_assignment, variants or VARIANTS_PER_PROBLEM, variation, frames, jobs
-        )
-        course, default_level = loaded_assignment.title, loaded_assignment.feedback
-    level = feedback or default_level
-    commands = render_reference(context.find_root().command)
-    jobs = min(jobs, len(problems))
-    order = SiteSpec(out, problems, titles, find_failures, jobs, commands, find_docs_folder(), course, level)
-    left_out: list[FailedSlot] = []
-    with show_progress("building the site", len(problems)) as counter:
-        totals = write_site(order, counter.step, left_out.append)
-    contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
-    say(f"{contents} in {out}; to see them: qdot site serve {out}")
-    for slot in left_out:
-        note(str(slot))
-    if left_out:
-        named = ", ".join(dict.fromkeys(slot.family for slot in left_out))
-        raise QdotError(
-            f"the site lacks {count_noun(len(left_out), 'problem')} of {named}, because no attempt passed its "
-            "certificate. All other problems are on the site. Please report it"
-        )
-
-
-SiteProblems = tuple[list[BankProblem], list[tuple[str, str, str]]]
-"""The problems of a site, and the names, titles and sources of its chapters."""
-
-
-def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> SiteProblems:
-    names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
-    titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
-    count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
-    return problems_of_families(names, count, variation, *frames), titles
-
-
-def _problems_of_assignment(
-    assignment: Assignment, variants: int, variation: str, frames: FrameConvention, jobs: int
-) -> SiteProblems:
-    if any(frames):
+    elif convention or twist_order:
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
         raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")
-    if variation:
-        assignment = assignment.with_variation(variation)
-    problems = list(iterate_bank(BankOrder(assignment, find_failures, variants, jobs=jobs, report=note)))
-    titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
-    return problems_of_variants(problems), titles
+    else:
+        loaded_assignment = load_assignment(assignment)
+        chapters = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
+        count, bank_assignment = variants or VARIANTS_PER_PROBLEM, loaded_assignment
+        if variation:
+            bank_assignment = loaded_assignment.with_variation(variation)
+        request = ExportRequest(bank_assignment, find_failures, count, jobs=jobs, report=note)
+        problems = problems_of_variants(list(iterate_bank(request)))
+        course, default_level = loaded_assignment.title, loaded_assignment.feedback
+    level, jobs = feedback or default_level, min(jobs, len(problems))
+    commands = render_reference(context.find_root().command)
+    site = SiteSpec(out, problems, chapters, find_failures, jobs, commands, find_docs_folder(), course, level)
+    failed_slots: list[FailedSlot] = []
+    with show_progress("building the site", len(problems)) as counter:
+        totals = write_site(site, counter.step, failed_slots.append)
+    contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
+    say(f"{contents} in {out}; to see them: qdot site serve {out}")
+    for slot in failed_slots:
+        note(str(slot))
+    if failed_slots:
+        family_names = ", ".join(dict.fromkeys(slot.family for slot in failed_slots))
+        raise QdotError(
+            f"the site lacks {count_noun(len(failed_slots), 'problem')} of {family_names}, because no attempt passed "
+            "its certificate. All other problems are on the site. Please report it"
+        )
 
 
 def serve(

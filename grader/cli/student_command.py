@@ -1,4 +1,4 @@
-"""The command for students: check. It loads no code for classes, because that would double its run time."""
+"""The command for students, `qdot check`; the module loads no code for classes, which would double the run time."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,24 +24,23 @@ def check(
       qdot check velocity.ipynb
           before you submit: how qdot reads each answer
     """
-    report_format, _, summary = report.partition("=")
-    if report and (report_format != "github" or not summary):
+    report_format, _, summary_path = report.partition("=")
+    if report and (report_format != "github" or not summary_path):
         raise QdotError(f"--report {report}: expected github=PATH, as in github=summary.md")
     checked = check_notebook(notebook)
-    rows = checked.rows
     for message in checked.notes:
         say(f"note: {message}")
-    for row in rows:
+    for row in checked.rows:
         say(f"{'ok ' if row.is_readable else '-- '} {row.part}: {row.message}")
-    if summary:
+    if summary_path:
         from qdot.grader.reports.formats import write_to_path
         from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
-        write_to_path(summary, make_check_summary(checked))
+        write_to_path(summary_path, make_check_summary(checked))
         if annotations := make_check_annotations(notebook, checked):
             say(annotations)
-    unreadable = sum(not row.is_readable for row in rows)
-    readable = f"{len(rows) - unreadable} of {count_noun(len(rows), 'answer')}"
-    say(f"{readable} can be read; qdot does not check here whether they are right")
-    if unreadable:
+    readable_count = sum(row.is_readable for row in checked.rows)
+    answers = f"{readable_count} of {count_noun(len(checked.rows), 'answer')}"
+    say(f"{answers} can be read; qdot does not check here whether they are right")
+    if readable_count < len(checked.rows):
         raise typer.Exit(1)

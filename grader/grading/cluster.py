@@ -224,9 +224,7 @@ def _prepare(brief: WorkerBrief) -> None:
     """
     _drop_at_exit()
     must_be_strict = brief.assignment.sandbox == "strict"
-    findings = guarantees.probe(quick=not must_be_strict)
-    if must_be_strict and not findings.is_strict:
-        raise QdotError(guarantees.explain_refusal(findings))
+    warning = guarantees.check_sandbox(must_be_strict)
     grader = Grader(brief.assignment, Sandbox(brief.limits, strict=must_be_strict), ClassAnswers(brief.assignment))
     warning = guarantees.describe_weakness(findings)
     _worker_state.update(content_digest=brief.content_digest, grader=grader, warning=warning)

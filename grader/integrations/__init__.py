@@ -1,4 +1,4 @@
-"""Connect qdot with programs that call it, and with programs that it calls.
+"""Connect qdot with the programs that call qdot, and with the programs that qdot calls.
 
 This is the top package: no other package imports it, and its modules are loaded only by name.
 

@@ -1,7 +1,7 @@
-"""Query GitHub or GitLab, from a grading job, for the pushes to students' repositories and their times.
+"""Ask GitHub or GitLab, in a grading job, when students pushed to their repositories.
 
-The times of commits come from a student's machine, so they are not trusted. The server records pushes with the times
-of its own clock: GitHub as the activity of a repository, GitLab as the events of a project.
+The time of a commit comes from a student's machine, so qdot does not trust it. The time of a push comes from the
+server's clock: GitHub lists pushes as the activity of a repository, GitLab as the events of a project.
 """
 
 import base64
@@ -37,9 +37,10 @@ class Push:
 
 @dataclass(frozen=True)
 class Host:
-    """A server with repositories: its addresses, the default owner, and the login and token for git and the API.
+    """A server with repositories, with the login and the token for git and for the server's API.
 
-    `list_pushes` yields the pushes to a branch of a repository, the latest first.
+    `owner` is the owner of the repositories if repositories.csv does not name one. `list_pushes` yields the pushes to a
+    branch from a host, a repository OWNER/NAME and the branch; the latest push comes first.
     """
 
     server_url: str
@@ -49,11 +50,11 @@ class Host:
     list_pushes: Callable[["Host", str, str], Iterator[Push]]
     token: str = field(repr=False)
 
-    def repository_url(self, repository: str) -> str:
+    def make_repository_url(self, repository: str) -> str:
         """Return the address of a repository for git."""
         return f"{self.server_url}/{repository}.git"
 
-    def git_environment(self) -> dict[str, str]:
+    def make_git_environment(self) -> dict[str, str]:
         """Return the environment variables that pass the token to git, so that no argument and no file contains it.
 
         Git is set not to prompt for a password, and not to fetch large files (LFS).
@@ -68,7 +69,7 @@ class Host:
 
 
 def find_host(name: str, environment: Mapping[str, str]) -> Host:
-    """Return GitHub or GitLab, as described by the environment variables of its jobs. Raises QdotError."""
+    """Return the host "github" or "gitlab", as the environment variables of its jobs describe it. Raises QdotError."""
     token = environment.get(TOKEN_VARIABLE, "").strip()
     if not token:
         raise QdotError(f"{TOKEN_VARIABLE} is not set; set it to a token that may read the repositories (docs/ci.md)")
@@ -111,7 +112,7 @@ def _list_pages(host: Host, path: str) -> Iterator[Any]:
 
 
 def _send_request(host: Host, url: str) -> tuple[Any, str]:
-    """Return the API's answer and its links to other pages; repeat a failed request up to twice."""
+    """Return the API's answer and its header with links to other pages; repeat a failed request up to twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
     for pause in (*RETRY_PAUSES, None):
         try:

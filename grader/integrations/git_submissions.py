@@ -20,7 +20,7 @@ import sys
 import tempfile
 import urllib.error
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields
 from itertools import chain
 from pathlib import Path
 
@@ -47,19 +47,20 @@ FEEDBACK_BRANCH = "feedback"
 
 
 class _NothingToGrade(Exception):
-    """A student has no work to grade, because nothing was pushed, or nothing in time; the message says why."""
+    """Raised, with the reason, if a student pushed nothing, or nothing in time, so that there is nothing to grade."""
 
 
 class _HostUnreachable(Exception):
-    """It is unknown whether a student has work, because the server is unreachable or refuses; the message says why."""
+    """Raised, with the reason, if the server is unreachable or refuses, so that the student's work is unknown."""
 
 
 @dataclass(frozen=True)
 class CollectedRepository:
-    """A student's repository: the commit to grade, the time of its push, and the time until which pushes count.
+    """A student's repository, as in a row of collected.csv.
 
-    All fields are texts, as in the table. `left_out` says why there is nothing to grade, so that the work counts as
-    missing. `unreached` says why this is unknown, so that there is no mark.
+    `commit` is the commit to grade, `pushed` is the time of its push, and `counts_until` is the time until which pushes
+    count. `left_out` says why there is nothing to grade, so that the work counts as missing. `unreached` says why qdot
+    could not reach the repository, so that the student has no mark.
     """
 
     student: str
@@ -75,9 +76,8 @@ class CollectedRepository:
 def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime | None:
     """Return the time after which a student's pushes no longer count; None if they always count.
 
-    This time is the deadline if the assignment has no table `late`. Otherwise, it is the `until` of that table, shifted
-    by the student's extension; the table deducts points for late work. Without the table, late work loses no points,
-    and a student who pushed nothing in time is graded by the last push.
+    Without the table `late` in assignment.toml, the time is the student's deadline. With this table, which deducts
+    points for late work, the time is the table's `until`, shifted by the student's extension.
     """
     deadline = assignment.due_date_of(student)
     if deadline is None or assignment.late is None:
@@ -91,42 +91,44 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
 
 
 def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
-    """Fetch every student's repository into submitted/STUDENT; write a table of the repositories not fetched.
+    """Fetch every student's repository into submitted/STUDENT, and write graded/collected.csv.
 
-    Raises QdotError if no repository could be fetched; previously fetched files then remain.
+    A table in submitted/ lists the students whose repositories qdot could not reach. Raises QdotError if no repository
+    could be fetched; the files of the last run then remain.
     """
-    repositories = [(find_student(assignment, name), url) for name, url in _read_repositories(assignment, host)]
+    pairs = [(find_student(assignment, name), repository) for name, repository in _read_repositories(assignment, host)]
     for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # a killed run may have left folders
         shutil.rmtree(leftover, ignore_errors=True)
-    with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work:
-        fetched_folder = Path(work, "submitted")
+    with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work_folder:
+        fetched_folder = Path(work_folder, "submitted")
         fetched_folder.mkdir()
         with ThreadPoolExecutor(MAX_PARALLEL) as threads:
-            collected_repositories = list(
-                threads.map(lambda each: _collect_one(assignment, host, fetched_folder, *each), repositories)
-            )
-        for each in collected_repositories:
-            if each.unreached:
-                note(f"{each.student}: qdot can't fetch {each.repository}, so there is no mark: {each.unreached}")
-            elif each.left_out:
-                note(f"{each.student}: {each.repository} has nothing to grade: {each.left_out}")
-        unreached_students = [(each.student, each.unreached) for each in collected_repositories if each.unreached]
-        if len(unreached_students) == len(collected_repositories):
+            rows = list(threads.map(lambda pair: _collect_one(assignment, host, fetched_folder, *pair), pairs))
+        for row in rows:
+            if row.unreached:
+                note(f"{row.student}: qdot can't fetch {row.repository}, so there is no mark: {row.unreached}")
+            elif row.left_out:
+                note(f"{row.student}: {row.repository} has nothing to grade: {row.left_out}")
+        unreached_students = [(row.student, row.unreached) for row in rows if row.unreached]
+        if len(unreached_students) == len(rows):
             raise QdotError("no repository could be fetched; check the names in repositories.csv and the token")
         if unreached_students:
             table = csv_text([("student", "why"), *unreached_students])
             (fetched_folder / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
         submitted_folder = assignment.folder / "submitted"
         if submitted_folder.exists():
-            submitted_folder.rename(Path(work, "before"))
+            submitted_folder.rename(Path(work_folder, "before"))
         fetched_folder.rename(submitted_folder)
-    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, collected_repositories)])
+    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, rows)])
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
-    return collected_repositories
+    return rows
 
 
 def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
-    """Return the pairs of a student and a repository in repositories.csv. Raises QdotError."""
+    """Return the rows of repositories.csv: pairs of a student's identifier and a repository OWNER/NAME.
+
+    Raises QdotError if the file can't be read.
+    """
     path = assignment.folder / "repositories.csv"
     try:
         rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
@@ -138,62 +140,59 @@ def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, st
 
 
 def _collect_one(
-    assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str
+    assignment: Assignment, host: Host, parent: Path, student: Student, repository: str
 ) -> CollectedRepository:
-    """Fetch a student's repository into `fetched`/STUDENT, and return a description of it."""
-    cutoff = find_cutoff(assignment, student)
-    collected_repository = CollectedRepository(
-        student.id, repository, counts_until="" if cutoff is None else cutoff.isoformat()
-    )
-    folder = fetched / student.id
+    """Fetch the commit of a student's repository that counts into `parent`/STUDENT; return the repository's row."""
+    cutoff, folder = find_cutoff(assignment, student), parent / student.id
+    row = {"counts_until": "" if cutoff is None else cutoff.isoformat()}
     try:
-        head = _run_git(host, "ls-remote", "--symref", host.repository_url(repository), "HEAD").split()
+        head = _run_git(host, "ls-remote", "--symref", host.make_repository_url(repository), "HEAD").split()
         if head[:1] != ["ref:"]:
             raise _NothingToGrade("nothing was pushed to it")
-        collected_repository = replace(collected_repository, branch=head[1].removeprefix("refs/heads/"))
-        push = _find_counting_push(
-            host, repository, collected_repository.branch, cutoff, accepts_late=assignment.late is None
-        )
-        collected_repository = replace(collected_repository, commit=push.commit, pushed=push.received.isoformat())
+        row["branch"] = head[1].removeprefix("refs/heads/")
+        push = _find_counting_push(host, repository, row["branch"], cutoff, accepts_late=assignment.late is None)
+        row |= {"commit": push.commit, "pushed": push.received.isoformat()}
         _fetch_commit(host, repository, push, folder)
     except (_NothingToGrade, _HostUnreachable, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
-        field_name = "left_out" if isinstance(error, _NothingToGrade) else "unreached"
-        return replace(collected_repository, **{field_name: escape_controls(str(error))})
-    return collected_repository
+        row["left_out" if isinstance(error, _NothingToGrade) else "unreached"] = escape_controls(str(error))
+    return CollectedRepository(student.id, repository, **row)
 
 
 def _find_counting_push(
-    host: Host, repository: str, branch: str, until: datetime.datetime | None, accepts_late: bool
+    host: Host, repository: str, branch: str, cutoff: datetime.datetime | None, accepts_late: bool
 ) -> Push:
-    """Return the last push to a branch in time. If there is none and `accepts_late`, return the last push of all."""
+    """Return the last push to a branch until `cutoff`; if there is none and `accepts_late`, return the last push.
+
+    Raises _NothingToGrade if there is no such push, and _HostUnreachable if the server doesn't answer.
+    """
     try:
         pushes = iter(host.list_pushes(host, repository, branch))
         last_push = next(pushes, None)
         all_pushes = () if last_push is None else chain((last_push,), pushes)
-        in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
-        counting_push = in_time or (last_push if accepts_late else None)
+        last_push_in_time = next((push for push in all_pushes if cutoff is None or push.received <= cutoff), None)
+        counting_push = last_push_in_time or (last_push if accepts_late else None)
     except urllib.error.HTTPError as error:
         reason = f"the server answers {error.code} {error.reason}"
         raise _HostUnreachable(f"the times of its pushes are unknown: {reason}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise _HostUnreachable(f"the times of its pushes are unknown: {error}") from None
     if counting_push is None:
-        raise _NothingToGrade(f"the server has no push to {branch}{f' until {until}' if until else ''}")
+        raise _NothingToGrade(f"the server has no push to {branch}{f' until {cutoff}' if cutoff else ''}")
     return counting_push
 
 
 def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None:
-    """Write the files of a commit into a folder, each with the time of the push; symbolic links become plain files.
+    """Write the files of a commit into a folder; every file gets the time of the push, and links become plain files.
 
-    If the server no longer has the commit, the student has replaced it by a forced push.
+    Raises _NothingToGrade if the server no longer has the commit: the student has replaced it by a forced push.
     """
     safe_options = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
     fetch_options = ("--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules")
     folder.mkdir()
     _run_git(host, *safe_options, "init", "--quiet")
     try:
-        _run_git(host, *safe_options, "fetch", *fetch_options, host.repository_url(repository), push.commit)
+        _run_git(host, *safe_options, "fetch", *fetch_options, host.make_repository_url(repository), push.commit)
     except _HostUnreachable as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
             raise _NothingToGrade(f"the commit that counts no longer exists: {error}") from None
@@ -212,7 +211,7 @@ def _run_git(host: Host, *arguments: str, **environment: str) -> str:
     """
     try:
         process = subprocess.run(
-            ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
+            ["git", *arguments], env={**host.make_git_environment(), **environment}, stdin=subprocess.DEVNULL,
             capture_output=True, text=True, errors="replace", timeout=GIT_TIMEOUT,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
@@ -232,36 +231,35 @@ ERROR_LINE = re.compile("(remote|error|fatal|ERROR):")
 
 
 def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
-    """Push the feedback to every fetched repository, and return the repositories, with errors in `unreached`.
+    """Push the feedback to every fetched repository, and return the repositories; `unreached` says why a push failed.
 
-    The feedback is a commit without a parent that depends only on its content, so unchanged feedback isn't sent again.
+    The feedback is a commit without a parent. Its id depends only on its content, so git does not send unchanged
+    feedback again.
     """
     graded_assignment, results = read_last_results(assignment)
     by_student = {result.student: result for result in results}
 
     def push_feedback(student: str, repository: str) -> CollectedRepository:
-        with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as work:
-            page = assignment.folder / "graded" / "feedback" / f"{student}.html"
-            error_text = ""
+        page = assignment.folder / "graded" / "feedback" / f"{student}.html"
+        with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as folder:
             try:
-                Path(work, "README.md").write_text(
-                    make_summary(graded_assignment, [by_student[student]]), encoding="utf-8"
-                )
-                shutil.copyfile(page, Path(work, "feedback.html"))
-                _push_folder(host, repository, work)
+                summary = make_summary(graded_assignment, [by_student[student]])
+                Path(folder, "README.md").write_text(summary, encoding="utf-8")
+                shutil.copyfile(page, Path(folder, "feedback.html"))
+                _push_folder(host, repository, folder)
             except (OSError, _HostUnreachable) as error:
-                error_text = str(error)
-        return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=error_text)
+                return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=str(error))
+        return CollectedRepository(student, repository, FEEDBACK_BRANCH)
 
     submitted_folder = assignment.folder / "submitted"
     graded_students = [name for name in by_student if (submitted_folder / name).is_dir()]
-    fetched_repositories = [each for each in _read_repositories(assignment, host) if each[0] in graded_students]
+    pairs = [pair for pair in _read_repositories(assignment, host) if pair[0] in graded_students]
     with ThreadPoolExecutor(MAX_PARALLEL) as threads:
-        pushed = list(threads.map(lambda each: push_feedback(*each), fetched_repositories))
-    for each in pushed:
-        if each.unreached:
-            note(f"{each.student}: qdot can't push the feedback to {each.repository}: {each.unreached}")
-    return pushed
+        rows = list(threads.map(lambda pair: push_feedback(*pair), pairs))
+    for row in rows:
+        if row.unreached:
+            note(f"{row.student}: qdot can't push the feedback to {row.repository}: {row.unreached}")
+    return rows
 
 
 def _push_folder(host: Host, repository: str, folder: str) -> None:
@@ -271,35 +269,35 @@ def _push_folder(host: Host, repository: str, folder: str) -> None:
     _run_git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK_BRANCH}")
     _run_git(host, "-C", folder, "add", "--all")
     _run_git(host, "-C", folder, *author, "commit", "--quiet", "--message", "Feedback", **times)
-    target = (host.repository_url(repository), f"HEAD:refs/heads/{FEEDBACK_BRANCH}")
+    target = (host.make_repository_url(repository), f"HEAD:refs/heads/{FEEDBACK_BRANCH}")
     _run_git(host, "-C", folder, "push", "--quiet", "--force", *target)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Collect repositories or hand back feedback; return the exit code.
 
-    The exit code is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. A
-    repository that can't be fetched doesn't stop the grading of others; `qdot grade` then exits with 2, because a mark
-    is missing.
+    The exit code is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. The code
+    is 0 even if some repositories can't be fetched, so that the others are graded; `qdot grade` then exits with 2,
+    because marks are missing.
     """
-    program, description = "python -m qdot.grader.integrations.git_submissions", (__doc__ or "").splitlines()[0]
-    parser = argparse.ArgumentParser(prog=program, description=description)
+    program = "python -m qdot.grader.integrations.git_submissions"
+    parser = argparse.ArgumentParser(prog=program, description=(__doc__ or "").splitlines()[0])
     parser.add_argument("task", choices=("collect", "hand-back"))
     parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--on", choices=("github", "gitlab"), required=True)
     options = parser.parse_args(arguments)
     try:
         host, assignment = find_host(options.on, os.environ), load_assignment(options.folder)
-        repositories = (collect if options.task == "collect" else hand_back)(assignment, host)
+        rows = (collect if options.task == "collect" else hand_back)(assignment, host)
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    failed_count = sum(bool(item.unreached) for item in repositories)
-    left_out = sum(bool(item.left_out) for item in repositories)
-    done_count = len(repositories) - failed_count - left_out
+    failed_count = sum(bool(row.unreached) for row in rows)
+    empty_count = sum(bool(row.left_out) for row in rows)
+    done_count = len(rows) - failed_count - empty_count
     repositories_text = f"{done_count} {'repository' if done_count == 1 else 'repositories'}"
     if options.task == "collect":
-        say(f"{repositories_text} fetched, {left_out} without work to grade, {failed_count} could not be fetched")
+        say(f"{repositories_text} fetched, {empty_count} without work to grade, {failed_count} could not be fetched")
         return 0
     say(f"feedback pushed to {repositories_text}, {failed_count} failed")
     return int(bool(failed_count))

@@ -1,8 +1,8 @@
 """Grade as Gradescope's autograder: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
 
 ROOT is /autograder by default. The program reads submission_metadata.json and submission/, and writes
-results/results.json. If there can be no mark (an unknown student, a failure of qdot itself), it writes no results and
-exits with code 2: Gradescope then reports that the autograder failed, gives no points, and shows the reason to the
+results/results.json. If there can be no mark (the student is unknown, or qdot fails), the program writes no results and
+exits with code 2. Gradescope then reports that the autograder failed, gives no points, and shows the reason to the
 staff.
 """
 
@@ -22,8 +22,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.marking import format_points
-from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
-from qdot.grader.reports.rows import only_result
+from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, make_gradescope_results
+from qdot.grader.reports.rows import get_only_result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
@@ -37,25 +37,29 @@ def make_results(root: Path, visibility: str = "visible", seconds: float = Limit
     submission = root / "submission"
     student = find_submitter(assignment, metadata, submission)
     results = grade_submission(assignment, student, submission, metadata, visibility, seconds)
-    policy = assignment.attempts
-    return results if policy.best_of is None else apply_attempt_policy(results, metadata, policy)
+    if assignment.attempts.best_of is None:
+        return results
+    return apply_attempt_policy(results, metadata, assignment.attempts)
 
 
 def grade_submission(
     assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
     visibility: str = "visible", seconds: float = Limits.seconds,
 ) -> GradescopeResults:  # fmt: skip
-    """Return the results of one submission, with the deadline and the time from Gradescope. Raises QdotError."""
+    """Return the results of one submission. Raises QdotError if the submission can't be marked.
+
+    The deadline and the time of the submission are those in Gradescope's `metadata`.
+    """
     deadline = find_due_date(metadata)
     if deadline is not None:
         student = replace(student, due_date=deadline)
     files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
-    result = only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
-    return gradescope_results(result, assignment.feedback, visibility)
+    result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
+    return make_gradescope_results(result, assignment.feedback, visibility)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
-    """Return Gradescope's description of a submission. Raises QdotError."""
+    """Return Gradescope's description of a submission. Raises QdotError if it can't be read or names no users."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -66,9 +70,9 @@ def read_metadata(path: Path) -> dict[str, Any]:
 
 
 def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
-    """Return the student who submitted, found by identifiers and names. Raises QdotError.
+    """Return the student who submitted, found by identifiers and names. Raises QdotError if this is not certain.
 
-    If a group submitted, the submitter is the member to whom the notebook belongs.
+    If a group submitted, the submitter is the member whom the notebook names.
     """
     roster = Roster(assignment.roster)
     owners = set[str]()
@@ -77,20 +81,14 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
         owner = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
         owners |= set(owner.students) if owner.is_certain else set()
     if len(owners) > 1:
-        owners &= _claimed_students(assignment, submission)
+        files = find_student_files(assignment, submission)
+        if files is not None and not files.ungraded_reason:
+            owners &= {str(read_submission(files.files[0], assignment.key).qdot_metadata.get("student"))}
     if len(owners) != 1:
         user_names = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         advice = "add the e-mail address to roster.csv, and export again"
         raise QdotError(f"{user_names}: qdot can't tell which student of roster.csv this is; {advice}")
     return find_student(assignment, owners.pop())
-
-
-def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
-    """Return the set of students whom the notebook's metadata name: one student, or nobody without a notebook."""
-    files = find_student_files(assignment, submission)
-    if files is None or files.ungraded_reason:
-        return set()
-    return {str(read_submission(files.files[0], assignment.key).qdot_metadata.get("student"))}
 
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
@@ -100,34 +98,23 @@ def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
     return next(filter(None, deadlines), None)
 
 
-ONE_DAY = datetime.timedelta(days=1)
-
-
 def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
     """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
-    other_submissions = metadata.get("previous_submissions") or ()
-    graded_submissions = [
-        other_submission
-        for other_submission in other_submissions
-        if isinstance(other_submission.get("score"), (int, float, str))
-    ]
-    earlier_submissions = [
-        other_submission for other_submission in graded_submissions if not other_submission.get("autograder_error")
-    ]
-    submission_time = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
-    # Each submission without a time gets a different time, before all real times.
+    previous_submissions = metadata.get("previous_submissions") or ()
+    scored_submissions = [item for item in previous_submissions if isinstance(item.get("score"), int | float | str)]
+    earlier_submissions = [item for item in scored_submissions if not item.get("autograder_error")]
+    # A submission without a time gets a time of its own, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [
-        parse_time(other_submission.get("submission_time")) or epoch + i * ONE_DAY
-        for i, other_submission in enumerate(earlier_submissions)
-    ]
+    default_times = [epoch + datetime.timedelta(days=i) for i in range(len(earlier_submissions))]
+    pairs = zip(earlier_submissions, default_times, strict=True)
+    times = [parse_time(submission.get("submission_time")) or default_time for submission, default_time in pairs]
+    submission_time = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     counting_indices = policy.select_counting([*times, submission_time])
     is_counting = len(earlier_submissions) in counting_indices
-    best_score = max(
-        (float(earlier_submissions[i]["score"]) for i in counting_indices if i < len(earlier_submissions)), default=0.0
-    )
+    earlier_scores = [float(submission["score"]) for submission in earlier_submissions]
+    best_score = max((earlier_scores[i] for i in counting_indices if i < len(earlier_scores)), default=0.0)
     if is_counting and best_score <= results.score:
         return results
     score = format_points(results.score)

@@ -1,4 +1,4 @@
-"""Restore the cells of nbgrader's notebooks that students have changed, and fill in qdot's marks.
+"""Restore the cells that nbgrader needs in a student's notebook, and write qdot's marks into these cells.
 
 This module doesn't need nbgrader; `nbgrader_plugin` passes on the contents of nbgrader's database.
 """
@@ -18,36 +18,33 @@ from qdot.grader.reports.rows import PartRow
 
 
 def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
-    """Return a student's cells with a cell for each part's marks after its answer; `points` maps parts to their points.
+    """Return a student's cells with a new cell for marks after each answer; `points` maps parts to their points.
 
     nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
-    If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as an ordinary
-    cell.
+    If several cells have the name of an answer, the first cell keeps the name. A cell for marks that a student has
+    changed remains as an ordinary cell.
     """
     parts = {make_grade_id(part): part for part in points}
     marks = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items()}
     unplaced_marks, restored_cells = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for index, cell in enumerate(cells):
-        name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
-        part = _metadata_text(cell["metadata"].get("qdot"), "part")
+        name = _read_metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
+        part = _read_metadata_text(cell["metadata"].get("qdot"), "part")
         answer_name = make_grade_id(part) if part in points else name.removesuffix(ANSWER_SUFFIX)
         if name in marks and cell["source"].strip() == marks[name]["source"]:
             continue
         if cell.get("id") in ids:
             cell["id"] = f"changed-{index}"
         restored_cells.append(cell)
-        if (
-            (part in points or name.endswith(ANSWER_SUFFIX))
-            and answer_name in unplaced_marks
-            and cell["cell_type"] == "code"
-        ):
+        is_answer = cell["cell_type"] == "code" and (part in points or name.endswith(ANSWER_SUFFIX))
+        if is_answer and answer_name in unplaced_marks:
             cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
             restored_cells.append(unplaced_marks.pop(answer_name))
     return [*restored_cells, *unplaced_marks.values()]
 
 
-def _metadata_text(metadata: object, name: str) -> str:
+def _read_metadata_text(metadata: object, name: str) -> str:
     return str(metadata.get(name, "")) if isinstance(metadata, dict) else ""
 
 
@@ -65,8 +62,7 @@ def remove_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
 def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
     """Write the outcome of each part into the cell for its marks; remove all other outputs. Raises QdotError.
 
-    If a part is unanswered and its cell is still marked as blank, the cell's checksum shows nbgrader that it is
-    unchanged.
+    The checksum of an unanswered cell is recomputed, so that nbgrader takes the cell for unchanged.
     """
     by_name = {make_grade_id(row.part): row for row in rows}
     unplaced_marks = dict(by_name)
@@ -78,7 +74,10 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         if metadata.get("grade"):
             row = unplaced_marks.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
-                raise QdotError(f"{metadata['grade_id']}: {_describe_mismatch(row)}")
+                reason = f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
+                if row is not None and row.points is None:
+                    reason = f"there is no mark, because qdot failed: {row.message}"
+                raise QdotError(f"{metadata['grade_id']}: {reason}")
             cell["outputs"] = make_outputs(row)
         elif metadata.get("solution"):
             row = by_name.get(metadata["grade_id"].removesuffix(ANSWER_SUFFIX))
@@ -93,17 +92,11 @@ MAX_LINE_LENGTH = 76
 GENERATE_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
 
 
-def _describe_mismatch(row: PartRow | None) -> str:
-    if row is not None and row.points is None:
-        return f"there is no mark, because qdot failed: {row.message}"
-    return f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
-
-
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:
-    """Return cell outputs from which nbgrader takes a part's points, with the reason.
+    """Return the outputs of a cell for marks, from which nbgrader takes a part's points, with the reason.
 
     nbgrader gives 0 points for an error; otherwise the value of the cell is the points. The reason is on standard
-    output, because nbgrader gives 0 points for any text on standard error.
+    output, because nbgrader gives 0 points if there is any text on standard error.
     """
     assert row.points is not None
     text = make_visible(": ".join(filter(None, (row.outcome, row.message))))

@@ -1,8 +1,8 @@
 """Replace nbgrader's own steps so that `nbgrader autograde` marks with qdot: `configure(c)`.
 
-qdot marks the assignments that have a folder qdot/ASSIGNMENT in the course. No kernel is started: the submitted
-notebook runs in qdot's sandbox, and its answers are compared with the problems of the student named by nbgrader. All
-other assignments are graded by nbgrader. This module needs nbgrader, and no other module imports it.
+qdot marks the assignments that have a folder qdot/ASSIGNMENT in the course; nbgrader grades all others itself. No
+kernel is started: qdot runs the submitted notebook in its sandbox, and compares the answers with the problems of the
+student whom nbgrader names. This module needs nbgrader, and no other module imports it.
 """
 
 import datetime
@@ -21,12 +21,12 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT
-from qdot.grader.cli.grade_command import check_sandbox
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.marking import format_points, map_max_points, share_of_points
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.reports.rows import make_rows
+from qdot.grader.sandbox.guarantees import check_sandbox
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
 
@@ -37,9 +37,9 @@ NotebookAndResources = tuple[NotebookNode, Any]
 
 
 def configure(c: Any) -> None:
-    """Set qdot's steps in nbgrader's configuration; other settings don't change.
+    """Set qdot's steps in nbgrader's configuration `c`; other settings don't change.
 
-    Raises QdotError if this version of nbgrader lacks the steps to be replaced.
+    Raises QdotError if this version of nbgrader lacks a step that qdot replaces.
     """
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
@@ -73,7 +73,7 @@ class RestoreCells(NbGraderPreprocessor):
 
 
 class Mark(Execute):
-    """nbgrader step that marks with qdot; nbgrader itself runs assignments that are not qdot's."""
+    """nbgrader step that marks with qdot; nbgrader itself runs notebooks of assignments that are not qdot's."""
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
@@ -88,7 +88,9 @@ class Mark(Execute):
         fill_in_marks(nb.cells, rows)
         problems = assignment.problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
-        resources["qdot"] = {"late": _late_penalty(result)}
+        late = result.late  # the penalty is rounded as in qdot's own results
+        penalty = late and share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+        resources["qdot"] = {"late": penalty}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
             note(f"{info['student']}: overrides.csv sets the total to {total}, but nbgrader uses the sum of the parts")
@@ -110,14 +112,9 @@ class ApplyLateRule(AssignLatePenalties):
         return nb, resources
 
 
-def _find_course(step: Any) -> Any:
-    """Return nbgrader's object for the course folder, from one of its conversion steps."""
-    return step.parent.parent.coursedir
-
-
 def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
-    """Return the qdot assignment with a key; None if the assignment is not qdot's. Raises QdotError."""
-    folder = Path(_find_course(step).root, QDOT_FOLDER, key)
+    """Return the qdot assignment with a key; None if qdot does not mark it. Raises QdotError if its folder is wrong."""
+    folder = Path(step.parent.parent.coursedir.root, QDOT_FOLDER, key)
     if not folder.is_dir():
         return None
     assignment = load_assignment(folder)
@@ -128,8 +125,8 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
 
 def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
-    student, course = find_student(assignment, info["student"]), _find_course(step)
-    _check_sandbox_once(assignment.sandbox == "strict")
+    student, course = find_student(assignment, info["student"]), step.parent.parent.coursedir
+    _note_sandbox_weakness(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received_time = course.get_existing_timestamp(str(folder))
     if received_time is not None and received_time.tzinfo is None:
@@ -139,12 +136,7 @@ def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
 
 
 @cache
-def _check_sandbox_once(strict: bool) -> None:
-    """Report once what this machine can't enforce. Raises QdotError if the assignment requires it."""
-    check_sandbox(strict)
-
-
-def _late_penalty(result: Result) -> float | None:
-    """Return the points deducted for lateness, rounded as in qdot's own results; None if the work is on time."""
-    late = result.late
-    return None if late is None else share_of_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+def _note_sandbox_weakness(must_be_strict: bool) -> None:
+    """Print once what this machine's sandbox does not enforce. Raises QdotError if `must_be_strict`."""
+    if warning := check_sandbox(must_be_strict):
+        note(warning)

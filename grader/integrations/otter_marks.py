@@ -1,7 +1,7 @@
 """Mark a submission for Otter's autograder, whose tests only look up the marks.
 
-Otter runs tests in the process that has run the student's code, so that process must not contain anything that reveals
-answers. qdot marks the submission earlier, in its own sandbox, and passes on only the feedback for the student.
+Otter runs tests in the process that has run the student's code, so this process must contain nothing that reveals
+answers. qdot marks the submission earlier, in its own sandbox, and passes only the student's points and feedback on.
 """
 
 import json
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.batch import find_student
@@ -25,7 +25,7 @@ MARKS_VARIABLE = "qdot_marks"
 
 @dataclass(frozen=True)
 class Mark:
-    """The points of a part, its maximum points (`max_points`), and the feedback."""
+    """The mark for a part: the points earned, the maximum points, and the feedback."""
 
     points: float
     max_points: float
@@ -43,7 +43,10 @@ def grade_for_otter(
     if metadata.get("users"):
         student = find_submitter(assignment, dict(metadata), notebook.parent)
     else:
-        student = _student_named_in(assignment, notebook)
+        student_id = read_submission(notebook, assignment.key).qdot_metadata.get("student")
+        if not isinstance(student_id, str):
+            raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
+        student = find_student(assignment, student_id)
     results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
     for test in results.tests:
         if test.score is None:
@@ -51,15 +54,8 @@ def grade_for_otter(
     return results
 
 
-def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
-    claimed_student = read_submission(notebook, assignment.key).qdot_metadata.get("student")
-    if not isinstance(claimed_student, str):
-        raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
-    return find_student(assignment, claimed_student)
-
-
 def list_marks(results: GradescopeResults) -> dict[str, Mark]:
-    """Return the marks of all parts by the parts' names."""
+    """Return the marks by the names of the parts, such as "p1.jacobian"."""
     return {test.number: Mark(test.score or 0.0, test.max_score, test.output) for test in results.tests}
 
 
@@ -69,9 +65,9 @@ def write_marks_code(marks: Mapping[str, Mark]) -> str:
 
 
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
-    """Raise AssertionError with the feedback if an answer doesn't earn all of its points.
+    """Raise AssertionError with the feedback unless the answer to a part earns all points.
 
-    `marks` are the marks that the cell of `write_marks_code` has loaded.
+    `marks` are the marks that the code of `write_marks_code` has loaded; None if that code was not run.
     """
     if marks is None or part not in marks:
         raise AssertionError("this notebook earns no points, because qdot has not graded it")

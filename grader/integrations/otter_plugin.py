@@ -2,17 +2,17 @@
 
 Otter works in the folder of the submission, from which Python could import the student's files. So the plugin first
 removes all files submitted with the notebook, marks the notebook from another folder, and then removes everything that
-reveals answers. Instead of the notebook, Otter runs one cell that contains the marks, which the tests look up. Partial
-points are set at the end. This module needs otter-grader, and no other module imports it.
+reveals answers. Instead of the notebook, Otter runs one cell with the marks, and its tests look the marks up. At the
+end, the plugin sets the partial points. This module needs otter-grader, and no other module imports it.
 """
 
 import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_notebook
@@ -38,7 +38,9 @@ class Marks(AbstractOtterPlugin):
         _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
-            with _work_elsewhere():
+            # New processes then import nothing from their working folder.
+            safe_path = mock.patch.dict(os.environ, PYTHONSAFEPATH="1")
+            with tempfile.TemporaryDirectory(prefix="qdot-otter-") as folder, contextlib.chdir(folder), safe_path:
                 self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
@@ -61,25 +63,10 @@ class Marks(AbstractOtterPlugin):
             results.set_output(self.results.output)
 
 
-def _remove_all_but(kept: set[Path]) -> None:
-    """Remove everything except the paths in `kept` from their folder."""
-    for path in set(next(iter(kept)).parent.iterdir()) - kept:
+def _remove_all_but(kept_paths: set[Path]) -> None:
+    """Remove everything except the paths in `kept_paths` from the folder of these paths."""
+    for path in set(next(iter(kept_paths)).parent.iterdir()) - kept_paths:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
         else:
             path.unlink()
-
-
-@contextlib.contextmanager
-def _work_elsewhere() -> Iterator[None]:
-    """Work in a new, empty folder, and keep new processes from importing modules from their working folder."""
-    previous_value = os.environ.get("PYTHONSAFEPATH")
-    os.environ["PYTHONSAFEPATH"] = "1"
-    try:
-        with tempfile.TemporaryDirectory(prefix="qdot-otter-") as empty, contextlib.chdir(empty):
-            yield
-    finally:
-        if previous_value is None:
-            del os.environ["PYTHONSAFEPATH"]
-        else:
-            os.environ["PYTHONSAFEPATH"] = previous_value

@@ -1,18 +1,16 @@
-"""Serve an exported PrairieLearn question, whose server.py calls this module: generate a variant, parse and grade it.
+"""Serve an exported PrairieLearn question: generate a variant, parse the answers, and grade them.
 
-`data` is PrairieLearn's dictionary, whose values are all JSON. Solutions and the correct options are only in
-`correct_answers`, which only the answer panel shows. PrairieLearn's elements have stored the chosen or typed answers
-before this module is called. This module converts these answers to the text that a student would type in a notebook,
-and parses and marks this text as usual. The grammar of formulas parses the answers as text; they are never executed.
+The server.py of the question calls this module with `data`, PrairieLearn's dictionary, whose values are all JSON.
+`correct_answers`, which only the answer panel shows, has the solutions and the correct options. PrairieLearn's elements
+(its input fields) have stored the chosen or typed answers before. This module converts each answer to the text that a
+student would type in a notebook, then parses and marks the text as usual. No answer is executed.
 """
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises import answer_types
-from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, AnswerVisitor
+from qdot.exercises.answer_types import LETTERS, TRUE_FALSE
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import list_entry_labels, write_question_alone
@@ -39,9 +37,12 @@ MAX_ANSWER_LENGTH = 20_000
 
 
 def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
-    """Store a variant in `params`, and its worked solutions in `correct_answers`."""
+    """Store a variant of the problem `slot` in `params`, and its worked solutions in `correct_answers`.
+
+    `folder` is the folder of the assignment among the server's course files.
+    """
     assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
-    seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
+    seeds = json.loads((_find_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = assignment_slot.problem_of_seed(int(seed))
     figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
@@ -49,22 +50,22 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     text = to_html_for_mathjax(statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
-    options = {part.name: _OptionsVisitor(problem, part).visit(part.answer) for part in choices}
+    options = {part.name: _list_options(problem, part) for part in choices}
     solutions = {part.name: _show_solution(problem, part) for part in problem.parts}
     data["correct_answers"].update(options=options, solutions=solutions)
 
 
 def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
-    """Report why answers can't be parsed; such a submission is not graded, and costs no attempt.
+    """Add to `format_errors` why answers can't be parsed; such a submission is not graded, and costs no attempt.
 
-    Errors reported by the elements themselves remain.
+    The errors that the elements themselves have reported remain.
     """
     problem, errors = _load_problem(data, folder, slot), data["format_errors"]
     is_blank = not errors
     for part in problem.parts:
         names = list_input_names(part)
         if not {part.name, *names} & set(errors):
-            text = _TypedAnswerVisitor(data, part).visit(part.answer)
+            text = _read_typed_answer(data, part)
             is_blank = is_blank and not text
             if error := _describe_incomplete(data, part) or _explain_unreadable(problem, part, text):
                 errors[names[0]] = error
@@ -77,8 +78,8 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
 
     If qdot itself fails, the submission is invalid and costs no attempt.
     """
-    problem, assignment = _load_problem(data, folder, slot), load_assignment(_assignment_folder(data, folder))
-    texts = {part.name: _TypedAnswerVisitor(data, part).visit(part.answer) for part in problem.parts}
+    problem, assignment = _load_problem(data, folder, slot), load_assignment(_find_assignment_folder(data, folder))
+    texts = {part.name: _read_typed_answer(data, part) for part in problem.parts}
     answers = {name: text for name, text in texts.items() if text}
     verdicts = mark(problem, answers, secret=assignment.secret, rules=MarkingRules(assignment.follow_through))
     shows_mistakes = shows_at_least(assignment.feedback, "mistake")
@@ -87,7 +88,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
         if verdict.points is None:
             data["format_errors"][list_input_names(part)[0]] = verdict.judgement.reason
             continue
-        data["partial_scores"].update(_part_scores(part, verdict, shows_mistakes))
+        data["partial_scores"].update(_compute_scores(part, verdict, shows_mistakes))
         outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
             outcome = _describe_outcome(problem, verdict)
@@ -97,28 +98,26 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
     data["score"] = min(1.0, earned / problem.max_points)
 
 
-def _part_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLearnData:
-    """Return the score of a part and, if `shows_entries`, a score of 0 or 1 for each of several numbers."""
+def _compute_scores(part: Part, verdict: Verdict, shows_entries: bool) -> PrairieLearnData:
+    """Return the score of a part; if `shows_entries`, also a score of 0 or 1 for each number of a numeric answer."""
     assert verdict.points is not None
     scores: PrairieLearnData = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = list_input_names(part), verdict.judgement.entries
     if shows_entries and part.answer.is_numeric and len(names) > 1 and entries is not None:
         matches = [is_correct for row in entries for is_correct in row]
-        scores |= {
-            name: {"score": int(is_correct), "weight": 0} for name, is_correct in zip(names, matches, strict=True)
-        }
+        scores |= {name: {"score": int(match), "weight": 0} for name, match in zip(names, matches, strict=True)}
     return scores
 
 
 # --- a variant ---
 
 
-def _assignment_folder(data: PrairieLearnData, folder: str) -> Path:
+def _find_assignment_folder(data: PrairieLearnData, folder: str) -> Path:
     return Path(data["options"]["server_files_course_path"]) / folder
 
 
 def _load_slot_and_hints(data: PrairieLearnData, folder: str, slot: str) -> tuple[Slot, bool]:
-    assignment = load_assignment(_assignment_folder(data, folder))
+    assignment = load_assignment(_find_assignment_folder(data, folder))
     return next(candidate for candidate in assignment.slots if candidate.name == slot), assignment.hints
 
 
@@ -137,13 +136,13 @@ def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnDat
         "prompt": to_html_for_mathjax(question),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
-        "fields": _input_fields(problem, part),
+        "fields": _list_input_fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
-        "placeholder": _placeholder(part),
+        "placeholder": _make_placeholder(part),
     }
 
 
-def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
+def _list_input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     """Return the input fields for numbers, each with its symbol and its unit."""
     units = part.answer.expected_units
     if part.shape is None or not units:
@@ -153,34 +152,25 @@ def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
     return [{"name": name, "label": f"${label} =$", "unit": plain_unit(unit)} for name, label, unit in inputs]
 
 
-@dataclass(frozen=True)
-class _OptionsVisitor(AnswerVisitor[Any]):
-    """Visitor that returns an answer's options for PrairieLearn's elements.
+def _list_options(problem: Problem, part: Part) -> Any:
+    """Return the options of a part for PrairieLearn's elements, in qdot's order, with the letters of worked solutions.
 
-    The options are in qdot's order, with the letters that worked solutions use.
+    For a matching question, return the items, too.
     """
-
-    problem: Problem
-    part: Part
-
-    def visit_matching(self, answer: answer_types.Matching) -> PrairieLearnData:
-        pairs = zip(answer.items, answer.correct_indices, strict=True)
-        offered_options = [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))]
+    answer = part.answer
+    texts = [write_line_html(option_text(problem, part, k)) for k in range(len(answer.offered_options))]
+    if answer.matched_items:
+        pairs = zip(answer.matched_items, answer.correct_indices, strict=True)
+        offered_options = [{"letter": LETTERS[k], "html": text} for k, text in enumerate(texts)]
         return {"items": [{"html": item, "letter": LETTERS[k]} for item, k in pairs], "offered": offered_options}
-
-    def visit_letters(self, answer: answer_types.Letters) -> list[PrairieLearnData]:
-        options, has_letters = [], answer.options != TRUE_FALSE
-        for k in range(len(answer.options)):
-            html = f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k)
-            options.append({"right": "true" if k in answer.correct_indices else "false", "html": html})
-        return options
-
-    def _html(self, index: int) -> str:
-        return write_line_html(option_text(self.problem, self.part, index))
+    if answer.offered_options != TRUE_FALSE:
+        texts = [f"<strong>{LETTERS[k]}.</strong> {text}" for k, text in enumerate(texts)]
+    flags = ["true" if k in answer.correct_indices else "false" for k in range(len(texts))]
+    return [{"right": flag, "html": text} for flag, text in zip(flags, texts, strict=True)]
 
 
-def _placeholder(part: Part) -> str:
-    """Return the placeholder of an input field, which shows the form of the answer."""
+def _make_placeholder(part: Part) -> str:
+    """Return the text that an empty input field shows: the form of the answer, such as [[…, …]]."""
     if part.answer.typed_form:
         return part.answer.typed_form
     shape = part.answer.write_placeholder().removeprefix("Matrix(").removesuffix(")")
@@ -195,50 +185,26 @@ def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
 # --- answers ---
 
 
-@dataclass(frozen=True)
-class _TypedAnswerVisitor(AnswerVisitor[str]):
-    """Visitor that returns the chosen or typed answer as the text for a notebook; "" if there is no answer."""
-
-    data: PrairieLearnData
-    part: Part
-
-    def visit_choice(self, answer: answer_types.Choice) -> str:
-        chosen_letters = self._chosen()
-        return (
-            chosen_letters
-            if answer.options != TRUE_FALSE or not chosen_letters
-            else TRUE_FALSE[LETTERS.index(chosen_letters)]
-        )
-
-    def visit_selection(self, answer: answer_types.Selection) -> str:
-        return self._chosen()
-
-    def visit_matching(self, answer: answer_types.Matching) -> str:
-        texts = _typed_texts(self.data, self.part)
+def _read_typed_answer(data: PrairieLearnData, part: Part) -> str:
+    """Return the chosen or typed answer as the text for a notebook; "" if there is no answer."""
+    if part.answer.offered_options and not part.answer.matched_items:
+        # PrairieLearn has its own keys for the options, in the same order.
+        keys = [option["key"] for option in data["params"].get(part.name, ())]
+        ticked_keys = data["submitted_answers"].get(part.name) or ()
+        letters = "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
+        is_true_or_false = part.answer.offered_options == TRUE_FALSE and len(letters) == 1
+        return TRUE_FALSE[LETTERS.index(letters)] if is_true_or_false else letters
+    texts = _list_typed_texts(data, part)
+    if part.answer.matched_items:
         return "".join(LETTERS[int(text)] for text in texts if text in _MATCHING_OPTION_NAMES)
-
-    def visit_number(self, answer: answer_types.Number) -> str:
-        texts = _typed_texts(self.data, self.part)
-        if not any(texts):
-            return ""
-        return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
-
-    def visit_any(self, answer: answer_types.Answer) -> str:
-        (text,) = _typed_texts(self.data, self.part)
-        return text
-
-    def _chosen(self) -> str:
-        """Return the letters of the ticked options; the element's keys differ, but the order is qdot's."""
-        keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
-        ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
-        return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
+    return f"[{', '.join(texts)}]" if len(texts) > 1 and any(texts) else texts[0]
 
 
 _MATCHING_OPTION_NAMES = [str(number) for number in range(len(LETTERS))]
 """The names of options in the element for matching."""
 
 
-def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
+def _list_typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
     """Return the text in each input of a part, as it was typed and before the elements parsed numbers."""
     is_numeric = part.answer.is_numeric and part.answer.expected_units
     source = data["raw_submitted_answers"] if is_numeric else data["submitted_answers"]
@@ -248,7 +214,7 @@ def _typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
 
 def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
-    texts, items = _typed_texts(data, part), part.answer.matched_items
+    texts, items = _list_typed_texts(data, part), part.answer.matched_items
     is_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
     if all(is_filled) or not any(is_filled):
         return ""
@@ -275,10 +241,9 @@ def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
         earlier_title = ALL_QUESTIONS[problem[verdict.followed_from].kind].title
         return f"This follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
-        wrong_entries = [
-            f"({i}, {j})" for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1) if not is_correct
-        ]
-        return f"{sentence} Wrong entries: {', '.join(wrong_entries)}."
+        flags = {(i, j): is_correct for i, row in enumerate(entries, 1) for j, is_correct in enumerate(row, 1)}
+        wrong_entries = ", ".join(str(position) for position, is_correct in flags.items() if not is_correct)
+        return f"{sentence} Wrong entries: {wrong_entries}."
     return sentence
 
 

@@ -1,11 +1,13 @@
-"""Write reports on graded work: one module for each export format, all based on the same results.
+"""Write reports on graded work, all based on the same results: one module for each format.
 
-Besides the modules for other programs' formats, which `formats` lists, there are:
+`formats` lists the formats that other programs read. The other modules:
 
     feedback_levels                 limit what a student sees about a wrong answer
     rows, tables                    list a result part by part; write results.jsonl and grades.csv
-    class_view, charts, class_page  compute the figures of `qdot report`; draw its charts; write its page
-    answers, differs, example       show an answer as it was parsed; show where it is wrong, as a table and a drawing
+    class_view, charts, class_page  compute the numbers of `qdot report`; draw its charts; write its page
+    answers                         show an answer as it was parsed
+    counterexample_table            show where an answer is wrong, as a table
+    counterexample_figure           draw the arm where an answer is wrong
     feedback                        write a student's feedback page
     write                           write the files in graded/ that are not up to date
     formats                         list the export formats by name

@@ -1,7 +1,7 @@
-"""Show a student's answer on the feedback page: as text and, if possible, typeset as a formula.
+"""Write a student's answer for the feedback page: as text and, if possible, typeset as a formula.
 
-The formula is what qdot parsed and judged. An answer is shown only as text if it can't be parsed, if it is too long or
-too deeply nested to be typeset, or if it is not a formula (a function, a letter without an option).
+The formula is what qdot parsed and judged. The page shows only the text of an answer that can't be parsed, is too long
+or too deeply nested to be typeset, or is not a formula.
 """
 
 import re
@@ -30,22 +30,22 @@ MIN_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
 MAX_ROUNDED_LENGTH = 12
-"""A decimal is shown rounded if the result has at most this number of characters."""
+"""A decimal is shown rounded to 14 digits if it then has at most this number of characters."""
 
 _LONG_DECIMAL = re.compile(r"(?<![\w.])\d{1,6}\.\d{15,19}(?![\w.])")
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
 FORMULA_TYPES = ("expression", "matrix", "singular", "number", "direction")
 """The types of answers that are formulas; others are shown as text."""
 
-_CONTROL = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
-_CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF), 0xFFFD)
+_VISIBLE_CONTROLS = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
+_VISIBLE_CONTROLS |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF), 0xFFFD)
 
 
 @dataclass(frozen=True)
 class ShownAnswer:
-    """An answer on the page: its HTML (`html`) and its `text`; one of them is empty if the other suffices.
+    """An answer on the page, as HTML and as text; one of them is empty if the other suffices.
 
-    `is_verbatim` is False if the text is not the student's, but qdot's description of a function.
+    `is_verbatim` is False if the text is qdot's description of a function instead of the student's text.
     """
 
     text: str
@@ -54,72 +54,62 @@ class ShownAnswer:
 
 
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
-    """Return an answer as text and, if possible, as the formula or options that were parsed."""
+    """Return an answer as text and, if possible, as the parsed formula or the chosen options."""
     text = text if len(text) > MAX_CHARACTERS else _hide_rounding_errors(text)
     visible_text = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
     if text == FUNCTION_TEXT:
         return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
-        options = _chosen_options(problem, part, text)
+        options = _write_chosen_options(problem, part, text)
         return ShownAnswer("" if options and len(text) == 1 else visible_text, options)
     if part.type not in FORMULA_TYPES or len(text) > MAX_CHARACTERS:
         return ShownAnswer(visible_text)
     tree = read_answer(problem, part, text).tree
     try:
-        return (
-            ShownAnswer(visible_text) if tree is None else ShownAnswer(visible_text, _formula_html(problem, part, tree))
-        )
+        return ShownAnswer(visible_text, "" if tree is None else _typeset_html(problem, part, tree))
     except TooDeep:
         return ShownAnswer(visible_text)
 
 
 def _hide_rounding_errors(text: str) -> str:
-    """Return an answer without the rounding errors of its decimals, which Python added when it ran the notebook.
+    """Return an answer without the rounding errors that Python added to its decimals when it ran the notebook.
 
     >>> _hide_rounding_errors("a1 + 0.12249999999999998 + 3.14159265358979")
     'a1 + 0.1225 + 3.14159265358979'
     """
-    return _LONG_DECIMAL.sub(lambda number: _shortest_decimal(number[0]), text)
 
+    def round_decimal(match: re.Match[str]) -> str:
+        rounded_text = f"{float(match[0]):.14g}"
+        return rounded_text if len(rounded_text) <= MAX_ROUNDED_LENGTH and "e" not in rounded_text else match[0]
 
-def _shortest_decimal(number: str) -> str:
-    """Return a decimal rounded to 14 digits, if that leaves at most 10 digits; otherwise return it unchanged."""
-    rounded_text = f"{float(number):.14g}"
-    return rounded_text if len(rounded_text) <= MAX_ROUNDED_LENGTH and "e" not in rounded_text else number
+    return _LONG_DECIMAL.sub(round_decimal, text)
 
 
 def make_visible(text: str) -> str:
-    """Return a text with visible symbols instead of control characters, so that any page can contain it."""
-    return text.translate(_CONTROL)
+    """Return a text with visible symbols instead of control characters, so that the text can stand on any page."""
+    return text.translate(_VISIBLE_CONTROLS)
 
 
-def _formula_html(problem: Problem, part: Part, node: Node) -> str:
+def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
     if count_nodes(node) > MAX_NODES:
         raise TooDeep("the answer is too long to be set")
     formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted_layout = fit_formula(formula, MAX_WIDTH)
     size = max(MIN_SIZE, min(100, int(100 * MAX_WIDTH / max(formula_width(fitted_layout), 1.0))))
-    return _shorten_mathml(mathml_text(fitted_layout, True, size))
+    mathml = mathml_text(fitted_layout, True, size)
+    # Shorten the page: write letters instead of their codes, and no rows with a single item.
+    mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
+    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", mathml.replace(_NAMESPACE, "", 1))
 
 
-def _shorten_mathml(text: str) -> str:
-    """Return MathML with fewer characters: letters instead of their codes, and no rows with a single item."""
-    text = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), text)
-    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", text.replace(_NAMESPACE, "", 1))
-
-
-def _chosen_options(problem: Problem, part: Part, text: str) -> str:
+def _write_chosen_options(problem: Problem, part: Part, text: str) -> str:
     """Return, as HTML, the options that a student chose, with their letters (and items in a matching question)."""
-    answer = part.answer
-    chosen, items = list(read_answer(problem, part, text).chosen), answer.matched_items
-    if items and len(chosen) == len(items):
-        prefixes = [f"{item}: " for item in items]
-    else:
-        chosen, prefixes = list(dict.fromkeys(chosen)), [""] * len(chosen)
-    if answer.offered_options == TRUE_FALSE:
-        return "".join(answer.offered_options[index] for index in chosen)
-    lines = (
-        f"{prefix}**{LETTERS[k]}.** {option_text(problem, part, k)}"
-        for prefix, k in zip(prefixes, chosen, strict=False)
-    )
-    return "".join(map(to_html, lines))
+    indices, items = list(read_answer(problem, part, text).chosen), part.answer.matched_items
+    prefixes = [f"{item}: " for item in items]
+    if len(indices) != len(items):  # the question has no items, or the student did not match all of them
+        indices = list(dict.fromkeys(indices))
+        prefixes = [""] * len(indices)
+    if part.answer.offered_options == TRUE_FALSE:
+        return "".join(TRUE_FALSE[index] for index in indices)
+    pairs = zip(prefixes, indices, strict=True)
+    return "".join(to_html(f"{prefix}**{LETTERS[k]}.** {option_text(problem, part, k)}") for prefix, k in pairs)

@@ -1,30 +1,28 @@
 """Draw the charts of the class overview with matplotlib, as SVG that takes its colours from the page.
 
-The same numbers give the same bytes. A chart is drawn in placeholder colours, which are replaced by variables of the
-page's style sheet, so that the chart follows the light and the dark theme. Hatching and words repeat everything that
-the colours say. No chart contains a student's text.
+The same numbers give the same bytes. matplotlib draws in placeholder colours; variables of the page's style sheet then
+replace these, so that a chart follows the light and the dark theme. Hatching and words repeat everything that the
+colours say. No chart contains a student's text.
 """
 
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from qdot.exercises.common.errors import shorten
 from qdot.exercises.common.extras import require_extra
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.statistics.statistics import Interval
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from matplotlib.axes import Axes
 
 COLOURS = {
     "ink": "#010203", "soft": "#020304", "line": "#030405", "good": "#040506", "half": "#050607", "bad": "#060708",
     "none": "#070809", "bar": "#08090a", "field": "#090a0b",
 }  # fmt: skip
-"""Placeholder colours by the name of the page's variable that replaces them."""
+"""The placeholder colours, each by the name of the variable that replaces it."""
 
 MAX_TITLE_LENGTH = 44
 """Maximum number of characters of a mistake's title in a chart."""
@@ -50,40 +48,32 @@ _STYLE: dict[str, Any] = {
 }  # fmt: skip
 
 
-@contextmanager
-def _style(name: str) -> "Iterator[None]":
-    """Use matplotlib's defaults and qdot's settings, regardless of the user's matplotlibrc."""
+def _make_chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
+    """Return a chart as SVG to be embedded in a page; `draw` draws into its axes, `height` is in inches."""
     import matplotlib as mpl
-
-    settings: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
-    settings |= _STYLE | {"svg.hashsalt": name}
-    with mpl.rc_context(settings):
-        yield
-
-
-def _chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
-    """Return the chart that `draw` draws, as SVG to be embedded in a page."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    with _style(name):
+    # Use matplotlib's defaults and qdot's settings, whatever the user's matplotlibrc sets.
+    settings: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
+    with mpl.rc_context(settings | _STYLE | {"svg.hashsalt": name}):
         figure = Figure(figsize=(CHART_WIDTH, height))
         FigureCanvasSVG(figure)
         draw(figure.add_subplot())
         svg = io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _inline(svg.getvalue().decode(), name)
+    return _adapt_to_page(svg.getvalue().decode(), name)
 
 
-def _inline(text: str, name: str) -> str:
-    """Return an SVG without its preamble, with named colours, the page's font, and ids unique on the page."""
+def _adapt_to_page(text: str, name: str) -> str:
+    """Return an SVG without its preamble, with the page's colours and font, and with ids that begin with `name`."""
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text[text.index("<svg") :], flags=re.DOTALL)
     for colour, placeholder in COLOURS.items():
         text = text.replace(placeholder, f"var(--{colour})")
     text = re.sub(r"(font(?:-family)?:)[^;\"]*?([\d.]+px)[^;\"]*", r"font-size: \2", text)
     text = re.sub(r" *font-family:[^;\"]*;?", "", text)
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
-    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # it would apply to the whole page
+    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # a style would apply to the whole page
     opening, bracket, body = text.partition(">")
     opening = re.sub(r' (width|height|version|xmlns:xlink)="[^"]*"', "", opening)
     return f'{opening} aria-hidden="true" focusable="false"{bracket}{body.replace("xlink:href", "href")}'
@@ -101,23 +91,20 @@ OUTCOMES: Mapping[Outcome, tuple[str, str, str]] = {
 """The word, the colour and the hatching for each outcome."""
 
 
-def draw_histogram(percents: Sequence[float], mean: float, median: float) -> str:
-    """Draw the number of students in each tenth of the score range; 100 % belongs to the last tenth."""
-    counts = [0] * 10
-    for percent in percents:
-        counts[min(9, int(percent // 10))] += 1
+def draw_histogram(tenth_counts: Sequence[int], mean: float, median: float) -> str:
+    """Draw a histogram of the scores; `tenth_counts` has the number of students in each tenth of the score range."""
 
     def draw(axes: "Axes") -> None:
-        bars = axes.bar([10 * i + 5 for i in range(10)], counts, width=9, color=COLOURS["bar"], linewidth=0)
-        axes.bar_label(bars, [str(count) if count else "" for count in counts], padding=2, color=COLOURS["ink"])
+        bars = axes.bar([10 * i + 5 for i in range(10)], tenth_counts, width=9, color=COLOURS["bar"], linewidth=0)
+        axes.bar_label(bars, [str(count or "") for count in tenth_counts], padding=2, color=COLOURS["ink"])
         axes.axvline(mean, color=COLOURS["ink"], linewidth=1.4, label=f"mean {mean:.3g} %")
         axes.axvline(median, color=COLOURS["ink"], linewidth=1.4, linestyle=(0, (2, 2)), label=f"median {median:.3g} %")
-        axes.set(xlim=(0, 100), ylim=(0, 1.18 * max(counts)), xticks=range(0, 101, 20), yticks=[])
+        axes.set(xlim=(0, 100), ylim=(0, 1.18 * max(tenth_counts)), xticks=range(0, 101, 20), yticks=[])
         axes.set_xlabel("score, % of the points")
         axes.spines["left"].set_visible(False)
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
-    return _chart("scores", 2.5, draw)
+    return _make_chart("scores", 2.5, draw)
 
 
 def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
@@ -133,13 +120,13 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
                 style: Any = {"color": COLOURS[colour], "hatch": hatch, "edgecolor": COLOURS["field"], "linewidth": 0.8}
                 axes.barh(rows, widths, left=bar_starts, height=0.68, label=word, **style)
             bar_starts = [start + width for start, width in zip(bar_starts, widths, strict=True)]
-        _by_row(axes, parts)
+        _label_rows(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the students who submitted")
         spacing = {"columnspacing": 0.9, "handlelength": 1.3, "handletextpad": 0.5}
         axes.legend(loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, **spacing)
 
-    return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
+    return _make_chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 
 
 def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -> str:
@@ -153,12 +140,12 @@ def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -
             if interval is not None:
                 axes.plot([interval.low, interval.high], [row, row], color=COLOURS["bar"], linewidth=2.2)
                 axes.plot(interval.value, row, "o", color=COLOURS["bar"], markersize=6.5)
-        _by_row(axes, parts)
+        _label_rows(axes, parts)
         axes.grid(axis="x")
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
         axes.set_xlabel("correlation with the other points")
 
-    return _chart("discrimination", 0.75 + 0.27 * len(parts), draw)
+    return _make_chart("discrimination", 0.75 + 0.27 * len(parts), draw)
 
 
 def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
@@ -166,23 +153,23 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
     if not count_by_title:
         return ""
     counts = list(count_by_title.values())
-    names = [
-        title if len(title) <= MAX_TITLE_LENGTH else f"{title[: MAX_TITLE_LENGTH - 1].rstrip()}…"
-        for title in count_by_title
-    ]
+    names = [shorten(title, MAX_TITLE_LENGTH) for title in count_by_title]
 
     def draw(axes: "Axes") -> None:
         bars = axes.barh(range(len(names)), counts, height=0.62, color=COLOURS["bar"], linewidth=0)
         axes.bar_label(bars, [str(count) for count in counts], padding=3, color=COLOURS["ink"])
-        _by_row(axes, names)
+        _label_rows(axes, names)
         axes.set(xlim=(0, 1.12 * max(counts)), xticks=[])
         axes.spines["bottom"].set_visible(False)
 
-    return _chart("mistakes", 0.3 + 0.27 * len(names), draw)
+    return _make_chart("mistakes", 0.3 + 0.27 * len(names), draw)
 
 
 def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> str:
-    """Draw a row for each group: a dot for each student, and a line at the group's mean."""
+    """Draw a row for each group of arms: a dot for each student's share of the points, and a line at the mean.
+
+    `shares` are in %. `number` distinguishes this chart from the other charts of groups on the page.
+    """
 
     def draw(axes: "Axes") -> None:
         for row, values in enumerate(shares_by_group.values()):
@@ -193,15 +180,15 @@ def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> 
                 axes.plot(value, row + offset, "o", color=COLOURS["bar"], markersize=3.4, markeredgewidth=0)
             mean = sum(values) / len(values)
             axes.plot([mean, mean], [row - 0.42, row + 0.42], color=COLOURS["ink"], linewidth=2.2)
-        _by_row(axes, list(shares_by_group))
+        _label_rows(axes, list(shares_by_group))
         axes.grid(axis="x")
         axes.set(xlim=(-3, 103), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the points; a line at the mean")
 
-    return _chart(f"variants-{number}", 0.75 + 0.55 * len(shares_by_group), draw)
+    return _make_chart(f"variants-{number}", 0.75 + 0.55 * len(shares_by_group), draw)
 
 
-def _by_row(axes: "Axes", names: Sequence[str]) -> None:
+def _label_rows(axes: "Axes", names: Sequence[str]) -> None:
     """Label every row with its name; the first row is at the top."""
     axes.set_yticks(range(len(names)), list(names))
     axes.set_ylim(len(names) - 0.4, -0.6)

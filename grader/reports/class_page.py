@@ -11,7 +11,7 @@ from qdot.exercises.common.errors import shorten
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.render import render
 from qdot.grader.diagnosis import similar
-from qdot.grader.diagnosis.similar import CanonicalForm, SimilarPair
+from qdot.grader.diagnosis.similar import SimilarPair
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
@@ -19,16 +19,12 @@ from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts, class_view
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.tables import UNMARKED_STATES, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
 from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
 MAX_CHARTED_MISTAKES = 15
 """Maximum number of mistakes in the chart; the table has all of them."""
-MAX_UNUSUAL_FORMS = 2
-"""Maximum number of unusual forms shown for a part."""
-MAX_UNUSUAL_SIMILARITY = 0.5
-"""A correct answer has an unusual form if it shares at most this fraction of its pieces with the reference."""
 MAX_PAIRS = 30
 """Maximum number of pairs of nearly identical answers that are shown."""
 MAX_GROUPS = 20
@@ -45,7 +41,7 @@ MAX_COMPARISON_CHARTS = 3
 
 @dataclass(frozen=True)
 class StudentWork:
-    """A student's work on a part: the problem, the part, its result, and the text of the answer."""
+    """A student's work on a part: the student's problem, the part, its result, and the text of the answer."""
 
     student: str
     problem: Problem
@@ -55,35 +51,21 @@ class StudentWork:
 
     @property
     def shown_answer(self) -> ShownAnswer:
-        """The answer as the page shows it: its text is shortened if it is long."""
+        """The answer as the page shows it; a long text is shortened."""
         return replace(show_answer(self.problem, self.part, self.answer), text=_shorten(self.answer))
-
-    def parse(self, text: str) -> CanonicalForm | None:
-        """Parse a text as an answer; return the form used to compare answers, None if there is no such form."""
-        return similar.canonical_form(read_answer(self.problem, self.part, text))
 
 
 @dataclass(frozen=True)
 class GroupsOfPart:
-    """The groups of equal wrong answers to a part: those that the page shows with an answer, and the others."""
+    """The groups of equal wrong answers to a part: the groups that the page shows, with an answer, and the others."""
 
     name: str
     groups: Sequence[tuple[class_view.AnswerGroup, ShownAnswer]]
     omitted_groups: Sequence[class_view.AnswerGroup]
 
 
-@dataclass(frozen=True)
-class UnusualForm:
-    """A correct answer to a part in an unusual form, a student who wrote it, and the number of such students."""
-
-    part: str
-    answer: ShownAnswer
-    student: str
-    count: int
-
-
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the page as self-contained HTML. Raises QdotError if matplotlib is not installed."""
+    """Return the page as one HTML file, with all charts. Raises QdotError if matplotlib is not installed."""
     charts.check_library()
     graded_ids = [result.student for result in class_view.select_graded(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded_ids}
@@ -91,20 +73,21 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     mistakes = class_view.summarize_mistakes(results)
     comparisons = _compare_variants(assignment, results, problems)
     names = [part.name for part in parts]
-    work = {name: _collect_work(name, results, problems) for name in names}
-    states = Counter(map(work_status, results))
-    pairs = _find_similar_answers(work)
-    overrides = [(result.student, name, each) for result in results for name, each in result.overrides.items()]
+    work_by_part = {name: _collect_work(name, results, problems) for name in names}
+    states = Counter(map(find_work_status, results))
+    pairs = _find_similar_answers(work_by_part)
+    overrides = [(result.student, name, line) for result in results for name, line in result.overrides.items()]
     outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOMES.items()}
     if not any(map(states.get, UNMARKED_STATES)):
         del outcome_words[Outcome.UNGRADED]
-    charted, compared = mistakes[:MAX_CHARTED_MISTAKES], comparisons[:MAX_COMPARISON_CHARTS]
+    mistake_counts = {mistake.title: len(mistake.students) for mistake in mistakes[:MAX_CHARTED_MISTAKES]}
+    charted_comparisons = enumerate(comparisons[:MAX_COMPARISON_CHARTS])
     page_charts = {
-        "score_chart": charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
+        "score_chart": charts.draw_histogram(scores.tenth_counts, scores.mean, scores.median) if scores else "",
         "outcome_chart": charts.draw_outcomes(names, [part.outcome_counts for part in parts]) if graded_ids else "",
         "interval_chart": charts.draw_intervals(names, [part.discrimination for part in parts]),
-        "mistake_chart": charts.draw_mistakes({each.title: len(each.students) for each in charted}),
-        "variant_charts": [charts.draw_groups(i, each.shares_by_group) for i, each in enumerate(compared)],
+        "mistake_chart": charts.draw_mistakes(mistake_counts),
+        "variant_charts": [charts.draw_groups(i, item.shares_by_group) for i, item in charted_comparisons],
     }
     return render(
         "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded=len(graded_ids),
@@ -113,7 +96,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         scores=scores, parts=parts, titles={part.name: part.title for part in parts},
         outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons,
         few=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, statistics=statistics, overrides=overrides,
-        groups=_groups_with_answers(results, work), unusual=_find_unusual_forms(work), visible=make_visible,
+        groups=_group_answers(results, work_by_part), visible=make_visible,
         has_due=any(assignment.due_date_of(student) is not None for student in assignment.roster),
         not_on_time=class_view.find_late_or_missing(results), shorten=_shorten, pairs=pairs, max_pairs=MAX_PAIRS,
         without_attempt=class_view.find_students_without_attempt(results),
@@ -133,13 +116,14 @@ def _collect_work(
     return works
 
 
-def _groups_with_answers(results: Sequence[Result], work: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
-    """Return every part that has groups of equal wrong answers, with an answer of each of the largest groups."""
+def _group_answers(results: Sequence[Result], works: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
+    """Return the groups of equal wrong answers to each part; `works` maps each part to the work of all students."""
     parts = []
     for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
-        groups, typical_work = list(part_groups), {each.student: each for each in work[name]}
-        works = [(group, typical_work.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
-        shown_groups = [(group, each.shown_answer if each else ShownAnswer(FUNCTION_TEXT)) for group, each in works]
+        groups, work_of = list(part_groups), {work.student: work for work in works[name]}
+        pairs = [(group, work_of.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
+        # An answer without work is a function, which has no text.
+        shown_groups = [(group, work.shown_answer if work else ShownAnswer(FUNCTION_TEXT)) for group, work in pairs]
         parts.append(GroupsOfPart(name, shown_groups, groups[MAX_GROUPS:]))
     return parts
 
@@ -147,7 +131,7 @@ def _groups_with_answers(results: Sequence[Result], work: Mapping[str, Sequence[
 def _compare_variants(
     assignment: Assignment, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]
 ) -> list[Comparison]:
-    """Return the comparisons between students with different arms, for every problem of the assignment."""
+    """Return, for every problem of the assignment, comparisons of the shares of points between groups of arms."""
     comparisons = []
     for slot in assignment.slots:
         chains, shares, has_varied_structure = [], [], slot.family.has_varied_structure
@@ -162,39 +146,19 @@ def _compare_variants(
     return correct_p_values(comparisons)
 
 
-def _find_unusual_forms(work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[UnusualForm]:
-    """Return correct answers whose form differs most from the reference, for each part the most unusual first."""
-    forms = []
-    for name, works in work_by_part.items():
-        by_form: dict[str, tuple[float, StudentWork, int]] = {}
-        for work in works:
-            if work.result.outcome is not Outcome.CORRECT or work.part.type not in COMPARED_TYPES:
-                continue
-            answer, reference = work.parse(work.answer), work.parse(work.part.answer.write_code())
-            if answer is None or reference is None:
-                continue
-            similarity = similar.compute_similarity(answer, reference)
-            if similarity <= MAX_UNUSUAL_SIMILARITY:
-                entry = by_form.get(answer.text, (similarity, work, 0))
-                by_form[answer.text] = (*entry[:2], entry[2] + 1)
-        most_unusual = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MAX_UNUSUAL_FORMS]
-        forms += [UnusualForm(name, work.shown_answer, work.student, count) for _, work, count in most_unusual]
-    return forms
-
-
 def _find_similar_answers(work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[tuple[str, SimilarPair]]:
     """Return pairs of nearly identical wrong answers with their part, unless a known mistake explains the answers."""
     pairs: list[tuple[str, SimilarPair]] = []
     for name, works in work_by_part.items():
         wrong_answers, max_common_count = [], max(3, len(works) // 20)
         for work in works:
-            result, answer = work.result, None
-            is_unexplained = result.mistake is None and result.followed_from is None
-            if result.outcome in WRONG_OR_PARTIAL and work.part.type in COMPARED_TYPES and is_unexplained:
-                answer = work.parse(work.answer)
-            if answer is not None:
+            is_explained = work.result.mistake is not None or work.result.followed_from is not None
+            if is_explained or work.result.outcome not in WRONG_OR_PARTIAL or work.part.type not in COMPARED_TYPES:
+                continue
+            canonical_form = similar.canonical_form(read_answer(work.problem, work.part, work.answer))
+            if canonical_form is not None:
                 reference = work.part.answer.write_code()
-                wrong_answers.append(similar.StudentAnswer(work.student, work.answer, answer, reference))
+                wrong_answers.append(similar.StudentAnswer(work.student, work.answer, canonical_form, reference))
         pairs += [(name, pair) for pair in similar.find_similar_pairs(wrong_answers, max_common_count=max_common_count)]
     return pairs
 

@@ -1,5 +1,6 @@
 """Compute the numbers of the class overview from the results: scores, parts, mistakes, equal answers, lateness."""
 
+import re
 import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from qdot.grader.grading.marking import map_max_points
 from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.tables import UNMARKED_STATES, is_marked, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, is_marked
 from qdot.grader.statistics.statistics import Interval, discrimination, reliability
 
 
@@ -21,9 +22,9 @@ from qdot.grader.statistics.statistics import Interval, discrimination, reliabil
 class PartSummary:
     """The statistics of a part of the assignment.
 
-    `outcome_counts` is the number of students with each outcome. `mean_share` is the mean share of the points (the
-    difficulty), over the students who have points for the part. `follow_through_count` is the number of answers that
-    follow from a wrong earlier answer.
+    `outcome_counts` is the number of students with each outcome. `mean_share` measures the difficulty: the mean of the
+    earned points divided by the maximum points, over the students who have points for the part. `follow_through_count`
+    is the number of answers that follow from a wrong earlier answer.
     """
 
     name: str
@@ -52,10 +53,11 @@ class MistakeSummary:
 
 @dataclass(frozen=True)
 class AnswerGroup:
-    """A group of equal wrong answers; `typical_student` is a student who wrote the answer in its most common form.
+    """A group of equal wrong answers to a part.
 
-    `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `points_range` are the
-    minimum and the maximum of the points that the grader gave. `override` is the group's override in overrides.csv.
+    `key` is the group's key in overrides.csv. `typical_student` is a student who wrote the answer in its most common
+    form. `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `points_range`
+    has the minimum and the maximum of the points that the grader gave. `override` is the group's line in overrides.csv.
     """
 
     key: str
@@ -81,10 +83,10 @@ class AnswerGroup:
 
 @dataclass(frozen=True)
 class Scores:
-    """The scores of students who have a mark, as percentages, and their statistics.
+    """The scores of the students who have a mark, in percent, and the statistics of these scores.
 
-    `tenth_counts` are the numbers of scores in each tenth of the range 0 to 100 %. `full_score_count` is the number of
-    full scores.
+    `tenth_counts` has the number of scores in each tenth of the range 0 to 100 %; 100 % is in the last tenth.
+    `reliability` is Cronbach's alpha. `full_score_count` is the number of scores of 100 %.
     """
 
     percents: tuple[float, ...]
@@ -97,7 +99,7 @@ class Scores:
 
 
 def describe_student(student: Student) -> str:
-    """Return a student's name with the identifier, or only the identifier if there is no name.
+    """Return a student's name and identifier, or only the identifier if there is no name.
 
     >>> describe_student(Student("s1", "Ada Lovelace")), describe_student(Student("s2"))
     ('Ada Lovelace (s1)', 's2')
@@ -123,11 +125,12 @@ def summarize_scores(results: Sequence[Result]) -> Scores | None:
     mean, median = statistics.fmean(percents), statistics.median(percents)
     deviation = statistics.stdev(percents) if len(percents) > 1 else None
     full_score_count = sum(percent >= 100 - 1e-9 for percent in percents)
-    return Scores(percents, tenth_counts, mean, median, deviation, reliability(_point_rows(results)), full_score_count)
+    alpha = reliability(_list_point_rows(results))
+    return Scores(percents, tenth_counts, mean, median, deviation, alpha, full_score_count)
 
 
-def _point_rows(results: Sequence[Result]) -> list[list[float]]:
-    """Return the points of every part, for students who have points for all parts."""
+def _list_point_rows(results: Sequence[Result]) -> list[list[float]]:
+    """Return a row with the points of every part for each student who has points for all parts."""
     rows = [[part.points for part in result.parts.values()] for result in select_graded(results)]
     return [[points for points in row if points is not None] for row in rows if None not in row]
 
@@ -135,7 +138,7 @@ def _point_rows(results: Sequence[Result]) -> list[list[float]]:
 def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[PartSummary]:
     """Return a summary of every part of the assignment, in its order."""
     student_parts = [result.parts for result in select_graded(results)]
-    rows = _point_rows(results)
+    point_rows = _list_point_rows(results)
     summaries = []
     for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
@@ -143,7 +146,7 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
         count, title = Counter(part.outcome for part in answers), ALL_QUESTIONS[name.split(".", 1)[1]].title
         counts = {outcome: count[outcome] for outcome in Outcome}
         mean_share = statistics.fmean(shares) if shares else None
-        interval = discrimination(rows, index) if rows else None
+        interval = discrimination(point_rows, index) if point_rows else None
         follow_through_count = sum(part.followed_from is not None for part in answers)
         summaries.append(PartSummary(name, title, max_points, counts, mean_share, interval, follow_through_count))
     return summaries
@@ -151,23 +154,19 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
 
 def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     """Return the diagnosed mistakes, the most frequent first; two mistakes in one answer both count."""
-    uses_by_mistake: dict[str, list[tuple[str, str]]] = {}
+    answers_by_mistake: dict[str, list[tuple[str, str]]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
-            for mistake in _split_mistakes(part.mistake):
-                uses_by_mistake.setdefault(mistake, []).append((result.student, name))
+            for mistake in re.split(" or | and ", part.mistake) if part.mistake else ():
+                answers_by_mistake.setdefault(mistake, []).append((result.student, name))
     summaries = []
-    for mistake, pairs in uses_by_mistake.items():
-        students, parts = (tuple(dict.fromkeys(names)) for names in zip(*pairs, strict=True))
-        summaries.append(MistakeSummary(mistake, _mistake_title(mistake), students, parts))
-    return sorted(summaries, key=lambda mistake: (-len(mistake.students), mistake.title))
+    for mistake, answers in answers_by_mistake.items():
+        students, parts = (tuple(dict.fromkeys(names)) for names in zip(*answers, strict=True))
+        summaries.append(MistakeSummary(mistake, _find_mistake_title(mistake), students, parts))
+    return sorted(summaries, key=lambda summary: (-len(summary.students), summary.title))
 
 
-def _split_mistakes(names: str | None) -> list[str]:
-    return names.replace(" or ", " and ").split(" and ") if names else []
-
-
-def _mistake_title(name: str) -> str:
+def _find_mistake_title(name: str) -> str:
     return CATALOGUE[name].title if name in CATALOGUE else name
 
 
@@ -178,19 +177,20 @@ def group_wrong_answers(results: Sequence[Result]) -> list[AnswerGroup]:
         for index, (name, part) in enumerate(result.parts.items()):
             if part.group is not None:
                 answers.setdefault((index, part.group), []).append((result.student, name, part))
-    groups = [(index, _summarize_group(key, members)) for (index, key), members in answers.items()]
-    return [group for _, group in sorted(groups, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
+    ordered_keys = sorted(answers, key=lambda key: (key[0], -len(answers[key]), key[1]))
+    return [_summarize_group(key[1], answers[key]) for key in ordered_keys]
 
 
 def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> AnswerGroup:
+    """Return a group from its key and its answers, each given by the student, the part's name and the part's result."""
     students, names, parts = zip(*answers, strict=True)
     wordings = ["".join((part.answer or "").split()) for part in parts]
     typical_student = students[wordings.index(Counter(wordings).most_common(1)[0][0])]
     mistakes = next((part.mistake for part in parts if part.mistake), "").split(" and ")
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
-    earned = [points for points in grader_points if points is not None] or [0.0]
-    mistake, points_range = " and ".join(map(_mistake_title, mistakes)), (min(earned), max(earned))
+    earned_points = [points for points in grader_points if points is not None] or [0.0]
+    mistake, points_range = " and ".join(map(_find_mistake_title, mistakes)), (min(earned_points), max(earned_points))
     max_points, count = parts[0].max_points, sum(part.followed_from is not None for part in parts)
     override = next((override for override in overrides if override.group == key), None)
     return AnswerGroup(key, names[0], students, typical_student, mistake, points_range, max_points, count, override)
@@ -198,7 +198,7 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
 
 @dataclass(frozen=True)
 class LateOrMissing:
-    """A student who has no mark or was late: the state of the work (`tables.status`), and the reason."""
+    """A student who has no mark or was late: the state of the work, as in `find_work_status`, and the reason."""
 
     result: Result
     status: str
@@ -214,7 +214,7 @@ def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
     """Return the students who have no mark or were late, with the reasons."""
     rows = []
     for result in results:
-        state, late = work_status(result), result.late
+        state, late = find_work_status(result), result.late
         if state == "graded":
             continue
         reason = ""
@@ -232,15 +232,15 @@ def find_late_or_missing(results: Sequence[Result]) -> list[LateOrMissing]:
 def find_students_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
     """Return the students who gave several wrong formulas, none of which is an attempt at their own arm.
 
-    The values are the names of these parts. Apart from choice questions, nothing in the work of these students is
-    correct.
+    Each student is mapped to the names of these parts. Apart from choice questions, nothing in the work of these
+    students is correct.
     """
-    parts_of_students = {}
+    part_names_by_student = {}
     for result in select_graded(results):
-        non_attempts = [name for name, part in result.parts.items() if part.attempt is False]
-        if len(non_attempts) >= MIN_PARTS_WITHOUT_ATTEMPT and not any(part.attempt for part in result.parts.values()):
-            parts_of_students[result.student] = non_attempts
-    return parts_of_students
+        names = [name for name, part in result.parts.items() if part.attempt is False]
+        if len(names) >= MIN_PARTS_WITHOUT_ATTEMPT and not any(part.attempt for part in result.parts.values()):
+            part_names_by_student[result.student] = names
+    return part_names_by_student
 
 
 MIN_PARTS_WITHOUT_ATTEMPT = 2

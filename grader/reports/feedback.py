@@ -1,7 +1,7 @@
 """Write a student's feedback page: for each part, what is correct, what is wrong, where, and why.
 
-The page is made from a result as stored in results.jsonl, and from the figures and units of the student's problems. It
-contains the worked solutions if the assignment sets `feedback = "solutions"`.
+The page is made from a result as in results.jsonl, and from the stored texts and figures of the student's problems. The
+page contains the worked solutions if the assignment sets `feedback = "solutions"`.
 """
 
 import hashlib
@@ -25,8 +25,8 @@ from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import EntryFlags, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
-from qdot.grader.reports.example import draw_example
+from qdot.grader.reports.counterexample_figure import draw_example
+from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Table, make_counterexample_table
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.rows import describe_decisions, describe_override
 
@@ -38,7 +38,7 @@ STOP_WORDS = (
     (r"\bcell of this answer stopped: it (took|waited) longer\b", "stopped at the time limit"),
     (r"\bcell of this answer stopped\b", "stopped with an error"),
 )
-"""Patterns of the reasons why an answer is missing, each with the word for its outcome."""
+"""Patterns of the reason why an answer is missing, each with the outcome in words that the page shows instead."""
 ALL_UNANSWERED = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
@@ -46,7 +46,7 @@ MAX_PARTS_WITHOUT_OVERVIEW = 6
 GRADER_FIRST_WORDS = (
     r"the|these|this|its?|you|your|one|all|some|every|only|not|nothing|no|entry|numbers?|an? \w+ is missing"
     r"|a (list|configuration|singular|comma|product)|say|left|leave"
-    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|claimed|commas|scaled"
+    r"|qdot (failed|couldn)|judging|cells?|right but|correct except|commas|scaled"
 )
 """Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
@@ -56,9 +56,8 @@ SHORT_REASONS = (
     (r"; differs$", ""),
     (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
-    (r"\bclaimed, but no singular configuration\b", "your answer includes a configuration that is not singular"),
 )
-"""Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""
+"""Patterns of phrases that make no sense without their numbers, with replacements; a table shows the numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +99,7 @@ class ProblemOnPage:
     parts: tuple[PartOnPage, ...]
 
 
-def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
+def compute_page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
     content = [PAGE_VERSION, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
@@ -119,7 +118,7 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         notes, first_parts = [ALL_UNANSWERED, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
-        made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
+        made_from=compute_page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
         obstacle=make_visible(result.obstacle or ""), notes=notes, first_parts=first_parts,
         overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
     )  # fmt: skip
@@ -148,17 +147,15 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
-        return (
-            "If an answer is wrong, this page shows a configuration and the value of your answer at it, "
-            "but no correct values."
-        )
+        shown = "a configuration and the value of your answer at it"
+        return f"If an answer is wrong, this page shows {shown}, but no correct values."
     if shows_at_least(level, "mistake"):
         return "Mistakes are named. Correct values, and configurations at which an answer is wrong, are not shown."
     return "This page shows only the points of each part, and answers that qdot could not parse."
 
 
 def _show_problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
-    """Return every problem as the template shows it."""
+    """Return the student's problems, each with its parts and their results, in the order of the page."""
     stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
     for number, (slot, problem) in enumerate(stored_problems.problems, 1):
         statement = _add_caption(stored_problems.statement(slot, problem), problem)
@@ -169,25 +166,30 @@ def _show_problems(assignment: Assignment, student: Student, result: Result) -> 
     return problems
 
 
-def _add_caption(table: str, problem: Problem) -> str:
-    """Return the statement with a caption for its table, because screen readers read the caption first."""
+def _add_caption(statement: str, problem: Problem) -> str:
+    """Return the statement of a problem with a caption for its table, because screen readers read the caption first.
+
+    The cells of the table's header get a scope, so that a screen reader can read the header of each column.
+    """
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
-    return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
+    return re.sub(r"<th\b(?!ead)", '<th scope="col"', statement.replace("<table>", caption))
 
 
 def _show_parts(
     stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
-    """Return the parts of a problem; their texts refer to other parts by number."""
+    """Return the parts of a problem, whose `number` is counted from 1; their texts refer to other parts by number."""
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []
     for index, result in enumerate((limit_feedback(result, feedback) for result in results), 1):
         part, outcome, text = problem[result.name], result.outcome, result.answer
-        is_wrong, is_blank = outcome in WRONG_OR_PARTIAL, outcome is Outcome.MISSING and _is_blank(text or "")
+        is_wrong = outcome in WRONG_OR_PARTIAL
+        # A partly blank vector is shown as an answer.
+        is_blank = outcome is Outcome.MISSING and not re.sub(r"blank|[\s\[\](),]", "", text or "")
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
-        reason = _capitalize(_show_reason(result, table is not None))
-        page_part = PartOnPage(
+        reason = _write_reason(result, without_numbers=table is not None)
+        part_on_page = PartOnPage(
             id=f"part-{number}-{index}", number=numbers[part.name], title=ALL_QUESTIONS[part.kind].title, result=result,
             word=_describe_outcome(result), reason=_number_parts(reason, problem, numbers),
             advice=_number_parts(result.advice or "", problem, numbers),
@@ -200,7 +202,7 @@ def _show_parts(
             prompt=stored.prompt(slot, problem, part.name), figure=stored.part_figure(slot, problem, part.name),
             solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
-        parts.append(page_part)
+        parts.append(part_on_page)
     return tuple(parts)
 
 
@@ -225,44 +227,33 @@ def _mark_entries(entries: EntryFlags, follows: EntryFlags | None) -> list[list[
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
-    """Return a text that refers to parts of the problem by their numbers on the page."""
+    """Return a text with the names of parts, as in "to 'jacobian'", replaced by their numbers on the page."""
     for name, number in numbers.items():
         names = f"{re.escape(name)}|{re.escape(ALL_QUESTIONS[problem[name].kind].title)}"
         text = re.sub(rf"(\bto|\bin) '(?:{names})'", rf"\1 {number}", text)
     return text
 
 
-def _is_blank(answer: str) -> bool:
-    """Return whether an answer is completely blank; a partly blank vector is an answer."""
-    return not re.sub(r"blank|[\s\[\](),]", "", answer)
+def _write_reason(part: PartResult, without_numbers: bool) -> str:
+    """Return the reason why an answer is wrong; `without_numbers` leaves out the numbers that a table shows.
 
-
-def _show_reason(part: PartResult, without_numbers: bool) -> str:
-    """Return the reason why an answer is wrong; `without_numbers` omits its numbers if a table shows them."""
+    The first letter is a capital, unless the first word may be a name such as `p1_jacobian`.
+    """
     reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if without_numbers else part.reason
-    return make_visible(reason)
+    is_sentence = re.match(rf"({GRADER_FIRST_WORDS})\b", reason)
+    return make_visible(reason[:1].upper() + reason[1:] if is_sentence else reason)
 
 
 def _describe_certainty(certificate: Certificate | None) -> str:
     """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
-    points, bound = (0, None) if certificate is None else (certificate.points, certificate.bound)
-    if certificate is None or (points < 2 and not bound):
+    if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""
+    points, bound = certificate.points, certificate.bound
     if not bound:
         return f"qdot compared your answer with the solution at {points} configurations."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
-    if certificate.method == "exact":
-        return (
-            "qdot compared your formula with the solution in exact arithmetic. A wrong answer passes this check with a "
-            f"probability below 1 in 10{power}."
-        )
-    subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
-    return (
-        f"qdot compared your answer with the solution at {points} random configurations. {subject} passes this check "
-        f"with a probability below 1 in 10{power}."
-    )
-
-
-def _capitalize(reason: str) -> str:
-    """Return a reason with a capital first letter, unless its first word may be a name such as `p1_jacobian`."""
-    return reason[:1].upper() + reason[1:] if re.match(rf"({GRADER_FIRST_WORDS})\b", reason) else reason
+    subject, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
+    if certificate.method != "exact":
+        subject = f"An answer that is wrong at {1 - bound ** (1 / points):.0%} or more of all configurations"
+        comparison = f"your answer with the solution at {points} random configurations"
+    return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."

@@ -1,4 +1,4 @@
-"""Write the results of a class in the formats of `qdot grade DIR --report FORMAT=PATH`, which other programs read."""
+"""Write the results of a class in the formats of `qdot grade DIR --report FORMAT=PATH`, for other programs."""
 
 import json
 import sys
@@ -17,19 +17,21 @@ from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.gradebooks import make_canvas_csv, make_moodle_csv, note_unmarked
-from qdot.grader.reports.tables import grades_csv
+from qdot.grader.reports.tables import make_grades_csv
 
 
 @dataclass(frozen=True)
 class ReportFormat:
-    """A report format: `read_by` names the programs that read it, `tested_with` names what reads it in qdot's tests.
+    """A report format.
 
+    - `read_by`: the programs that read the report
+    - `tested_with`: the program or library that reads the report in qdot's tests
     - `make`: returns the content of the file, from the assignment and the results in the roster's order
     - `is_for_one_student`: whether the report has the result of only one student
     - `make_printed_text`: returns a text that is also written to standard output
     - `make_notes`: returns notes for the staff
     - `is_private`: whether the report is for the staff, so that only the owner may read the file
-    - `check_library`: raises QdotError if a library is missing; it is called before grading
+    - `check_library`: raises QdotError if a library is missing; called before grading
     """
 
     name: str
@@ -44,24 +46,17 @@ class ReportFormat:
     check_library: Callable[[], None] = lambda: None
 
 
-def _grades_csv(assignment: Assignment, results: Sequence[Result]) -> str:
-    return grades_csv(results, assignment.roster)
-
-
-def _results_json(_: Assignment, results: Sequence[Result]) -> str:
-    return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
-
-
 IMPORTER_RULES = "a reimplementation of its importer's rules"
 
 FORMATS = {
-    made.name: made
-    for made in (
+    report_format.name: report_format
+    for report_format in (
         ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
-                     _grades_csv),
-        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema", _results_json),
+                     lambda assignment, results: make_grades_csv(results, assignment.roster)),
+        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema",
+                     lambda _, results: json.dumps(as_json(results), ensure_ascii=False, indent=1) + "\n"),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
-                     "junitparser", junit.junit_xml),
+                     "junitparser", junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
                      "markdown-it, by the rules for workflow commands", github.make_summary,
                      make_printed_text=github.make_annotations),
@@ -77,16 +72,17 @@ FORMATS = {
                      make_class_page, is_private=True, check_library=charts.check_library),
     )
 }  # fmt: skip
-"""The export formats by name."""
+"""The report formats by name."""
 
 STDOUT = "-"
 """The path that means standard output."""
 
 
 def parse_report_options(options: Sequence[str], has_one_student: bool) -> list[tuple[str, str]]:
-    """Return the values of the options `--report FORMAT=PATH` as pairs (format, path). Raises QdotError.
+    """Return the values of the options `--report FORMAT=PATH` as pairs (format, path).
 
-    `has_one_student` is True if only one student is graded.
+    `has_one_student` says whether only one student is graded. Raises QdotError for an unknown format, and if a format
+    is not possible here.
     """
     reports = []
     for text in options:
@@ -106,13 +102,13 @@ def write_requested_reports(
 ) -> None:
     """Write the requested reports, given as pairs (format, path). Raises QdotError if a file can't be written."""
     for name, path in reports:
-        form = FORMATS[name]
-        content = form.make(assignment, results)
-        for message in form.make_notes(assignment, results):
+        report_format = FORMATS[name]
+        content = report_format.make(assignment, results)
+        for message in report_format.make_notes(assignment, results):
             note(f"{name}: {message}")
-        write_to_path(path, content, 0o600 if form.is_private else 0o644)
-        if printed := form.make_printed_text(assignment, results):
-            say(printed)
+        write_to_path(path, content, 0o600 if report_format.is_private else 0o644)
+        if text := report_format.make_printed_text(assignment, results):
+            say(text)
 
 
 def write_to_path(path: str, content: str | bytes, mode: int = 0o644) -> None:

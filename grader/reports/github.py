@@ -1,13 +1,16 @@
 """Report results to GitHub Actions: a job summary in Markdown, and annotations as workflow commands.
 
-GitHub shows only ten annotations of a kind for each step, and accepts no summary larger than 1 MiB; qdot stays within
-both limits. Texts that may contain students' words are escaped, so that they act neither as commands nor as markup.
+GitHub shows only ten annotations of a kind for each step of a job, and accepts no summary larger than 1 MiB; qdot stays
+within both limits. Texts that may contain students' words are escaped, so that GitHub takes no text for a command or
+for markup.
 """
 
 import re
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import shorten
@@ -17,10 +20,10 @@ from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import list_notes, make_rows
-from qdot.grader.reports.tables import UNMARKED_STATES, list_staff_notes, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status, list_staff_notes
 
 MAX_ANNOTATIONS = 10
-"""Maximum number of annotations of each kind for a step."""
+"""Maximum number of annotations of each kind, errors and warnings."""
 MAX_SUMMARY_BYTES = 1_000_000
 """Maximum size of a summary in bytes; GitHub's limit is 1024 KiB."""
 MAX_TEXT_LENGTH = 500
@@ -34,39 +37,32 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
 
     If the summary would be too large, it shows the parts of the first students, and the number of the other students.
     """
-    students = results if len(results) > 1 else []
-    shown_results = list[Result]()
-    size = _size(assignment, students, [], len(results))
-    if size > MAX_SUMMARY_BYTES:
+    table_rows = [(result, find_work_status(result), "; ".join(list_staff_notes(result))) for result in results]
+    texts: dict[str, Any] = {"title": assignment.title, "students": table_rows if len(results) > 1 else []}
+
+    def render_summary(count: int) -> str:
+        """Return the summary with the parts of the first `count` students."""
+        sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]]
+        texts.update(sections=sections, left_out=len(results) - count)
+        return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
+
+    def measure_summary(count: int) -> int:
+        return len(render_summary(count).encode())
+
+    if measure_summary(0) > MAX_SUMMARY_BYTES:
         return render("reports/github-short.md.j2", title=_escape_markdown(assignment.title), count=len(results))
-    for result in results:
-        size += _size(assignment, [result], [result]) - _size(assignment, [result], [])
-        if size > MAX_SUMMARY_BYTES:
-            break
-        shown_results.append(result)
-    return _render_page(assignment, students, shown_results, len(results) - len(shown_results))
-
-
-def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int = 0) -> int:
-    return len(_render_page(assignment, students, shown, left_out).encode())
-
-
-def _render_page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
-    """Return the page with a table of `students` (which may be empty) and the parts of the students in `shown`."""
-    rows = [(result, work_status(result), "; ".join(list_staff_notes(result))) for result in students]
-    sections = [(result, make_rows(result, assignment.feedback), list_notes(result)) for result in shown]
-    texts = {"title": assignment.title, "students": rows, "sections": sections, "left_out": left_out}
-    return render("reports/github.md.j2", **texts, markdown=_escape_markdown, number=format_points)
+    largest_count = bisect_right(range(len(results) + 1), MAX_SUMMARY_BYTES, key=measure_summary) - 1
+    return render_summary(largest_count)
 
 
 def _escape_markdown(text: str) -> str:
-    """Return a text for a table cell, escaped so that it contains no links, formulas or HTML."""
+    """Return a text for a table cell, shortened, and escaped so that it contains no links, formulas or HTML."""
     return _MARKUP.sub(r"\\\1", shorten(" ".join(make_visible(text).split()), MAX_TEXT_LENGTH))
 
 
 @dataclass(frozen=True)
 class Annotation:
-    """A message that GitHub shows next to a job or a file; its kind is "error" or "warning"."""
+    """A message that GitHub shows next to a job, or next to a file; `kind` is "error" or "warning"."""
 
     kind: str
     title: str
@@ -81,10 +77,10 @@ class Annotation:
 
 
 def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return workflow commands, one a line.
+    """Return workflow commands with annotations, one a line.
 
-    For one student, they are errors for parts without points and warnings for partly correct parts. For a class, there
-    is one for each student who has no mark or whose notebook could not be used.
+    For one student, there is an error for each part without points, and a warning for each partly correct part. For a
+    class, there is an annotation for each student who has no mark or whose notebook could not be used.
     """
     if len(results) == 1:
         rows = [row for row in make_rows(results[0], assignment.feedback) if not row.passed]
@@ -92,22 +88,22 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
         titles = [f"{row.part}: {row.points_text}" for row in rows]
         messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]
     else:
-        results = [result for result in results if work_status(result) in ("unusable", *UNMARKED_STATES)]
-        kinds = ["error" if work_status(result) == "ungraded" else "warning" for result in results]
+        results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATES)]
+        kinds = ["error" if find_work_status(result) == "ungraded" else "warning" for result in results]
         titles = [result.student for result in results]
         messages = ["; ".join(list_staff_notes(result)) for result in results]
-    notes = list(map(Annotation, kinds, titles, messages))
-    return "".join(_commands(kind, notes, assignment.key) for kind in ("error", "warning"))
+    annotations = list(map(Annotation, kinds, titles, messages))
+    return "".join(_write_commands(kind, annotations, assignment.key) for kind in ("error", "warning"))
 
 
-def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
-    """Return the commands of a kind, as many as GitHub shows; the last one, with `title`, counts the others."""
-    selected_notes = [note for note in notes if note.kind == kind]
-    if len(selected_notes) > MAX_ANNOTATIONS:
-        left_out = len(selected_notes) - MAX_ANNOTATIONS + 1
+def _write_commands(kind: str, annotations: Sequence[Annotation], title: str) -> str:
+    """Return the commands for annotations of a kind; if GitHub would not show all, the last one says how many more."""
+    annotations = [annotation for annotation in annotations if annotation.kind == kind]
+    if len(annotations) > MAX_ANNOTATIONS:
+        left_out = len(annotations) - MAX_ANNOTATIONS + 1
         last_annotation = Annotation(kind, title, f"and {left_out} more; see the job summary")
-        selected_notes = [*selected_notes[: MAX_ANNOTATIONS - 1], last_annotation]
-    return "".join(note.command for note in selected_notes)
+        annotations = [*annotations[: MAX_ANNOTATIONS - 1], last_annotation]
+    return "".join(annotation.command for annotation in annotations)
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:
@@ -117,9 +113,9 @@ def make_check_summary(checked: CheckedNotebook) -> str:
 
 def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
     """Return a warning for every answer of a notebook that can't be parsed."""
-    unreadable = [row for row in checked.rows if not row.is_readable]
-    notes = [Annotation("warning", row.part, row.message, path.as_posix()) for row in unreadable]
-    return _commands("warning", notes, "qdot")
+    rows = [row for row in checked.rows if not row.is_readable]
+    annotations = [Annotation("warning", row.part, row.message, path.as_posix()) for row in rows]
+    return _write_commands("warning", annotations, "qdot")
 
 
 def _escape_message(text: str) -> str:

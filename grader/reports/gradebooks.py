@@ -1,46 +1,40 @@
 """Write gradebooks for Canvas and Moodle, in the form that the code of their importers requires.
 
-Students are identified by the platform's own columns if roster.csv is its export or has such columns, otherwise by the
-roster's identifiers. A cell contains only a mark that qdot or a person gave; it is empty if work is missing, unreadable
-or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's grade/import/csv/classes/load_data.php.
+The platform's columns identify the students if roster.csv is the platform's export or has such columns; otherwise, the
+roster's identifiers do. A cell contains only a mark that qdot or a person gave. The cell is empty if the work is
+missing, unreadable or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's
+grade/import/csv/classes/load_data.php.
 """
 
 import re
 from collections.abc import Iterator, Sequence
 
+from qdot.exercises.assignment import gradebook
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.gradebook import (
-    CANVAS,
-    MOODLE,
-    MOODLE_COLUMNS,
-    MOODLE_KEYS,
-    POINTS_ROW_MARKER,
-    Gradebook,
-    find_column,
-)
+from qdot.exercises.assignment.gradebook import MOODLE_COLUMNS, MOODLE_KEYS, POINTS_ROW_MARKER, Gradebook
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import escape_formula, is_marked, work_status
+from qdot.grader.reports.tables import escape_formula, find_work_status, is_marked
 
 KINDS_BY_TIME = {"Current": "Score Points Grade", "Final": "Score Points Grade", "Override": "Score Grade Status"}
 RESERVED_WORDS = tuple(f"{time} {kind}" for time, kinds in KINDS_BY_TIME.items() for kind in kinds.split())
-"""Canvas silently ignores a column whose title contains one of these."""
+"""Canvas silently ignores a column whose title contains one of these phrases."""
 EXCUSED = "EX"
 """Canvas's word for a student who need not submit."""
 NO_GRADE = "-"
-"""Moodle's word for no grade; an empty cell would be 0 in a new grade item."""
+"""The text that means no grade in Moodle; in a new grade item, an empty cell would mean 0."""
 MAX_GRADE = 100
-"""The maximum grade: unless the site allows higher grades, Moodle refuses a whole file that contains one."""
+"""The maximum grade: Moodle refuses a file with a higher grade unless the site allows such grades."""
 
 _PLAIN_NUMBER = re.compile(r"[+-]?[\d .]*")
 
 
 def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
     """Return a note on the students without a mark, with the reasons."""
-    unmarked_students = [f"{result.student} ({work_status(result)})" for result in results if not is_marked(result)]
-    return [f"no mark for {', '.join(unmarked_students)}"] if unmarked_students else []
+    reasons = [f"{result.student} ({find_work_status(result)})" for result in results if not is_marked(result)]
+    return [f"no mark for {', '.join(reasons)}"] if reasons else []
 
 
 # --- Canvas ---
@@ -51,21 +45,21 @@ CANVAS_COLUMNS = {
     "SIS Login ID": ("sis login id", "login id"),
     "Section": ("section",),
 }
-"""Canvas's columns, with their names in an instructor's own roster; `id` is missing because it is ambiguous."""
+"""Canvas's columns, with their names in an instructor's own roster; the name `id` is missing, as it is ambiguous."""
 
 
 def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the CSV that Canvas imports. Raises QdotError if its importer would ignore the marks.
+    """Return the CSV that Canvas imports. Raises QdotError if the importer would ignore the marks.
 
-    If Canvas already has the assignment, its column has the same title as in the export. Excused students stay excused.
+    If Canvas already has the assignment, the column has the title from Canvas's export. Excused students stay excused.
     """
-    title = _column_title(assignment)
+    title = _write_column_title(assignment)
     word = next((word for word in RESERVED_WORDS if word in title), None)
     if word is not None:
         raise QdotError(f"canvas: Canvas ignores columns whose title contains {word!r}; change the assignment's title")
     points = format_points(results[0].max_score)
     book = assignment.gradebook
-    if book is not None and book.platform == CANVAS:
+    if book is not None and book.platform == gradebook.CANVAS:
         header, students = _identify_by_export(book, title, points)
     else:
         header, students = _identify_by_roster(assignment.roster, title)
@@ -73,7 +67,8 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     for result in results:
         identity, earlier_cell = students[result.student]
         is_excused = earlier_cell.strip().upper() == EXCUSED
-        rows.append([*_escape_cells(identity), EXCUSED if is_excused else _mark_text(result)])
+        mark = format_points(result.score) if is_marked(result) else ""
+        rows.append([*_escape_cells(identity), EXCUSED if is_excused else mark])
     return csv_text(rows)
 
 
@@ -98,24 +93,26 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
 
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
-    cells = {student.id: dict(student.other_columns) for student in roster}
-    filled = {name for row in cells.values() for name, cell in row.items() if cell.strip()}
-    columns = {
-        canvas_name: next(filter(filled.__contains__, names), "") for canvas_name, names in CANVAS_COLUMNS.items()
-    }
-    is_known = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
+    rows = {student.id: dict(student.other_columns) for student in roster}
+    known_names = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
+    pairs = CANVAS_COLUMNS.items()
+    columns = {canvas_name: next((name for name in names if name in known_names), "") for canvas_name, names in pairs}
+    has_canvas_ids = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
     students: Identities = {}
     for student in roster:
-        row = cells[student.id]
+        row = rows[student.id]
         identity = {canvas_name: row.get(name, "") for canvas_name, name in columns.items()}
-        if not is_known:
+        if not has_canvas_ids:
             identity["SIS Login ID"] = student.id
         students[student.id] = [student.name or student.id, *identity.values()], row.get(title.lower(), "")
     return ["Student", *CANVAS_COLUMNS, title], students
 
 
 def _find_column(book: Gradebook, title: str) -> int | None:
-    """Return the index of this assignment's column in Canvas: its title, followed by a number in parentheses."""
+    """Return the index of this assignment's column in Canvas's export; None if there is none. Raises QdotError.
+
+    The name of the column is the assignment's title, followed by a number in parentheses.
+    """
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
     candidates = range(book.identity_column_count, len(book.header))
     columns = [index for index in candidates if pattern.fullmatch(book.header[index])]
@@ -140,35 +137,34 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     An identifying column is included only if every student has a different, non-empty text in it. If a cell is empty,
     Moodle gives the mark to the student in the line above.
     """
-    title = _column_title(assignment)
-    max_score = results[0].max_score
-    columns = _moodle_columns(assignment)
-    marks = ([title] if max_score <= MAX_GRADE else []) + [f"{title} (percent)"]
-    rows = [[*(name for name, _ in columns), *marks]]
+    title, columns = _write_column_title(assignment), _list_identifying_columns(assignment)
+    mark_titles = ([title] if results[0].max_score <= MAX_GRADE else []) + [f"{title} (percent)"]
+    rows = [[*(name for name, _ in columns), *mark_titles]]
     for index, result in enumerate(results):
-        cells = [NO_GRADE, NO_GRADE]
+        marks = [NO_GRADE, NO_GRADE]
         if is_marked(result):
-            cells = [format_points(result.score), format_points(result.percent)]
-        rows.append([*_escape_cells([values[index] for _, values in columns]), *cells[-len(marks) :]])
+            marks = [format_points(result.score), format_points(result.percent)]
+        rows.append([*_escape_cells([cells[index] for _, cells in columns]), *marks[-len(mark_titles) :]])
     return csv_text(rows)
 
 
-def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
-    """Return the titles and cells of the columns that identify students; names for human readers come first."""
+def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
+    """Return the titles and cells of the columns that identify students for Moodle; names for people come first."""
     roster, book = assignment.roster, assignment.gradebook
-    if book is not None and book.platform == MOODLE:
-        column_indices = [find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
+    if book is not None and book.platform == gradebook.MOODLE:
+        column_indices = [gradebook.find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
         indices = [index for index in column_indices if index is not None]
         rows = [book.rows_by_student[student.id] for student in roster]
         columns = [(book.header[index], [row[index] for row in rows]) for index in indices]
         names, keys = columns[:2], columns[2:]
     else:
-        names, keys = [("Name", [student.name for student in roster])], list(_keys_of_roster(roster))
-    identifying = [column for column in keys if _identifies_everybody(column[1])]
-    return [*names, *(identifying or [("student", [student.id for student in roster])])]
+        names, keys = [("Name", [student.name for student in roster])], list(_list_keys_of_roster(roster))
+    identifying_columns = [column for column in keys if _identifies_everybody(column[1])]
+    return [*names, *(identifying_columns or [("student", [student.id for student in roster])])]
 
 
-def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
+def _list_keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
+    """Yield the titles and cells of the roster's columns by which Moodle may identify students."""
     header_by_key = dict(zip(MOODLE_KEYS, ("ID number", "Username", "Email address"), strict=True))
     for key in MOODLE_KEYS[:-1]:
         for name in MOODLE_COLUMNS[key]:
@@ -186,16 +182,12 @@ def _identifies_everybody(values: Sequence[str]) -> bool:
 # --- both ---
 
 
-def _column_title(assignment: Assignment) -> str:
+def _write_column_title(assignment: Assignment) -> str:
     return escape_formula(" ".join(assignment.title.split()))
 
 
-def _mark_text(result: Result) -> str:
-    return format_points(result.score) if is_marked(result) else ""
-
-
 def _escape_cells(cells: Sequence[str]) -> list[str]:
-    """Escape cells, so that spreadsheets don't parse them as formulas and Canvas doesn't confuse them with its points.
+    """Return cells escaped so that no spreadsheet parses a cell as a formula, and Canvas takes none for its points row.
 
     Cells such as +49 170, which can only be numbers, don't change.
     """

@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.result import Lateness, MarkingVersions, Result
 from qdot.grader.reports.answers import make_visible
-from qdot.grader.reports.rows import PartRow, list_notes, make_rows, only_result
+from qdot.grader.reports.rows import get_only_result, list_notes, make_rows
 from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
@@ -21,7 +21,7 @@ VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 
 @dataclass(frozen=True)
 class PartTest:
-    """The test for a part; its `number` is the part's name in the assignment, for example "p1.jacobian"."""
+    """The test for a part: `name` is the title of the part, and `number` its name in the assignment ("p1.jacobian")."""
 
     name: str
     number: str
@@ -63,19 +63,17 @@ class GradescopeResults:
 
 
 def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return results.json, with every test visible."""
-    return gradescope_results(only_result(results, "gradescope"), assignment.feedback).text
+    """Return results.json for the only student, with every test visible. Raises QdotError for several students."""
+    return make_gradescope_results(get_only_result(results, "gradescope"), assignment.feedback).text
 
 
-def gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
-    """Return the contents of results.json at a level of feedback."""
-    staff_notes = tuple(list_staff_notes(result))
+def make_gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
+    """Return the contents of results.json at a level of feedback; `visibility` says when students see the tests."""
+    staff_notes, tests = tuple(list_staff_notes(result)), list[PartTest]()
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
-    tests = tuple(_part_test(row, visibility) for row in make_rows(result, feedback))
+    for row in make_rows(result, feedback):
+        status, output = "passed" if row.passed else "failed", make_visible(f"{row.outcome}: {row.message}")
+        score, max_score = row.points, row.max_points
+        tests.append(PartTest(row.title, row.part, score, max_score, status, output, "text", visibility))
     output = make_visible("\n".join(list_notes(result)))
-    return GradescopeResults(result.score, output, "text", visibility, "hidden", tests, staff_data)
-
-
-def _part_test(row: PartRow, visibility: str) -> PartTest:
-    status, output = "passed" if row.passed else "failed", make_visible(f"{row.outcome}: {row.message}")
-    return PartTest(row.title, row.part, row.points, row.max_points, status, output, "text", visibility)
+    return GradescopeResults(result.score, output, "text", visibility, "hidden", tuple(tests), staff_data)

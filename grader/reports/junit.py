@@ -1,7 +1,8 @@
 """Write results as JUnit XML, which GitLab, Jenkins, Artemis and most other CI systems show: a test for every part.
 
-A test has the classname KEY.STUDENT and a name such as "p1.jacobian: title". These pairs are unique, because GitLab
-drops duplicates. A part without all of its points is a failure; a part that qdot failed to grade is an error.
+A test has the classname KEY.STUDENT and a name such as "p1.jacobian: title". No two tests have the same classname and
+name, because GitLab drops duplicates. A part that lacks points is a failure; a part that qdot failed to grade is an
+error.
 """
 
 import xml.etree.ElementTree as ET
@@ -14,33 +15,29 @@ from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import PartRow, make_rows
 
 
-def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the XML text, with a test suite for every student."""
+def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return the text of the XML file, with a test suite for every student."""
     student_rows = [(result, make_rows(result)) for result in results]
     all_rows = [row for _, rows in student_rows for row in rows]
-    root = ET.Element("testsuites", {"name": assignment.key, **_counts(all_rows)})
+    root = ET.Element("testsuites", {"name": assignment.key, **_count_tests(all_rows)})
     for result, rows in student_rows:
         classname = f"{assignment.key}.{result.student}"
-        suite = ET.SubElement(root, "testsuite", {"name": classname, **_counts(rows)})
+        suite = ET.SubElement(root, "testsuite", {"name": classname, **_count_tests(rows)})
         properties = ET.SubElement(suite, "properties")
         for name, points in (("score", result.score), ("max_score", result.max_score)):
             ET.SubElement(properties, "property", {"name": name, "value": format_points(points)})
         for row in rows:
-            _add_test(suite, classname, row)
+            test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
+            if not row.passed:
+                message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
+                kind = "error" if row.points is None else "failure"
+                ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message
     ET.indent(root, " ")
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 
 
-def _counts(rows: Sequence[PartRow]) -> dict[str, str]:
+def _count_tests(rows: Sequence[PartRow]) -> dict[str, str]:
+    """Return the attributes of an element that count its tests, failures and errors."""
     errors = sum(row.points is None for row in rows)
     failures = sum(not row.passed for row in rows) - errors
     return {"tests": str(len(rows)), "failures": str(failures), "errors": str(errors), "skipped": "0"}
-
-
-def _add_test(suite: ET.Element, classname: str, row: PartRow) -> None:
-    test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
-    if row.passed:
-        return
-    message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
-    kind = "error" if row.points is None else "failure"
-    ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message

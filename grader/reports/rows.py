@@ -9,9 +9,9 @@ from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.marking import format_points
-from qdot.grader.grading.result import Override, PartResult, Result
+from qdot.grader.grading.result import Override, Result
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.tables import UNMARKED_STATES, work_status
+from qdot.grader.reports.tables import UNMARKED_STATES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
@@ -19,9 +19,10 @@ MAX_MESSAGE_LENGTH = 4000
 
 @dataclass(frozen=True)
 class PartRow:
-    """The result for a part: its name such as "p1.jacobian", its title, outcome, points, and feedback in one paragraph.
+    """The result for a part.
 
-    `points` is None if qdot failed to grade the part.
+    `part` is the name of the part, such as "p1.jacobian". `points` is None if qdot failed to grade the part. `message`
+    is the feedback in one paragraph.
     """
 
     part: str
@@ -46,23 +47,19 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     """Return a row for every part, in the order of the assignment, at a level of feedback."""
     rows = []
     for name, part in result.parts.items():
-        message = _message(limit_feedback(part, feedback))
+        shown_part = limit_feedback(part, feedback)
+        override_text = "" if part.override is None else describe_override(part.override, "Points")
+        sentences = [text.rstrip(".") for text in (shown_part.advice, shown_part.reason, override_text) if text]
+        message = shorten(name_chapter(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
         rows.append(PartRow(name, ALL_QUESTIONS[part.name].title, part.outcome, part.points, part.max_points, message))
     return rows
 
 
-def _message(part: PartResult) -> str:
-    override_text = "" if part.override is None else describe_override(part.override, "Points")
-    sentences = [text.rstrip(".") for text in (part.advice, part.reason, override_text) if text]
-    paragraph = name_chapter(" ".join(". ".join(sentences).split()))
-    return shorten(paragraph, MAX_MESSAGE_LENGTH)
-
-
-def only_result(results: Sequence[Result], report_format: str) -> Result:
+def get_only_result(results: Sequence[Result], report_format: str) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {report_format} contains only one student; add --student ID")
-    if (state := work_status(results[0])) in UNMARKED_STATES:
+    if (state := find_work_status(results[0])) in UNMARKED_STATES:
         cause = "qdot failed on an answer" if state == "ungraded" else "an answer or the notebook exceeded a limit"
         raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
     return results[0]
@@ -77,8 +74,8 @@ def describe_decisions(result: Result) -> list[str]:
     """Return notes for a student on the late penalty and on an override of the total."""
     notes, late = list[str](), result.late
     if late is not None:
-        points = f"{100 * late.penalty:.4g} % of your {_points_text(late.points_before)}"
-        deduction = f": {points} are deducted" if late.penalty else ""
+        penalty = f"{100 * late.penalty:.4g} % of your {_count_points(late.points_before)}"
+        deduction = f": {penalty} are deducted" if late.penalty else ""
         notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
     return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
 
@@ -87,8 +84,8 @@ def describe_override(override: Override, subject: str) -> str:
     """Return a note for a student on an override; `subject` is the total, or the points of a part."""
     if override.points is None:
         return f"Your instructor says: {override.comment}"
-    return f"{subject}: your instructor gave {_points_text(override.points)}: {override.comment}".removesuffix(": ")
+    return f"{subject}: your instructor gave {_count_points(override.points)}: {override.comment}".removesuffix(": ")
 
 
-def _points_text(points: float) -> str:
+def _count_points(points: float) -> str:
     return f"{round(points, 2):g} {'point' if points == 1 else 'points'}"

@@ -10,6 +10,7 @@ from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import Override, Result
+from qdot.grader.grading.result import Result
 
 SUMMARY_COLUMNS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
@@ -17,8 +18,8 @@ FORMULA_FIRST_CHARACTERS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """First characters of a cell that a spreadsheet may parse as a formula, including East Asian full-width signs."""
 
 
-def results_jsonl(results: Sequence[Result]) -> bytes:
-    """Return a line of JSON for each student, as UTF-8 bytes, which need less memory than text for a large class."""
+def make_results_jsonl(results: Sequence[Result]) -> bytes:
+    """Return a line of JSON for each student, as UTF-8 bytes; for a large class, bytes need less memory than text."""
     content = io.BytesIO()
     for result in results:
         line = escape_controls(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
@@ -27,21 +28,21 @@ def results_jsonl(results: Sequence[Result]) -> bytes:
 
 
 Cell = str | float | None
-"""A cell of a table: a text, a number, or None if it is empty."""
+"""A cell of a table: a text, a number, or None for an empty cell."""
 
 
-def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
+def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     """Return grades.csv: columns that identify the student, a column for each part, and columns for the total.
 
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
     If a student has no mark, score and percent are empty.
     """
-    header, rows = grades_table(results, roster)
-    texts = ([_cell_text(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
+    header, rows = make_grades_table(results, roster)
+    texts = ([_format_cell(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
     return csv_text([header, *texts])
 
 
-def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
+def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
     """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
     columns = [name for name, _ in roster[0].other_columns]
@@ -50,14 +51,14 @@ def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_columns)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (None, None) if work_status(result) in UNMARKED_STATES else (result.score, result.percent)
-        sums = [score, result.max_score, percent, work_status(result), _late_penalty(result)]
+        score, percent = (None, None) if find_work_status(result) in UNMARKED_STATES else (result.score, result.percent)
+        sums = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
         notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
 
-def _cell_text(column: str, cell: Cell) -> str:
+def _format_cell(column: str, cell: Cell) -> str:
     if isinstance(cell, str):
         return escape_formula(cell)
     if cell is None:
@@ -71,7 +72,7 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
     has a mark.
     """
-    state, counts_anyway = work_status(result), count_zero or count_overridden(result) > 0
+    state, counts_anyway = find_work_status(result), count_zero or count_overridden(result) > 0
     return state in ("graded", "late") or (state not in UNMARKED_STATES and counts_anyway)
 
 
@@ -79,7 +80,7 @@ UNMARKED_STATES = ("ungraded", "over limit")
 """States of work that has no mark until a person sets one."""
 
 
-def work_status(result: Result) -> str:
+def find_work_status(result: Result) -> str:
     """Return the state of a student's work.
 
     - "missing": nothing was submitted
@@ -100,8 +101,15 @@ def work_status(result: Result) -> str:
 
 
 def describe_overrides(result: Result) -> list[str]:
-    """Return a description for the staff of each override of a result."""
-    return [_describe_override(name, override) for name, override in result.overrides.items()]
+    """Return a description for the staff of each override of a result, for example "p1.jacobian: 2 (was 1.5)"."""
+    descriptions = []
+    for name, override in result.overrides.items():
+        comment = override.comment
+        if override.points is not None:
+            previous_points = "ungraded" if override.was is None else format_points(override.was)
+            comment = f"{format_points(override.points)} (was {previous_points}){f', {comment}' if comment else ''}"
+        descriptions.append(f"{name}: {comment}")
+    return descriptions
 
 
 def count_overridden(result: Result) -> int:
@@ -109,23 +117,15 @@ def count_overridden(result: Result) -> int:
     return sum(override.points is not None for override in result.overrides.values())
 
 
-def _describe_override(name: str, override: Override) -> str:
-    if override.points is None:
-        return f"{name}: {override.comment}"
-    previous_points = "ungraded" if override.was is None else format_points(override.was)
-    comment = f", {override.comment}" if override.comment else ""
-    return f"{name}: {format_points(override.points)} (was {previous_points}){comment}"
-
-
 def list_group_notes(result: Result) -> list[str]:
     """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
     overrides = [override for override in result.overrides.values() if override.group is not None]
-    actions = ["comments on" if override.points is None else "sets" for override in overrides]
-    return [f"overrides.csv {action} the group {each.group}" for action, each in zip(actions, overrides, strict=True)]
+    verbs = {True: "comments on", False: "sets"}
+    return [f"overrides.csv {verbs[override.points is None]} the group {override.group}" for override in overrides]
 
 
-def _late_penalty(result: Result) -> float | None:
-    """Return the points deducted for lateness; None if there are none."""
+def _compute_late_penalty(result: Result) -> float | None:
+    """Return the points deducted for late work; None if no points are deducted."""
     late = result.late
     if late is None or not late.penalty:
         return None
@@ -135,8 +135,8 @@ def _late_penalty(result: Result) -> float | None:
 
 
 def list_staff_notes(result: Result) -> list[str]:
-    """Return the notes on a submission for the staff, for example why it is unusable or whose notebook it is."""
-    obstacles = [result.obstacle] if result.obstacle is not None and work_status(result) == "unusable" else []
+    """Return the notes on a submission for the staff, for example why the notebook is unusable."""
+    obstacles = [result.obstacle] if result.obstacle is not None and find_work_status(result) == "unusable" else []
     return [*obstacles, *result.staff_notes]
 
 

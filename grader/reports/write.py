@@ -12,8 +12,8 @@ from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
-from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
+from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
 
 FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
@@ -27,47 +27,48 @@ def write_reports(
 ) -> list[Result]:
     """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `on_page` for every page.
 
-    Return the results that were written: a student whose page or line can't be made becomes UNGRADED. The results of
-    the previous run are added to the history before they are replaced. Raises QdotError if a file can't be written.
+    Return the results as written: if a student's page or line can't be made, the result says that qdot failed. The
+    results of the previous run are added to the history before new ones replace them. Raises QdotError if a file can't
+    be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
     pages = [(by_id[result.student], _check_writable(assignment, by_id[result.student], result)) for result in results]
-    final = {student.id: result for student, result in pages}
+    result_by_student = {student.id: result for student, result in pages}
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
     outdated_pages = [page for page in pages if not _is_up_to_date(assignment, *page)]
-    unwritten = []
+    unwritten_students = []
     report_lost = _report_lost_page if jobs > 1 else None
-    grades, lines = folder / "grades.csv", results_path(assignment)
-    paths = [*(_page_path(folder, student) for student, _ in pages), lines, grades]
+    grades_path, lines_path = folder / "grades.csv", results_path(assignment)
+    paths = [*(_find_page_path(folder, student) for student, _ in pages), lines_path, grades_path]
     page_results = map_in_order(_write_or_mark_ungraded, outdated_pages, jobs, keep_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():
             for (student, _), result in zip(outdated_pages, page_results, strict=True):
                 if result is None:
-                    unwritten.append(student.id)
+                    unwritten_students.append(student.id)
                 else:
-                    final[student.id] = result
+                    result_by_student[student.id] = result
                 on_page()
         for _ in range(len(pages) - len(outdated_pages)):
             on_page()
-        final_results = list(final.values())
+        final_results = list(result_by_student.values())
         store_previous_results(assignment, final_results)
-        write_atomically(grades, grades_csv(final_results, assignment.roster), 0o600)
-        write_atomically(lines, results_jsonl(final_results), 0o600)
-    if unwritten:
+        write_atomically(grades_path, make_grades_csv(final_results, assignment.roster), 0o600)
+        write_atomically(lines_path, make_results_jsonl(final_results), 0o600)
+    if unwritten_students:
         raise QdotError(
-            f"no feedback page for {', '.join(unwritten)}: the system ended the process that wrote it, probably "
-            "because memory ran out. The grades are complete. Run the same command again to write the page"
+            f"no feedback page for {', '.join(unwritten_students)}: the system ended the process that wrote it, "
+            "probably because memory ran out. The grades are complete. Run the same command again to write the page"
         )
     return final_results
 
 
 def _check_writable(assignment: Assignment, student: Student, result: Result) -> Result:
-    """Return the result if it can be written as a line of each table, otherwise an UNGRADED result with the reason."""
+    """Return the result if it can be written as a line of each table; otherwise, a result that says why qdot failed."""
     try:
-        results_jsonl([result])
-        grades_csv([result], assignment.roster)
+        make_results_jsonl([result])
+        make_grades_csv([result], assignment.roster)
         return result
     except Exception as error:  # an error in one student's result must not stop the others
         return make_ungraded_result(assignment, student, result.file, error)
@@ -75,12 +76,12 @@ def _check_writable(assignment: Assignment, student: Student, result: Result) ->
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
     """Write a student's feedback page. Raises QdotError if it can't be written."""
-    page = _page_path(assignment.folder / "graded", student)
+    page = _find_page_path(assignment.folder / "graded", student)
     write_atomically(page, make_feedback_page(assignment, student, result), is_synced=False)
 
 
 def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[Student, Result]) -> Result:
-    """Write a student's page and return the result that it shows; the result is UNGRADED if the page can't be made."""
+    """Write a student's page and return the result on it; if it can't be made, the result says that qdot failed."""
     student, result = student_and_result
     try:
         write_page(assignment, student, result)
@@ -97,15 +98,15 @@ def _report_lost_page(_: tuple[Student, Result]) -> None:
     """Return None if every attempt to write the student's page crashed."""
 
 
-def _page_path(folder: Path, student: Student) -> Path:
+def _find_page_path(folder: Path, student: Student) -> Path:
     return folder / "feedback" / f"{student.id}.html"
 
 
 def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> bool:
     """Return whether there is a complete page that was made from the same result."""
     try:
-        with _page_path(assignment.folder / "graded", student).open("rb") as page:
-            fingerprint = f'content="{page_fingerprint(assignment, student, result)}"'
+        with _find_page_path(assignment.folder / "graded", student).open("rb") as page:
+            fingerprint = f'content="{compute_page_fingerprint(assignment, student, result)}"'
             is_current = fingerprint.encode() in page.read(FINGERPRINT_WINDOW)
             page.seek(-len(PAGE_END), os.SEEK_END)
             return is_current and page.read() == PAGE_END

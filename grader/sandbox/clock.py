@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
+from qdot.exercises.common.time_limit import OutOfTime, time_limit
 
 
 class Budget:
@@ -22,17 +22,16 @@ class Budget:
 
     @contextlib.contextmanager
     def spend(self) -> Iterator[None]:
-        """Subtract the processor time of the block from the budget. Raises OutOfTime in the block when none is left."""
+        """Subtract the processor time of the block from the budget. Raises OutOfTime in the block if it is used up."""
         if self.remaining_seconds <= 0:
             raise OutOfTime
-        start, precision = time.process_time(), mpmath.mp.prec
-        watchdog = Watchdog(self.remaining_seconds)
+        start_time, mpmath_precision = time.process_time(), mpmath.mp.prec
         try:
-            yield
+            with time_limit(self.remaining_seconds):
+                yield
         finally:
-            end_watchdog(watchdog)
-            self.remaining_seconds -= time.process_time() - start
-            mpmath.mp.prec = precision  # interrupted code may not have restored it
+            self.remaining_seconds -= time.process_time() - start_time
+            mpmath.mp.prec = mpmath_precision  # interrupted code may not have restored it
 
 
 @dataclass

@@ -1,6 +1,7 @@
-"""The guarantees of this machine while students' code runs: a probe tests each one and finds out what enforces it.
+"""Find out which guarantees this machine can give while students' code runs, and what enforces each guarantee.
 
-The kernel enforces a guarantee if it refused everything that the probe tried without the audit hook.
+A probe runs in a sandbox in place of a notebook, without the audit hook, and tries to break each guarantee. The kernel
+enforces a guarantee if every attempt against the guarantee fails.
 """
 
 import contextlib
@@ -9,21 +10,25 @@ import socket
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.sandbox.contained.attempts import SEPARATE_ATTEMPTS
-from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox
+from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox, check_system
 
 ENFORCED_BY_KERNEL, WATCHED_IN_PYTHON, NOT_ENFORCED = "enforced by the kernel", "watched in Python only", "missing"
-"""How a guarantee is enforced on this machine."""
+"""The three answers to the question of how a guarantee is enforced on this machine."""
 
 
 @dataclass(frozen=True)
 class Promise:
-    """What is guaranteed about a notebook: a phrase, the measures, and whether Python's audit hook watches it."""
+    """What qdot promises about a notebook.
+
+    `text` completes the sentence "a notebook …". `measures` are the names of the measures that keep the promise, as in
+    `MEASURES`. `is_watched` says whether Python's audit hook watches what the promise forbids.
+    """
 
     text: str
     measures: tuple[str, ...]
@@ -33,16 +38,13 @@ class Promise:
 GUARANTEES = {
     "files": Promise(
         "reads only Python and its libraries, and writes only into its own folder (64 MB), which is then removed",
-        ("namespaces", "landlock", "seccomp", "user", "quota", "watch"), True,
-    ),
+        ("namespaces", "landlock", "seccomp", "user", "quota", "watch"), True),
     "network": Promise(
         "can't use the network or connect to a socket of this machine",
-        ("namespaces", "seccomp", "landlock", "watch"), True,
-    ),
+        ("namespaces", "seccomp", "landlock", "watch"), True),
     "processes": Promise(
         "can't start programs or reach other processes; its own processes end with it",
-        ("seccomp", "namespaces", "limits", "watch"), True,
-    ),
+        ("seccomp", "namespaces", "limits", "watch"), True),
     "memory": Promise("can't use more memory than its limit", ("limits", "seccomp", "namespaces")),
     "time": Promise("can't use more processor time than its limit, and is then killed", ("limits",)),
     "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
@@ -68,7 +70,11 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One guarantee: what enforces it on this machine (`by`), the measures used, and what the probe still achieved."""
+    """A guarantee on this machine; its `name` is that of a promise in `GUARANTEES`, whose text is `promise`.
+
+    `by` says how the guarantee is enforced. `means` are the readable names of the measures that this machine has.
+    `achieved` lists what the probe achieved against the guarantee.
+    """
 
     name: str
     promise: str
@@ -79,7 +85,7 @@ class Guarantee:
 
 @dataclass(frozen=True)
 class Findings:
-    """All guarantees, and the measures that are not available here, each with the reason."""
+    """All guarantees of this machine; `lacking` maps each measure that is not available to the reason."""
 
     guarantees: tuple[Guarantee, ...]
     lacking: dict[str, str]
@@ -89,56 +95,52 @@ class Findings:
         """Whether the kernel enforces all guarantees."""
         return all(guarantee.by == ENFORCED_BY_KERNEL for guarantee in self.guarantees)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the findings as data."""
-        return {"strict": self.is_strict, **asdict(self)}
-
 
 def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Findings:
     """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if no sandbox works.
 
-    A full probe computes for a second, until it is stopped for its processor time; a quick probe does not.
+    A full probe computes for a second, until it is stopped for its processor time; a quick probe does not. Tests
+    switch off `disabled_measures`.
     """
     if not hasattr(os, "fork"):
         guarantees = tuple(Guarantee(name, promise.text, NOT_ENFORCED, (), ()) for name, promise in GUARANTEES.items())
         return Findings(guarantees, {"system": REFUSED})
     achievements: dict[str, list[str]] = {name: [] for name in GUARANTEES}
+    tested_guarantees: set[str] = set()
+
+    def record_line(line: dict[str, Any]) -> None:
+        tested_guarantees.add(line["guarantee"])
+        if line["achieved"]:
+            achievements[line["guarantee"]].append(line["achieved"])
+
     limits = Limits(seconds=10, memory=1 << 30)
-    started = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
-    with _make_targets() as targets, started as sandbox:
-        tested_guarantees: set[str] = set()
-
-        def record_line(line: dict[str, Any]) -> None:
-            tested_guarantees.add(line["guarantee"])
-            if line["achieved"]:
-                achievements[line["guarantee"]].append(line["achieved"])
-
-        probe_targets = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
-        end = sandbox.exchange({"attempts": probe_targets}, record_line)
-        unbegun_reason = sandbox.not_started_reason
+    sandbox = Sandbox(limits, disabled_measures, load_libraries=False, processor_seconds=1)
+    with _make_targets() as targets, sandbox:
+        targets |= {"memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        end = sandbox.exchange({"attempts": targets}, record_line)
+        if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
+            reason = f": {sandbox.not_started_reason}" if sandbox.not_started_reason else ""
+            raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
         if sandbox.has_left_processes:
             achievements["processes"].append("left processes running")
-        lacking_measures = sandbox.unavailable_measures
-        for number in range(len(SEPARATE_ATTEMPTS)) if end in EXPECTED_ENDS[quick] else ():
-            if sandbox.exchange({"attempts": {**probe_targets, "seconds": 0, "alone": number}}, record_line) == "lost":
+        unavailable_measures = sandbox.unavailable_measures
+        for number in range(len(SEPARATE_ATTEMPTS)):
+            if sandbox.exchange({"attempts": {**targets, "seconds": 0, "alone": number}}, record_line) == "lost":
                 achievements["processes"].append("killed the process that starts notebooks")
         if sandbox.has_left_files:
             achievements["files"].append("left files behind")
-    if end not in EXPECTED_ENDS[quick] or not tested_guarantees >= GUARANTEES.keys() - {"time"}:
-        reason = f": {unbegun_reason}" if unbegun_reason else ""
-        raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
     if end == "overtime" and not achievements["time"]:
         achievements["time"].append("computed until it was killed from outside")
-    guarantees = tuple(_make_guarantee(name, achievements[name], lacking_measures) for name in GUARANTEES)
-    return Findings(guarantees, lacking_measures)
+    guarantees = tuple(_make_guarantee(name, achievements[name], unavailable_measures) for name in GUARANTEES)
+    return Findings(guarantees, unavailable_measures)
 
 
 EXPECTED_ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
-"""How a probe may end if the sandbox works: a quick one (True) and a full one (False)."""
+"""The ends that a probe may have if the sandbox works, for a quick probe (True) and for a full probe (False)."""
 
 
 def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
-    """Return a guarantee with what enforces it, judging by what the probe achieved."""
+    """Return the guarantee of a name, with what enforces it; `achieved` lists what the probe achieved against it."""
     available_measures = [measure for measure in GUARANTEES[name].measures if measure not in unavailable_measures]
     if "namespaces" not in unavailable_measures and "quota" in available_measures:
         available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
@@ -150,50 +152,43 @@ def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[s
 
 @contextlib.contextmanager
 def _make_targets() -> Iterator[dict[str, Any]]:
-    """Yield the targets that a probe attacks: a file, a world-writable folder, a port, a socket, this process."""
+    """Yield the targets of a probe by name: a file, a world-writable folder, a port, a socket, and this process."""
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
         socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local_socket,
     ):
-        file, writable = Path(folder, "secret.txt"), Path(folder, "open")
+        file, writable_folder = Path(folder, "secret.txt"), Path(folder, "open")
         file.write_text("the secret", encoding="utf-8")
-        writable.mkdir()
-        for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable, 0o777)):  # a notebook may run as any user
-            path.chmod(mode)
+        writable_folder.mkdir()
+        for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable_folder, 0o777)):
+            path.chmod(mode)  # any user may read and write here, so only the sandbox can keep a notebook out
         address = f"\0qdot-{os.getpid()}" if sys.platform == "linux" else str(Path(folder, "socket"))
         local_socket.bind(address)
         local_socket.listen()
         port = server.getsockname()[1]
-        yield {"file": str(file), "open": str(writable), "port": port, "abstract": address, "pid": os.getpid()}
+        yield {"file": str(file), "open": str(writable_folder), "port": port, "abstract": address, "pid": os.getpid()}
 
 
-def explain_refusal(findings: Findings) -> str:
-    """Return why the level "strict" is not available on this machine, and what to do about it."""
-    weak_names = [guarantee.name for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
-    needed = {measure for name in weak_names for measure in GUARANTEES[name].measures} & findings.lacking.keys()
-    remedies = [remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed]
-    return (
-        'assignment.toml requires sandbox = "strict", but this machine can\'t enforce it '
-        f"({_describe_weak_guarantees(findings)}). "
+def check_sandbox(must_be_strict: bool) -> str:
+    """Return a warning about the guarantees that the kernel does not enforce; "" if it enforces all.
+
+    Raises QdotError if no notebook can run on this system, or if `must_be_strict` and there would be a warning.
+    """
+    check_system()
+    findings = probe(quick=not must_be_strict)
+    if findings.is_strict:
+        return ""
+    weak_guarantees = [guarantee for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
+    description = ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in weak_guarantees)
+    if not must_be_strict:
+        return f"The sandbox on this machine is weaker than it should be ({description}); see `qdot doctor`."
+    weak_measures = {measure for guarantee in weak_guarantees for measure in GUARANTEES[guarantee.name].measures}
+    missing_measures = weak_measures & findings.lacking.keys()
+    remedies = [remedy for name, (_, remedy) in MEASURES.items() if remedy and name in missing_measures]
+    raise QdotError(
+        f'assignment.toml requires sandbox = "strict", but this machine can\'t enforce it ({description}). '
         f"{'; '.join(remedies) or 'Run qdot on another machine'}. For details, run `qdot doctor`; nothing was run"
-    )
-
-
-def describe_weakness(findings: Findings) -> str:
-    """Return one line about what this machine does not enforce; empty if it enforces everything."""
-    weak_guarantees = _describe_weak_guarantees(findings)
-    return (
-        f"The sandbox on this machine is weaker than it should be ({weak_guarantees}); see `qdot doctor`."
-        if weak_guarantees
-        else ""
-    )
-
-
-def _describe_weak_guarantees(findings: Findings) -> str:
-    """Return the guarantees that the kernel does not enforce, each with what happens instead."""
-    return ", ".join(
-        f"{guarantee.name}: {guarantee.by}" for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL
     )
 
 

@@ -1,9 +1,10 @@
-"""Runs a notebook's cells in a separate process with limits, and returns its answers as text.
+"""Run a notebook's cells in a separate process with limits, and return the notebook's answers as text.
 
-A `Sandbox` has one forking process (`contained`), which forks once for each notebook. This process is started by its
-path with `-I`, with an almost empty environment and without any module of qdot. Every notebook has its own pipes to the
-grader: whatever arrives there counts as that notebook's, and the forking process does not see it. If a notebook kills
-the forking process, its reports so far remain valid, and the next notebook gets a new process.
+A `Sandbox` has one forking process (`contained`), which forks once for each notebook. The forking process is started by
+its path with `-I`, with an almost empty environment and without any module of qdot. Every notebook has two pipes to the
+grader: one for its report, and one for the request and for receipts of reported lines. The forking process does not see
+what is in the pipes. If a notebook kills the forking process, the notebook's report so far remains valid, and the next
+notebook gets a new forking process.
 """
 
 import contextlib
@@ -23,9 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json, from_json
+from qdot.exercises.common.json_form import as_json
 from qdot.grader.sandbox.contained import confine
-from qdot.grader.sandbox.own_folder import TemporaryFolder, make_temporary_folder
+from qdot.grader.sandbox.temporary_folder import TemporaryFolder, make_temporary_folder
 
 REFUSED = (
     "qdot can't sandbox student code on Windows, so it does not run any. Use the container (docs/container.md) or WSL, "
@@ -62,7 +63,7 @@ MAX_ERROR_LENGTH = 500
 class Limits:
     """The limits of a notebook: seconds of processor time, in total and per cell, and bytes of memory.
 
-    In real time, it may take these seconds plus `MAX_SLOWDOWN` times the processor time that it has used.
+    In real time, a notebook may take these seconds plus `MAX_SLOWDOWN` times the processor time that it has used.
     """
 
     seconds: float = 180.0
@@ -80,9 +81,9 @@ class Limits:
 
 @dataclass(frozen=True)
 class Calls:
-    """The arguments for answers that are functions: the names of the joints and of all symbols, and their values.
+    """The arguments for answers that are functions: the names of the joint variables, and those of all symbols.
 
-    `points` has one row of the symbols' values (rad, m) for each call.
+    `points` has one row for each call: the values of all symbols in rad and m.
     """
 
     joints: tuple[str, ...]
@@ -92,32 +93,38 @@ class Calls:
 
 @dataclass
 class Run:
-    """The result of running a notebook: answers, reasons for unreadable answers, errors by cell, and how it ended."""
+    """The result of running a notebook; `end` is how the run ended, as in `Sandbox.exchange`.
+
+    Answers are given by the variable's name, and cells by their index in the notebook.
+    """
 
     answers: dict[str, str] = field(default_factory=dict)
+    """The text of each answer."""
     unreadable_reasons: dict[str, str] = field(default_factory=dict)
+    """For each answer without a text, the reason."""
     cell_errors: dict[int, str] = field(default_factory=dict)
+    """For each cell that stopped, the error."""
     stop_lines: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
     failed_imports: dict[int, tuple[int, str]] = field(default_factory=dict)
     """For each cell, the line of the first import that failed, and why; the cell continued after that import."""
     end: str = "done"
-    limits: "Limits | None" = None
+    limits: Limits = Limits()
     last_begun_cell: int | None = None
     """The last cell that began."""
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
-    """Every text that an answer had during the run, by variable."""
+    """All texts that an answer had during the run, in order."""
     replaced_symbols: dict[str, tuple[int, str]] = field(default_factory=dict)
     """The symbols that a number replaced in an answer: for each, the cell that set the number, and the number."""
 
     def describe_end(self, cell_name: str = "it") -> str:
-        """Return a sentence on how the run ended, in a `cell_name` of this name; empty if it ended normally."""
-        location, limits = ("" if cell_name == "it" else f" in {cell_name}"), self.limits or Limits()
+        """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
+        location = "" if cell_name == "it" else f" in {cell_name}"
         descriptions = {
-            "overtime": f"the notebook used up its {limits.seconds:g} s{location}",
+            "overtime": f"the notebook used up its {self.limits.seconds:g} s{location}",
             "crashed": f"the notebook crashed Python{location}",
             "closed": f"the notebook ended its own process{location}",
-            "killed": f"the notebook was stopped{location} because it exceeded a limit ({limits.description})",
+            "killed": f"the notebook was stopped{location} because it exceeded a limit ({self.limits.description})",
             "lost": f"the notebook killed the process that runs it{location}",
         }
         if self.end == "unbegun":
@@ -133,58 +140,34 @@ def _is_line_number(number: Any) -> bool:
     return type(number) is int and 0 < number < MAX_LINE_NUMBER
 
 
-def _replace_surrogates(text: str) -> str:
-    """Return the text with lone surrogates, which can't be written to a file, replaced by question marks."""
-    return text.encode("utf-8", "replace").decode("utf-8")
-
-
-def _printable_error(message: object) -> str:
-    """Return a notebook's error message as one printable line, without control characters."""
-    line = (" " if ch.isspace() else ch for ch in str(message)[:MAX_ERROR_LENGTH])
-    return "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in line)
+def _make_printable(message: object) -> str:
+    """Return a notebook's error message as one line without control characters."""
+    line = (" " if character.isspace() else character for character in str(message)[:MAX_ERROR_LENGTH])
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in line)
 
 
 STRICT_REQUIRED_MEASURES, STRICT_ALTERNATIVE_MEASURES = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
-"""Measures without which a strict sandbox runs nothing; `guarantees` tests all measures."""
-
-
-@dataclass(frozen=True)
-class _Message:
-    """A message of the forking process: that it is ready, why it failed, what a notebook has used, or how it ended.
-
-    `lacking` maps each measure that is not available to the reason. `used` is a running notebook's
-    processor time so far in seconds. For a notebook that has ended, `signal` is the signal that ended it (0 for none),
-    `seconds` its processor time, and `memory` its memory in bytes.
-    """
-
-    ready: bool = False
-    lacking: Mapping[str, str] = field(default_factory=dict)
-    failed: str = ""
-    used: float = 0.0
-    signal: int = 0
-    seconds: float = 0.0
-    memory: float = 0.0
+"""A strict sandbox runs nothing unless all required measures and one of the alternatives are available."""
 
 
 class _ForkingProcessEnded(Exception):
-    """Raised if the forking process has ended."""
+    """Raised if the forking process has ended; the text is the reason, if known."""
 
 
 class _NotebookNotStarted(_ForkingProcessEnded):
-    """Raised if a notebook's process ended or did not answer before it had read the notebook.
-
-    The text is the reason, if known.
-    """
+    """Raised, with the reason if known, if a notebook's process ended or hung before it had read the notebook."""
 
 
 class Sandbox:
-    """Runs notebooks one after the other in isolation; close it, or use it in a `with` statement.
+    """Runs notebooks one after the other in isolation; close the sandbox, or use it in a `with` statement.
 
-    `unavailable_measures` maps each measure that this machine does not allow to the reason. A `strict` sandbox refuses
-    to run without the measures by which the system itself isolates a notebook. Tests switch off `disabled_measures`.
-    With `load_libraries`, the libraries are loaded before the fork, which a probe does not need. With `warm_up`, they
-    are also warmed up, which a single notebook does not need. `not_started_reason` is the reason why a notebook was not
-    run, if known.
+    A `strict` sandbox refuses to run without the measures by which the kernel isolates a notebook. Tests switch off
+    `disabled_measures`. `processor_seconds` is the limit that the kernel enforces, by default that of `limits`. With
+    `load_libraries`, SymPy and NumPy are loaded before the fork, which a probe does not need. With `warm_up`, typical
+    operations fill SymPy's caches before the fork, which is of no use for a single notebook.
+
+    `unavailable_measures` maps each measure that this machine does not allow to the reason. `not_started_reason` says
+    why the last notebook was not run, if known.
     """
 
     def __init__(
@@ -234,11 +217,11 @@ class Sandbox:
         self, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
         setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
-        """Run qdot's own `setup`, then the cells that are not None in order; return the values of `names` as text.
+        """Run the code `setup` of qdot, then the cells that are not None; return the values of `names` as text.
 
-        Cells may import `modules`: Python files, by name, that are put into the notebook's folder. A value that is a
-        function is called with symbols or at points; `calls` maps a prefix of the variable's name to these symbols and
-        points (see `callables`). Raises QdotError if the notebook can't be isolated as it should be.
+        Cells may import `modules`: Python files, by name, that are put into the notebook's folder. An answer that is a
+        function is called with the arguments that `calls` gives for a prefix of the variable's name (see `callables`).
+        Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
@@ -251,20 +234,21 @@ class Sandbox:
                 case {"begun": index} if _is_cell_index(index, cells):
                     run.last_begun_cell = index
                 case {"name": str(name), "text": str(text)} if name in names:
-                    run.answers[name] = _replace_surrogates(text)
+                    # Lone surrogates can't be written to a file, so question marks replace them.
+                    run.answers[name] = text.encode("utf-8", "replace").decode("utf-8")
                     run.unreadable_reasons.pop(name, None)
                     run.earlier_values.setdefault(name, []).append(run.answers[name])
                 case {"name": str(name)} if name in names:
-                    run.unreadable_reasons[name] = _printable_error(line.get("error"))
+                    run.unreadable_reasons[name] = _make_printable(line.get("error"))
                     run.answers.pop(name, None)
                 case {"cell": index} if _is_cell_index(index, cells):
-                    run.cell_errors[index] = _printable_error(line.get("error"))
+                    run.cell_errors[index] = _make_printable(line.get("error"))
                     if _is_line_number(line.get("line")):
                         run.stop_lines[index] = line["line"]
                 case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
-                    run.failed_imports.setdefault(index, (number, _printable_error(line.get("error"))))
+                    run.failed_imports.setdefault(index, (number, _make_printable(line.get("error"))))
                 case {"lost": str(symbol), "set": index} if _is_cell_index(index, cells):
-                    name, number = _printable_error(symbol)[:40], _printable_error(line.get("value"))[:40]
+                    name, number = _make_printable(symbol)[:40], _make_printable(line.get("value"))[:40]
                     if len(run.replaced_symbols) < confine.MAX_REPLACED_SYMBOLS:
                         run.replaced_symbols[name] = index, number
 
@@ -272,11 +256,14 @@ class Sandbox:
         return run
 
     def exchange(self, request: dict[str, Any], on_line: Callable[[dict[str, Any]], None]) -> str:
-        """Send a request to a child process, and return how the child ended.
+        """Send a request to a child process, call `on_line` with each line of its report, and return how it ended.
 
-        `on_line` is called with each line of the child's report. "lost" means that the forking process has ended,
-        possibly because the notebook killed it. "unbegun" means that nothing was run, for a reason that lies outside
-        the notebook.
+        - "done": the child has done everything
+        - "closed": the child closed its pipe or reported too much
+        - "overtime": the time was up
+        - "killed", "crashed": the kernel killed the child for a limit, or another signal ended it
+        - "lost": the forking process has ended, possibly because the notebook killed it
+        - "unbegun": nothing was run, for a reason that lies outside the notebook
         """
         self._tidy_up()
         self._start()
@@ -301,7 +288,7 @@ class Sandbox:
         except BaseException:
             self.close()
             raise
-        if ending_signal and end in ("closed", "overtime"):  # "overtime": its other processes may hold the pipe open
+        if ending_signal and end in ("closed", "overtime"):  # the child's own children may keep the pipe open
             end = "killed" if ending_signal == signal.SIGKILL else "crashed"
         return end
 
@@ -335,10 +322,10 @@ class Sandbox:
         """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
         assert self._last_report is not None
         message = self._receive()
-        self._cost = self._cost[0] + message.seconds, max(self._cost[1], message.memory)
+        self._cost = self._cost[0] + message["seconds"], max(self._cost[1], message["memory"])
         self._left_running = not self._last_report.ends_within(seconds=1.0)
         self._close_last_report()
-        return message.signal
+        return int(message["signal"])
 
     def _close_last_report(self) -> None:
         lines, self._last_report = self._last_report, None
@@ -346,7 +333,7 @@ class Sandbox:
             lines.close()
 
     def _receive_pipes(self) -> list[int]:
-        """Return the pipe into the waiting child and the pipe out of it. Raises _NotebookNotStarted."""
+        """Return the descriptors of the pipes into and out of the waiting child. Raises _NotebookNotStarted."""
         assert self._control is not None
         try:
             self._control.sendall(b"r")
@@ -365,13 +352,12 @@ class Sandbox:
         """Return the processor time of the running notebook in seconds. Raises _ForkingProcessEnded."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return self._receive().used
+        return float(self._receive()["used"])
 
-    def _receive(self) -> _Message:
-        """Return the next message of the forking process; no notebook can write one.
+    def _receive(self) -> dict[str, Any]:
+        """Return the next message of the forking process, as `zygote` describes it; no notebook can write one.
 
-        Another message may follow it: that the forking process failed to make a child for the next notebook. Raises
-        _ForkingProcessEnded.
+        Raises _ForkingProcessEnded.
         """
         assert self._control is not None
         while b"\n" not in self._unread_messages:
@@ -380,7 +366,10 @@ class Sandbox:
                 raise _ForkingProcessEnded
             self._unread_messages += data
         line, _, self._unread_messages = self._unread_messages.partition(b"\n")
-        return from_json(_Message, line)
+        message: dict[str, Any] = json.loads(line)
+        if "failed" in message:
+            raise _ForkingProcessEnded(message["failed"])
+        return message
 
     def _start(self) -> None:
         """Start the forking process if none is running. Raises QdotError if it does not start."""
@@ -389,10 +378,11 @@ class Sandbox:
         self.close()
         check_system()
         self._folder = make_temporary_folder("qdot-sandbox-")
-        inherited = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
+        names = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
         environment = {
-            **inherited, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
-            "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
+            **{name: os.environ[name] for name in names if name in os.environ}, "HOME": tempfile.gettempdir(),
+            "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
         config = {**self._config, "folder": self._folder.path}
         self._control, child_end = socket.socketpair()
@@ -404,28 +394,25 @@ class Sandbox:
             )  # fmt: skip
         self._control.settimeout(60)
         try:
-            greeting = self._receive()
-        except (_ForkingProcessEnded, OSError):
-            greeting = _Message()
-        if not greeting.ready:
+            self.unavailable_measures = self._receive()["lacking"]
+        except (_ForkingProcessEnded, OSError) as error:
             self.close()
-            reason = f": {greeting.failed}" if greeting.failed else "; check whether there is enough free memory"
-            raise QdotError(f"the sandbox process did not start{reason}")
-        self.unavailable_measures = dict(greeting.lacking)
+            failure = str(error) if isinstance(error, _ForkingProcessEnded) else ""
+            reason = f": {failure}" if failure else "; check whether there is enough free memory"
+            raise QdotError(f"the sandbox process did not start{reason}") from None
         missing_measures = self.unavailable_measures.keys()
-        if self._strict and (
-            missing_measures & STRICT_REQUIRED_MEASURES or missing_measures >= STRICT_ALTERNATIVE_MEASURES
-        ):
+        is_weak = missing_measures & STRICT_REQUIRED_MEASURES or missing_measures >= STRICT_ALTERNATIVE_MEASURES
+        if self._strict and is_weak:
             self.close()
             raise QdotError(f"notebooks can't be isolated strictly: {self.unavailable_measures}; see `qdot doctor`")
 
 
 class _ReportLines:
-    """Lines of JSON from an untrusted pipe, with limits of time and size.
+    """Reads lines of JSON from an untrusted pipe, with limits of time and size.
 
-    `get_processor_time` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the
-    real time exceeds `seconds` plus `MAX_SLOWDOWN` times the processor time. The size limit grows with the number of
-    cells.
+    `get_processor_time` returns the notebook's processor time so far, in seconds. The time is up if the processor time
+    exceeds `seconds`, or if the real time exceeds `seconds` plus `MAX_SLOWDOWN` times the processor time. The limit of
+    size grows with the number of cells.
     """
 
     def __init__(
@@ -442,7 +429,7 @@ class _ReportLines:
         os.close(self._descriptor)
 
     def next(self) -> dict[str, Any] | str:
-        """Return the next line, as an empty dictionary if it is invalid; "overtime" or "closed" if there is none."""
+        """Return the content of the next line, {} if it is invalid; "overtime" or "closed" if there is no next line."""
         while not self._lines:
             timeout = max(0.0, self._deadline - time.monotonic())
             if not select.select([self._descriptor], [], [], timeout)[0]:
@@ -462,11 +449,10 @@ class _ReportLines:
         return content if isinstance(content, dict) else {}
 
     def _is_over(self) -> bool:
-        """Return whether time is up; if not, set the next time at which it may be."""
+        """Return whether the time is up; if not, set the deadline to the next moment at which it may be up."""
         used_seconds, now = self._get_processor_time(), time.monotonic()
-        remaining = min(
-            self._seconds - used_seconds, self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds - now
-        )
+        end_time = self._start_time + self._seconds + confine.MAX_SLOWDOWN * used_seconds
+        remaining = min(self._seconds - used_seconds, end_time - now)
         self._deadline = now + max(remaining, 0.02)
         return remaining <= 0
 
@@ -484,11 +470,12 @@ class _ReportLines:
 def _exchange_with_child(
     request: dict[str, Any], lines: _ReportLines, receipts: int, on_line: Callable[[dict[str, Any]], None]
 ) -> str:
-    """Send a child its request as soon as it is isolated, and return how its report ended.
+    """Send a child its request as soon as the child is isolated, and return how its report ended.
 
-    `on_line` is called with each line of the report. Raises _NotebookNotStarted if the child dies before it reads the
-    request, which no notebook can cause. Raises QdotError, and sends no request, if a measure fails that worked when
-    the forking process started.
+    `lines` has the child's report, and `receipts` is the descriptor of the pipe into the child. `on_line` is called
+    with each line of the report. Raises _NotebookNotStarted if the child dies before it reads the request, which no
+    notebook can cause. Raises QdotError, and sends no request, if a measure fails that worked when the forking process
+    started.
     """
     greeting = lines.next()
     if isinstance(greeting, str):
@@ -497,7 +484,9 @@ def _exchange_with_child(
         raise _NotebookNotStarted(str(greeting["failed"])[:300])
     if not greeting.get("confined"):
         raise QdotError(f"a notebook was not run because it could not be isolated: {greeting.get('unprotected')}")
-    _write_all(receipts, (json.dumps(request) + "\n").encode())
+    # If the child has died, the end of its report shows that.
+    with contextlib.suppress(BrokenPipeError), open(receipts, "wb", closefd=False) as pipe:
+        pipe.write((json.dumps(request) + "\n").encode())
     if isinstance(lines.next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted
     os.set_blocking(receipts, False)
@@ -508,9 +497,3 @@ def _exchange_with_child(
         with contextlib.suppress(OSError):  # the child may have ended, or may no longer read receipts
             os.write(receipts, b".")
     return line
-
-
-def _write_all(descriptor: int, data: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError):  # if the child has died, the end of its report shows that
-        while data:
-            data = data[os.write(descriptor, data) :]

@@ -20,7 +20,7 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from qdot.grader.sandbox.own_folder import make_temporary_folder
+from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from qdot.grader.submissions.cells import MAX_FILE_BYTES, NOTEBOOK_ADVICE, OverLimit, Unreadable, make_printable
 
 MAX_FILES = 10_000

@@ -39,13 +39,12 @@ def a_class(folder: Path, size: int) -> Assignment:
 
 def hand_in(assignment: Assignment, target: Path, kinds: Sequence[str]) -> None:
     """Write a submission for every student, of one kind after the other."""
-    edits = dict(EDITS)
     target.mkdir()
     for number, student in enumerate(assignment.roster):
         text = (assignment.folder / "released" / student.id / f"{assignment.key}.ipynb").read_text("utf-8")
         kind = kinds[number % len(kinds)]
-        if kind in edits:
-            text = fill_in_answers(text, load_stored_problems(assignment, student.id).problems, edits[kind])
+        if kind in EDITS:
+            text = fill_in_answers(text, load_stored_problems(assignment, student.id).problems, EDITS[kind])
         (target / f"{student.id}.ipynb").write_text(text, encoding="utf-8")
 
 

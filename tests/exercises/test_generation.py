@@ -20,7 +20,13 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import check_questions, generate, questions_of_family, sample_chain, student_problem_id
+from qdot.exercises.generation import (
+    check_questions,
+    generate,
+    make_student_problem_id,
+    questions_of_family,
+    sample_chain,
+)
 from qdot.exercises.problem.problem import ENGINE, MAX_SEED, Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS, screws
@@ -185,7 +191,7 @@ def test_every_question_can_be_asked_of_some_family() -> None:
 
 def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> None:
     def seeds(secret: str, students: list[str], slot: str = "p1") -> dict[str, int]:
-        return {name: student_problem_id(secret, name, slot, ProblemId("planar-2r", 0)).seed for name in students}
+        return {name: make_student_problem_id(secret, name, slot, ProblemId("planar-2r", 0)).seed for name in students}
 
     names = [f"student{i}" for i in range(200)]
     before, after = seeds(SECRET, names), seeds(SECRET, ["new", *reversed(names)])
@@ -193,7 +199,9 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
     assert len(set(before.values())) == 200
     assert not set(before.values()) & set(seeds(SECRET + "!", names).values())
     assert not set(before.values()) & set(seeds(SECRET, names, "p2").values())
-    assert student_problem_id(SECRET, "a", "p1", ProblemId("planar-2r", 0, ("position",))).questions == ("position",)
+    assert make_student_problem_id(SECRET, "a", "p1", ProblemId("planar-2r", 0, ("position",))).questions == (
+        "position",
+    )
 
 
 @of_families(ASKED_OF_A_CLASS)
@@ -203,7 +211,7 @@ def test_a_class_has_different_answers(family: str) -> None:
     In a small class letters are counted over all questions; test_concepts and test_rank count those of each.
     """
     problem_id = ProblemId(family, 0, variation="full")
-    ids = (student_problem_id(SECRET, f"student{i}", "p1", problem_id) for i in range(STUDENTS))
+    ids = (make_student_problem_id(SECRET, f"student{i}", "p1", problem_id) for i in range(STUDENTS))
     problems = [generate(identity) for identity in ids]
     whole = Counter(repr([part.answer for part in problem.parts]) for problem in problems)
     assert sum(count for count in whole.values() if count > 1) <= STUDENTS // 100

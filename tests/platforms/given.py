@@ -6,7 +6,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.generation import applicable_questions, questions_of_family, sample_chain
+from qdot.exercises.generation import list_applicable_questions, questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
@@ -44,7 +44,7 @@ def _puma() -> str:
 def _everything() -> str:
     left, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
     for family in FAMILIES:
-        can = {*questions_of_family(family), *applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS)}
+        can = {*questions_of_family(family), *list_applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS)}
         asked = [name for name in left if name in can]
         left = [name for name in left if name not in can]
         for few in ([name for name in asked if name in among] for among in (QUESTIONS, SHORT_QUESTIONS)):

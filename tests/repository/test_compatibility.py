@@ -15,7 +15,6 @@ import pytest
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.problem.problem import ENGINE
-from qdot.grader.cli.reference_pages import compatibility_page
 from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certificates import FailureKind
@@ -25,6 +24,7 @@ from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
 from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, interface
+from tests.tools.reference_pages import compatibility_page
 
 EVERY = sorted(path for path in ARCHIVES.iterdir())
 archives = pytest.mark.parametrize("archive", EVERY, ids=lambda path: path.name)

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import qdot
-from qdot.grader.cli.reference_pages import library_page
 from tests.support import ROOT
+from tests.tools.reference_pages import library_page
 
 
 @pytest.mark.parametrize("name", qdot.__all__)

@@ -39,7 +39,7 @@ from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.history import results_path
 from qdot.grader.grading.overrides import OVERRIDES_FILE
 from qdot.grader.reports.formats import FORMATS
-from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.reports.tables import make_results_jsonl
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import DATA, ROOT
@@ -179,7 +179,7 @@ def _handed_out_and_graded(folder: Path) -> None:
         os.utime(handed_in, (RECEIVED, RECEIVED))
     looked = find_submissions(assignment, folder / "submitted")
     results = grade_class(assignment, looked.by_student, 0, Limits(), lambda _: None)
-    results_path(assignment).write_bytes(results_jsonl(results))
+    results_path(assignment).write_bytes(make_results_jsonl(results))
 
 
 def _is_answered(cell: dict[str, Any]) -> bool:

@@ -29,7 +29,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.stream import Stream
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits
@@ -133,12 +133,12 @@ class Class:
             page = (self.graded / "feedback" / f"{student}.html").read_text(encoding="utf-8")
             if not page.endswith("</html>\n") or "<script>alert" in page:
                 raise Find(f"the page of {student} is not whole, or runs what a student wrote")
-            if work_status(result) not in STATES or rows[student]["status"] != work_status(result):
-                raise Find(f"{student} is {work_status(result)}, and in the table {rows[student]['status']}")
+            if find_work_status(result) not in STATES or rows[student]["status"] != find_work_status(result):
+                raise Find(f"{student} is {find_work_status(result)}, and in the table {rows[student]['status']}")
             said += _words(result)
         neighbour = by_id[NEIGHBOUR]
-        if (neighbour.score, work_status(neighbour)) != (FULL, "graded"):
-            raise Find(f"the neighbour is {work_status(neighbour)} with {neighbour.score}: {_words(neighbour)}")
+        if (neighbour.score, find_work_status(neighbour)) != (FULL, "graded"):
+            raise Find(f"the neighbour is {find_work_status(neighbour)} with {neighbour.score}: {_words(neighbour)}")
         for text in said:
             if not all(ch.isprintable() or ch == "\n" for ch in text):
                 raise Find(f"this can't be shown: {text[:300]!a}")
@@ -211,10 +211,10 @@ def main() -> int:
     while number == options.only or (options.only is None and time.monotonic() < end):
         try:
             case, result = drawn_round(made, options.seed, number)
-            states[work_status(result)] += 1
+            states[find_work_status(result)] += 1
             if options.only is not None:
-                sys.stdout.write(f"{case}: {work_status(result)}: {_words(result)}\n")
-            if work_status(result) == "ungraded":
+                sys.stdout.write(f"{case}: {find_work_status(result)}: {_words(result)}\n")
+            if find_work_status(result) == "ungraded":
                 failures[f"{result.problems[0].parts[0].reason[:160]}, as in --only {number}"] += 1
         except Exception as error:  # told, and kept
             finds += 1

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from tests.support.handing_in import code
@@ -153,4 +153,4 @@ FINDS: dict[Callable[[Path, str], str], str] = {
 @pytest.mark.parametrize("found", FINDS)
 def test_what_was_found_is_found_no_more(made: Class, found: Callable[[Path, str], str]) -> None:
     _, result = made.round(found, flat=True)
-    assert work_status(result) == FINDS[found]
+    assert find_work_status(result) == FINDS[found]

@@ -10,11 +10,11 @@ module of qdot or of a student can replace these modules. Each file, what it doe
     guard                the audit hook: against the same by Python code, and against loading qdot for the answers
     folders              removes folders: against folders too deep, or too restricted, to remove as usual
     attempts             what a probe tries instead of a notebook: against a machine whose measures don't hold
-    zygote               forks for every notebook: against data or output that reaches another notebook, and processes
-                         that continue after their notebook
+    zygote               the process that forks for every notebook: against data or output that reaches another
+                         notebook, and processes that continue after their notebook
     runner               runs the cells: against endless cells, and exceptions and answers that break the report
     session, ipython     Jupyter's variables and syntax by our own rules: against commands, and waiting for input
     standins             replaces libraries that only display something: against failing without them
-    printing, values     answers as text: against objects that pretend to be something else
+    values               answers as text: against objects that pretend to be something else
     callables            answers that are functions: against code that waits to be called by the grader
 """

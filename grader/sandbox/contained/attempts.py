@@ -1,6 +1,6 @@
-"""The attempts of a probe to break out of the sandbox: if one succeeds, this machine doesn't prevent it.
+"""Try to break out of the sandbox, in place of a notebook: what succeeds here, this machine does not prevent.
 
-They are made without the audit hook. Each attempt that may kill its own process gets a separate process
+All attempts are made without the audit hook. Each attempt that may kill its own process gets a separate process
 (`SEPARATE_ATTEMPTS`).
 """
 
@@ -24,14 +24,17 @@ except ImportError:  # on Windows, where this module is imported but never runs
     fcntl = None  # type: ignore[assignment]
 
 UNLIMITED_PROCESSES, UNLIMITED_BYTES = 200, 256_000_000
-"""Numbers of processes and of bytes that prove that there is no limit; the bytes are four times the quota."""
+"""A number of processes and a number of bytes that prove that there is no limit; the bytes are four times the limit."""
 
 ALLOWED_FILE_BYTES = 8_000_000
 """Size in bytes of a file that is small enough to be allowed."""
 
 
 class Attempt(NamedTuple):
-    """An attempt: the guarantees it tests, what it achieves, and an action that raises or returns False if refused."""
+    """An attempt: the names of the guarantees that it tests, what it achieves, and the action.
+
+    If the machine prevents the action, the action raises an exception or returns False.
+    """
 
     guarantees: str
     achievement: str
@@ -39,7 +42,11 @@ class Attempt(NamedTuple):
 
 
 def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make all attempts, or only the separate one numbered `alone`; report what each achieved, "" if nothing."""
+    """Make all attempts, and report what each achieved, "" if nothing.
+
+    If `targets["alone"]` is not None, make only the separate attempt with this number. Then compute for more than
+    `targets["seconds"]` of processor time; if the process is not killed, report that.
+    """
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     number = targets["alone"]
     for attempt in ATTEMPTS if number is None else (SEPARATE_ATTEMPTS[number],):
@@ -58,21 +65,25 @@ def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], No
 
 def _alter_library(_: dict[str, Any]) -> None:
     library = os.open(os.__file__, os.O_RDONLY)
-    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # keeps the same rights, so success does no harm
+    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # sets the same permissions, so success does no harm
 
 
 def _connect_abstract(targets: dict[str, Any]) -> None:
-    with socket.socket(socket.AF_UNIX) as end:
-        end.connect(targets["abstract"])
+    with socket.socket(socket.AF_UNIX) as unix_socket:
+        unix_socket.connect(targets["abstract"])
+
+
+def _connect_to_port(targets: dict[str, Any]) -> None:
+    socket.create_connection(("127.0.0.1", targets["port"]), timeout=2)
 
 
 def _send_datagram(targets: dict[str, Any]) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
-        end.sendto(b"x", ("127.0.0.1", targets["port"]))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as datagram_socket:
+        datagram_socket.sendto(b"x", ("127.0.0.1", targets["port"]))
 
 
 def _signal_grader(targets: dict[str, Any]) -> None:
-    if targets["pid"] == os.getpid():  # both are process 1 of their namespaces: the grader runs in a container
+    if targets["pid"] == os.getpid():  # in a container, both this process and the grader may have the number 1
         raise ProcessLookupError
     os.kill(targets["pid"], 0)
 
@@ -87,7 +98,7 @@ def _start_program(_: dict[str, Any]) -> None:
 
 
 def _start_many_processes(_: dict[str, Any]) -> bool:
-    """Start processes that leave their session and wait. They keep the pipe open; it closes when all have ended."""
+    """Start processes that leave their session and wait; they keep the pipe of the report open until all have ended."""
     for number in range(UNLIMITED_PROCESSES):
         try:
             pid = os.fork()
@@ -113,17 +124,12 @@ ATTEMPTS = (
     Attempt("files", "changed permissions in another folder", lambda targets: os.chmod(targets["file"], 0o600)),
     Attempt("files", "changed the permissions of a library", _alter_library),
     Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),
-    Attempt(
-        "network", "connected to a port of this machine",
-        lambda targets: socket.create_connection(("127.0.0.1", targets["port"]), timeout=2),
-    ),
+    Attempt("network", "connected to a port of this machine", _connect_to_port),
     Attempt("network", "sent a datagram", _send_datagram),
     Attempt("network", "connected to a socket of this machine", _connect_abstract),
     Attempt("processes", "sent a signal to the grader", _signal_grader),
-    Attempt(
-        "memory", "got more memory than its limit",
-        lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES),
-    ),
+    Attempt("memory", "got more memory than its limit",
+            lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES)),
     Attempt("memory", "got memory that no limit counts", _share_memory),
     Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
     Attempt("processes", "traced the grader", _trace_grader),
@@ -132,7 +138,7 @@ ATTEMPTS = (
     Attempt("privileges", "raised its own priority", lambda _: os.nice(-1)),
     Attempt("processes memory", f"started {UNLIMITED_PROCESSES} processes", _start_many_processes),
 )  # fmt: skip
-"""The attempts in order. The last one also tests memory, because many processes together get more of it."""
+"""The attempts in order. The last attempt also tests memory, because many processes together get more memory."""
 
 
 def _write_large_file(_: dict[str, Any]) -> None:
@@ -157,10 +163,10 @@ def _write_nameless_files(_: dict[str, Any]) -> None:
 
 
 def _leave_nested_folders(_: dict[str, Any]) -> bool:
-    """Leave folders that are hard to remove; the grader checks afterwards whether they are gone."""
+    """Leave folders that are hard to remove; the grader checks afterwards whether the folders are gone."""
     os.mkdir("closed")
     os.mkdir("closed/inner", 0)
-    with contextlib.suppress(OSError):  # refused on machines where a notebook could close libraries like this, too
+    with contextlib.suppress(OSError):  # some machines refuse this, because it could make a library unreadable
         os.chmod("closed", 0)
     for _depth in range(1200):
         os.mkdir("d")
@@ -169,7 +175,7 @@ def _leave_nested_folders(_: dict[str, Any]) -> bool:
 
 
 def _signal_by_descriptor(_: dict[str, Any]) -> bool:
-    """Have the kernel kill the process that starts notebooks, by making it the owner of a pipe that gets data."""
+    """Make the process that starts notebooks the owner of a pipe whose data make the kernel kill the owner."""
     reading_end, writing_end = os.pipe()
     fcntl.fcntl(reading_end, fcntl.F_SETOWN, os.getppid())
     fcntl.fcntl(reading_end, fcntl.F_SETSIG, signal.SIGKILL)

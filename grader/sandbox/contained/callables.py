@@ -1,8 +1,9 @@
-"""Evaluates answers that are Python functions, in the process in which a notebook runs; it imports nothing of qdot.
+"""Evaluate answers that are Python functions, in the process in which a notebook runs.
 
-A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, `math`
-and NumPy's functions accept symbols. Some functions need numbers: they fill an array, invert a matrix or test a sign.
-They are called at the grader's points instead, and their values are reported. The points are new for every submission.
+A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, the
+functions of `math` and NumPy accept symbols. Some functions need numbers, because they fill an array, invert a matrix
+or test a sign. Such a function is called with numbers instead, at points that the grader chooses anew for every
+submission, and the function's values are reported.
 """
 
 import contextlib
@@ -19,11 +20,13 @@ import numpy
 import sympy
 
 PYTHON_FUNCTIONS = types.FunctionType, types.MethodType, functools.partial
+"""The types of functions that are written in Python; `FUNCTION_TYPES` are all types of functions."""
 FUNCTION_TYPES = (*PYTHON_FUNCTIONS, numpy.vectorize, numpy.ufunc, sympy.Lambda)
 
 TABLE_PREFIX = "function: "
 """The prefix of an answer that is a table of values, not a formula: JSON with the shape and a row for each point."""
 
+# Names of parameters: of the vector of joint variables, of the vector of joint rates, and of a single variable or rate.
 _JOINT_VECTOR_NAME = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
 _RATE_VECTOR_NAME = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
 _JOINT_NAME = re.compile(r"(?:theta|th|q|t|d|θ)_?(\d)")
@@ -38,14 +41,15 @@ _ELEMENTWISE: dict[str, Any] = {
     "deg2rad": lambda x: x * sympy.pi / 180, "radians": lambda x: x * sympy.pi / 180,
     "rad2deg": lambda x: x * 180 / sympy.pi, "degrees": lambda x: x * 180 / sympy.pi, "fabs": sympy.Abs,
 }  # fmt: skip
+"""SymPy's functions by the names in NumPy or `math`."""
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
 
 
 def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
-    """Return the result of a function called with symbols; if that is no formula, its values at the grader's points.
+    """Return the result of a function called with symbols; if the result is no formula, a text with a table of values.
 
-    `calls` has the names of the joints, and the names and values of all symbols at the points. Raises whatever the
-    function raises, and TypeError if it can't be called like this.
+    `calls` has the fields of `qdot.grader.sandbox.sandbox.Calls`. Raises whatever the function raises, and TypeError if
+    the function can't be called with symbols or at points.
     """
     try:
         with allow_symbols(function):
@@ -75,21 +79,18 @@ def _tabulate_values(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
         returned_values = numpy.asarray(function(*_make_arguments(function, calls, symbol_values.__getitem__)))
         if returned_values.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned_values.flat[0]).__name__}, not a number")
-        if returned_values.dtype == object:
-            returned_values = numpy.array([complex(entry) for entry in returned_values.flat]).reshape(
-                returned_values.shape
-            )
         if shape not in (None, returned_values.shape) or returned_values.ndim > 2 or returned_values.size > 100:
             raise TypeError("the function must return a number, a vector or a matrix, always of the same size")
         shape = returned_values.shape
-        rows.append([[float(entry.real), float(entry.imag)] for entry in returned_values.astype(complex).flat])
+        entries = (complex(entry) for entry in returned_values.flat)  # also converts SymPy's numbers
+        rows.append([[entry.real, entry.imag] for entry in entries])
     return {"shape": list(shape or ()), "values": rows}
 
 
 def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: Any) -> list[Any]:
     """Return the arguments for a function, matched by the names of its parameters.
 
-    `value_of_symbol` returns a symbol's value.
+    `value_of_symbol` returns the value of the symbol with a name: the symbol itself, or a number.
     """
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
@@ -109,8 +110,8 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
         targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            known_names = ", ".join(calls["symbols"])
-            raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {known_names}")
+            names_text = ", ".join(calls["symbols"])
+            raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {names_text}")
 
     def evaluate(target: str | list[str]) -> Any:
         return value_of_symbol(target) if isinstance(target, str) else numpy.array([*map(value_of_symbol, target)])
@@ -119,7 +120,7 @@ def _make_arguments(function: Any, calls: Mapping[str, Any], value_of_symbol: An
 
 
 def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
-    """Return the symbol that a parameter stands for; for a vector, its joints or joint rates; None if it is unknown."""
+    """Return the name of the symbol that a parameter stands for; for a vector, a list of names; None if unknown."""
     plain_name = re.sub(r"_(?=\d)", "", name)
     rates = [f"qd{i}" for i in range(1, len(joints) + 1)]
     if plain_name in symbols:
@@ -139,7 +140,10 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
 
 @contextlib.contextmanager
 def allow_symbols(function: Any) -> Iterator[None]:
-    """Make functions of `math` and NumPy accept symbols during the block, even if they were imported by name."""
+    """Make functions of `math` and NumPy accept symbols during the block, even if a notebook imported them by name.
+
+    `function` is the notebook's function that is called in the block.
+    """
     names = [name for name in (*_ELEMENTWISE, *_NUMPY_NAMES) if hasattr(math, name)]
     replaced_functions = {getattr(math, name): _accept_symbols(name) for name in names}
     namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
@@ -149,12 +153,12 @@ def allow_symbols(function: Any) -> Iterator[None]:
         for name, value in namespace.items()
         if isinstance(value, types.BuiltinFunctionType) and value in replaced_functions
     ]
-    methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
+    methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]  # numpy.cos(x) calls x.cos()
     try:
         for namespace, name, value in originals:
             namespace[name] = replaced_functions[value]
         for name in methods:
-            setattr(sympy.Expr, name, _make_method(_ELEMENTWISE[name]))
+            setattr(sympy.Expr, name, lambda *arguments, function=_ELEMENTWISE[name]: function(*arguments))
         yield
     finally:
         for namespace, name, value in originals:
@@ -163,19 +167,11 @@ def allow_symbols(function: Any) -> Iterator[None]:
             delattr(sympy.Expr, name)
 
 
-def _make_method(function: Any) -> Any:
-    def method(self: sympy.Expr, *others: Any) -> Any:  # numpy.cos(x) calls x.cos() if x is not a number
-        return function(self, *others)
-
-    return method
-
-
 def _accept_symbols(name: str) -> Any:
     numeric_function, symbolic_function = getattr(math, name), _ELEMENTWISE[_NUMPY_NAMES.get(name, name)]
 
     def call_either(*arguments: Any) -> Any:
-        return (symbolic_function if any(isinstance(value, sympy.Basic) for value in arguments) else numeric_function)(
-            *arguments
-        )
+        has_symbols = any(isinstance(argument, sympy.Basic) for argument in arguments)
+        return (symbolic_function if has_symbols else numeric_function)(*arguments)
 
     return call_either

@@ -1,4 +1,4 @@
-"""Lists the system calls that a notebook may not use, and makes the kernel's filter (seccomp, in classic BPF).
+"""List the system calls that a notebook may not use, and make the kernel's filter (seccomp, in classic BPF).
 
 Calls that NumPy, SymPy and Python need to compute are allowed: files, memory, threads, time. Calls that start programs
 or processes, open sockets, reach other processes, mount file systems, or change the machine fail with EPERM.
@@ -13,11 +13,12 @@ with Path(__file__).with_name("refused_calls.csv").open(encoding="utf-8") as fil
     REFUSED_CALLS = tuple(csv.DictReader(file))
 """The calls that are refused, with their number on each kind of machine; empty if a machine has no such call.
 
-Their groups are: programs and processes (for clone, see below); sockets; ways around a filter; other processes; memory
-that no limit counts or that outlives the process, and resources that the whole machine shares; namespaces and mounts;
-the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files: Landlock
-does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the library
-unreadable for everybody. fallocate is in this group because reserved space that is not written can't be counted there.
+The groups of calls are: programs and processes (for clone, see below); sockets; ways around a filter; other processes;
+memory that no limit counts or that outlives the process, and resources that the whole machine shares; namespaces and
+mounts; the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files:
+Landlock does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the
+library unreadable for everybody. fallocate is in this group, because space that is reserved but not written can't be
+counted.
 """
 
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
@@ -30,7 +31,8 @@ read, whether reading waits, and whether started programs inherit the file."""
 _OWNER_COMMANDS, _LEASE_COMMAND = (8, 10, 15), 1024
 """Refused commands of fcntl: F_SETOWN, F_SETSIG, F_SETOWN_EX; and F_SETLEASE, which makes others wait for a file."""
 _FIRST_UNKNOWN_CALL = 463
-"""The first call of Linux 6.13: some calls since then change file attributes, and nothing needs them."""
+"""The number of the first call that is new in Linux 6.13: some newer calls change file attributes, and Python needs
+none of them."""
 _TMPFILE_FLAG = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
@@ -42,7 +44,7 @@ _FIRST_ARGUMENT_OFFSET, _SECOND_ARGUMENT_OFFSET, _THIRD_ARGUMENT_OFFSET = 16, 24
 """Byte offsets in struct seccomp_data."""
 
 
-def _instruction(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
+def _encode(code: int, operand: int, jump_if_true: int = 0, jump_if_false: int = 0) -> bytes:
     """Return an instruction of a BPF program, as bytes.
 
     After a comparison, the program skips `jump_if_true` instructions if the comparison holds, otherwise `jump_if_false`
@@ -62,28 +64,28 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     if machine not in _ARCHITECTURES:
         raise OSError(f"system calls of {machine} are not known")
     architecture, column = _ARCHITECTURES[machine]
-    refuse, allow = _instruction(_RETURN, _ERROR | _EPERM), _instruction(_RETURN, _ALLOW)
-    report_missing = _instruction(_RETURN, _ERROR | _ENOSYS)
-    program = [_instruction(_LOAD, _ARCHITECTURE_OFFSET), _instruction(_EQUAL, architecture, 1)]
-    program += [_instruction(_RETURN, _KILL_PROCESS), _instruction(_LOAD, _CALL_NUMBER_OFFSET)]
-    program += [_instruction(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
-    program += [_instruction(_AT_LEAST, _FIRST_UNKNOWN_CALL, 0, 1), report_missing]
+    refuse, allow = _encode(_RETURN, _ERROR | _EPERM), _encode(_RETURN, _ALLOW)
+    report_missing = _encode(_RETURN, _ERROR | _ENOSYS)
+    program = [_encode(_LOAD, _ARCHITECTURE_OFFSET), _encode(_EQUAL, architecture, 1)]
+    program += [_encode(_RETURN, _KILL_PROCESS), _encode(_LOAD, _CALL_NUMBER_OFFSET)]
+    program += [_encode(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
+    program += [_encode(_AT_LEAST, _FIRST_UNKNOWN_CALL, 0, 1), report_missing]
 
     def add_case(numbers: tuple[int, int], *instructions: bytes) -> None:
         if numbers[column] < 0:  # this machine has no such call
             return
-        program.extend((_instruction(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
+        program.extend((_encode(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
 
     def test_argument(argument_offset: int, values: tuple[int, ...], if_equal: bytes, otherwise: bytes) -> list[bytes]:
         """Return instructions that end with `if_equal` if an argument is one of the values, else with `otherwise`.
 
-        They compare the lower half of the argument, because the kernel uses only that.
+        The instructions compare the lower half of the argument, because the kernel uses only this half.
         """
-        tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_instruction(_LOAD, argument_offset), *tests, otherwise, if_equal]
+        tests = [_encode(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_encode(_LOAD, argument_offset), *tests, otherwise, if_equal]
 
-    is_thread = _instruction(_ANY_BIT, _THREAD_FLAG, 1)
-    add_case(_CLONE, _instruction(_LOAD, _FIRST_ARGUMENT_OFFSET), is_thread, refuse, allow)
+    is_thread = _encode(_ANY_BIT, _THREAD_FLAG, 1)
+    add_case(_CLONE, _encode(_LOAD, _FIRST_ARGUMENT_OFFSET), is_thread, refuse, allow)
     add_case(_CLONE3, report_missing)
     add_case(_KILL, *test_argument(_FIRST_ARGUMENT_OFFSET, (pid,), allow, refuse))
     add_case(_TGKILL, *test_argument(_FIRST_ARGUMENT_OFFSET, (pid,), allow, refuse))
@@ -93,9 +95,9 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
     add_case(_FCNTL, *test_argument(_SECOND_ARGUMENT_OFFSET, (*_OWNER_COMMANDS, _LEASE_COMMAND), refuse, allow))
     if sees_machine_files:  # refuse O_TMPFILE, because files that never had a name can't be counted
         for numbers, flags in ((_OPENAT, _THIRD_ARGUMENT_OFFSET), (_OPEN, _SECOND_ARGUMENT_OFFSET)):
-            add_case(numbers, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
+            add_case(numbers, _encode(_LOAD, flags), _encode(_ANY_BIT, _TMPFILE_FLAG, 0, 1), refuse, allow)
         add_case(_OPENAT2, report_missing)
     for call in REFUSED_CALLS:
         if call[machine] and (sees_machine_files or call["group"] != "machine files"):
-            program += [_instruction(_EQUAL, int(call[machine]), 0, 1), refuse]
+            program += [_encode(_EQUAL, int(call[machine]), 0, 1), refuse]
     return b"".join((*program, allow))

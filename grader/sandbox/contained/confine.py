@@ -1,7 +1,7 @@
-"""The measures that isolate a notebook. Each is tried separately, to find out which ones work on this machine.
+"""Isolate a notebook by several measures, each of which is tried separately to find out whether it works here.
 
 The forking process calls `enter_namespaces` and `make_private_root` once; each child calls `apply_measures` before it
-runs a student's code. If a measure is not available, the others still apply. docs/sandbox.md explains what each of them
+runs a student's code. If a measure is not available, the others still apply. docs/sandbox.md explains what each measure
 achieves.
 """
 
@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import calls, guard, kernel
@@ -24,33 +25,40 @@ except ImportError:  # on Windows, where this module is imported but never runs
     resource = None  # type: ignore[assignment]
 
 MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "quota", "watch")
-"""In this order: namespaces with a private root; rules on files; a filter of system calls; a user other than root; no
-privileges and no new ones; limits on resources; counting what is written, if there is no private root; the audit hook.
+"""The names of the measures, in this order: namespaces with a private root; rules on files; a filter of system calls; a
+user other than root; no privileges, and no way to gain any; limits on resources; a count of the bytes written, needed
+without a private root; the audit hook.
 """
 
-# The notebook's folder in a private root, which is empty otherwise. It is not /tmp if Python itself is installed there,
-# because mounting there would hide Python.
-NOTEBOOK_FOLDER = "/qdot" if any(place.startswith("/tmp/") for place in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
+# The notebook's folder in a private root. The folder is not /tmp if Python itself is installed there, because a mount
+# on /tmp would hide Python.
+NOTEBOOK_FOLDER = "/qdot" if any(path.startswith("/tmp/") for path in guard.READABLE_PATHS) else "/tmp"  # noqa: S108
 MAX_DISK_BYTES = 64_000_000
+"""Maximum number of bytes in a notebook's folder."""
 MAX_FILE_BYTES = 10_000_000
+"""Maximum number of bytes in a file."""
 MAX_FILES = 4096
+"""Maximum number of files and folders in a notebook's folder."""
 MAX_DEPTH = 32
+"""Maximum depth of nested folders, which is checked only without a private root."""
 MAX_PROCESSES = 64
+"""Maximum number of processes and threads."""
 MAX_DESCRIPTORS = 64
+"""Maximum number of open files."""
 MAX_SIGNALS = 256
+"""Maximum number of timers and waiting signals."""
 MAX_SLOWDOWN = 10
+"""In real time, a notebook may take its limit plus this many times its processor time, because machines are busy."""
 MAX_REPLACED_SYMBOLS = 20
-"""In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
-have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals; how many times
-slower a notebook may run on a busy machine; number of symbols reported as replaced by numbers."""
+"""Maximum number of symbols that are reported as replaced by numbers."""
 
 
 @dataclass
 class Measures:
-    """The measures that are not available (`unavailable`), each with the reason, and the limits of a notebook.
+    """The measures on this machine; `unavailable` maps each measure that is not available to the reason.
 
-    If this process is root, `user` is the user that a child becomes. `memory_bytes` is in bytes, `processor_seconds`
-    are of processor time, and `max_processes` is the limit of the notebook's user.
+    A notebook's limits are `memory_bytes`, `processor_seconds` and `max_processes`, the number of processes of its
+    user. If this process is root, `user` is the user that a child becomes.
     """
 
     unavailable: dict[str, str]
@@ -64,7 +72,7 @@ class Measures:
         return name not in self.unavailable
 
     def try_out(self, name: str, action: Callable[[], None]) -> None:
-        """Try a measure in a child process; if it fails, add it to `unavailable`."""
+        """Try a measure in a child process; if the measure fails, add it to `unavailable`."""
         if self.is_applied(name):
             try:
                 run_in_child(action)
@@ -73,7 +81,7 @@ class Measures:
 
 
 def run_in_child(action: Callable[[], str | None]) -> str:
-    """Run an action in a child process, and return the action's text. Raises OSError if it fails."""
+    """Run an action in a child process, and return the text that it returns. Raises OSError if the action fails."""
     reading_end, writing_end = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -100,7 +108,7 @@ def run_in_child(action: Callable[[], str | None]) -> str:
 def enter_namespaces() -> None:
     """Leave the machine's namespaces: get a separate network that is down, no other processes, and separate mounts.
 
-    Root needs no user namespace. Any other user becomes the only user of a new one, and has privileges only in it.
+    Root needs no user namespace. Any other user gets a new user namespace, and has privileges only there.
     """
     user, group = os.geteuid(), os.getegid()
     namespaces = kernel.NEWNS | kernel.NEWNET | kernel.NEWIPC | kernel.NEWUTS | kernel.NEWPID
@@ -115,7 +123,7 @@ def enter_namespaces() -> None:
 
 
 def make_private_root(mountpoint: str) -> None:
-    """Make a read-only root folder that contains Python, its libraries and an empty folder."""
+    """Make a read-only root folder at `mountpoint`, with Python, its libraries and an empty folder for notebooks."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
     bound_paths: list[str] = []
     for path in sorted(guard.READABLE_PATHS, key=len):
@@ -162,7 +170,10 @@ def _copy_links(path: str, mountpoint: str) -> str:
 
 
 def make_folder(measures: Measures, parent: str) -> str:
-    """Return a new empty folder for a notebook; in a private root, this folder is a file system of limited size."""
+    """Return the path of a new empty folder for a notebook, inside `parent` unless there is a private root.
+
+    In a private root, the folder is in a new file system of limited size.
+    """
     if measures.is_applied("namespaces"):
         data = f"size={MAX_DISK_BYTES},nr_inodes={MAX_FILES},mode=755"
         kernel.mount("qdot", NOTEBOOK_FOLDER, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
@@ -177,24 +188,26 @@ def make_folder(measures: Measures, parent: str) -> str:
 def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
     """Return whether a notebook has written more than its limit, or its files can't be counted.
 
-    A removed file that is still open is in no folder. On a disk, it is included in the number of bytes that the
-    process has written; in a file system in memory, the process's open or mapped files without names are counted.
+    A file that is removed but still open is in no folder. The number of bytes that the process has written to disks
+    includes such files. In a file system in memory, the files without names that the process has open or mapped are
+    counted.
     """
     try:
         with _as_notebook_user(measures):
-            if _bytes_written(pid) > MAX_DISK_BYTES or _nameless_bytes(pid, folder) > MAX_DISK_BYTES:
+            if _count_written_bytes(pid) > MAX_DISK_BYTES or _count_nameless_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
-        size = number = 0
+        byte_count = file_count = 0
         unvisited_folders = [(folder, 0)]
         while unvisited_folders:
             path, depth = unvisited_folders.pop()
             for entry in _list_entries(path):
-                number += 1
+                file_count += 1
                 if entry.is_dir(follow_symlinks=False):
                     unvisited_folders.append((entry.path, depth + 1))
                 else:
-                    size += _size_on_disk(entry)
-                if size > MAX_DISK_BYTES or number > MAX_FILES or depth > MAX_DEPTH:
+                    with contextlib.suppress(FileNotFoundError):  # the notebook may have removed the file by now
+                        byte_count += 512 * entry.stat(follow_symlinks=False).st_blocks
+                if byte_count > MAX_DISK_BYTES or file_count > MAX_FILES or depth > MAX_DEPTH:
                     return True
     except OSError:
         return True
@@ -203,7 +216,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
 
 @contextlib.contextmanager
 def _as_notebook_user(measures: Measures) -> Iterator[None]:
-    """Become the notebook's user during the block: only that user, or a privileged root, may inspect its process."""
+    """Become the notebook's user during the block, because only this user may inspect the notebook's process."""
     if measures.user is None or not measures.is_applied("user"):
         yield
         return
@@ -217,19 +230,13 @@ def _as_notebook_user(measures: Measures) -> Iterator[None]:
 
 
 def _list_entries(path: str) -> list[os.DirEntry[str]]:
-    """Return the entries of a folder; empty if the notebook has removed it in the meantime."""
+    """Return the entries of a folder; an empty list if the notebook has removed the folder in the meantime."""
     with contextlib.suppress(FileNotFoundError), os.scandir(path) as entries:
         return list(entries)
     return []
 
 
-def _size_on_disk(entry: os.DirEntry[str]) -> int:
-    with contextlib.suppress(FileNotFoundError):
-        return 512 * entry.stat(follow_symlinks=False).st_blocks
-    return 0
-
-
-def _bytes_written(pid: int) -> int:
+def _count_written_bytes(pid: int) -> int:
     """Return the number of bytes that a process has written to disks; 0 if unknown."""
     with contextlib.suppress(OSError):
         match = re.search(r"(?m)^write_bytes: (\d+)", Path(f"/proc/{pid}/io").read_text())
@@ -237,28 +244,28 @@ def _bytes_written(pid: int) -> int:
     return 0
 
 
-def _nameless_bytes(pid: int, folder: str) -> int:
+def _count_nameless_bytes(pid: int, folder: str) -> int:
     """Return the size in bytes of the files without names that a process has open or mapped, as far as known."""
-    size = 0
+    byte_count = 0
     with contextlib.suppress(OSError):
         for name in os.listdir(f"/proc/{pid}/fd"):
             with contextlib.suppress(OSError):  # the file may be closed by now
                 file = os.stat(f"/proc/{pid}/fd/{name}")
-                size += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
+                byte_count += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
     with contextlib.suppress(OSError):
-        mapped = Path(f"/proc/{pid}/maps").read_text(errors="replace")
-        for start, end, path in re.findall(r"(?m)^([0-9a-f]+)-([0-9a-f]+) .*? (/.*) \(deleted\)$", mapped):
-            size += int(end, 16) - int(start, 16) if path.startswith(f"{folder}/") else 0
-    return size
+        mappings = Path(f"/proc/{pid}/maps").read_text(errors="replace")
+        for start, end, path in re.findall(r"(?m)^([0-9a-f]+)-([0-9a-f]+) .*? (/.*) \(deleted\)$", mappings):
+            byte_count += int(end, 16) - int(start, 16) if path.startswith(f"{folder}/") else 0
+    return byte_count
 
 
 # --- called for every notebook, in its own process ---
 
 
 def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, str]:
-    """Apply all measures except the audit hook; return those that failed, each with the reason.
+    """Apply all measures except the audit hook to this process; return the measures that failed, each with the reason.
 
-    The order matters: some measures would prevent others. From now on, this process ends if its `parent` ends.
+    The order matters, because some measures would prevent others. From now on, this process ends if its `parent` ends.
     """
     failed_measures: dict[str, str] = {}
 
@@ -271,18 +278,16 @@ def apply_measures(measures: Measures, folder: str, parent: int) -> dict[str, st
 
     apply_one("limits", lambda: _limit_resources(measures))
     apply_one("user", lambda: change_user(measures.user))
-    die_with_parent(parent)  # called after the change of user, which would cancel it
+    die_with_parent(parent)  # after the change of user, which would cancel this setting
     apply_one("privileges", lambda: _give_up_privileges(measures))
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_one("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
     apply_one("landlock", lambda: _restrict_files(folder))
-    apply_one("seccomp", lambda: _filter_calls(sees_machine_files=not measures.is_applied("namespaces")))
+    has_machine_files = not measures.is_applied("namespaces")
+    make_program = partial(calls.make_filter_program, sees_machine_files=has_machine_files)
+    apply_one("seccomp", lambda: kernel.install_seccomp_filter(make_program(os.getpid())))
     kernel.release_library()
     return failed_measures
-
-
-def _filter_calls(sees_machine_files: bool) -> None:
-    kernel.install_seccomp_filter(calls.make_filter_program(os.getpid(), sees_machine_files))
 
 
 def die_with_parent(parent: int) -> None:
@@ -295,11 +300,11 @@ def die_with_parent(parent: int) -> None:
 
 
 def _limit_resources(measures: Measures) -> None:
-    """Set the limits on resources. Raises OSError that names the limits that were refused."""
+    """Set the limits on resources. Raises OSError, which names the limits, if the kernel refuses any."""
     limits = [
         ("RLIMIT_CPU", measures.processor_seconds), ("RLIMIT_FSIZE", MAX_FILE_BYTES),
         ("RLIMIT_NOFILE", MAX_DESCRIPTORS), ("RLIMIT_AS", measures.memory_bytes),
-        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program, if it is set up for that
+        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe core dumps to a program, if one is set up for them
     ]  # fmt: skip
     if sys.platform == "linux":  # waiting signals and timers, which are counted for all of a user's processes together
         limits.append(("RLIMIT_SIGPENDING", MAX_SIGNALS))
@@ -316,7 +321,10 @@ def _limit_resources(measures: Measures) -> None:
 
 
 def change_user(user: int | None) -> None:
-    """Become a user who owns nothing, unless `user` is None. Raises OSError if that user can't read the libraries."""
+    """Become the user with this number, who owns nothing; do nothing for None.
+
+    Raises OSError if the user can't read the libraries.
+    """
     if user is None:
         return
     libraries = [path for path in guard.LIBRARY_FOLDERS if os.path.isdir(path)]
@@ -330,7 +338,7 @@ def change_user(user: int | None) -> None:
 
 def _give_up_privileges(measures: Measures) -> None:
     kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-    # If the written bytes have to be counted (`exceeds_disk_limit`), the forking process must be able to inspect it.
+    # The forking process must be able to inspect this process if it counts the bytes written (`exceeds_disk_limit`).
     kernel.prctl(kernel.PR_SET_DUMPABLE, 0 if measures.is_applied("namespaces") else 1)
     kernel.drop_capabilities()
 
@@ -341,14 +349,17 @@ _CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove and make fo
 
 
 def _restrict_files(folder: str) -> None:
-    """Have Landlock allow only reading the libraries, and reading and writing in the notebook's folder."""
+    """Have Landlock allow only reading the libraries, and reading and writing in the notebook's folder.
+
+    Each version of Landlock knows more rights; all rights that the kernel's version knows are restricted.
+    """
     version = kernel.find_landlock_version()
-    files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
-    network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
-    rules = [(folder, (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files)]
+    file_rights = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
+    network_rights, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
+    rules = [(folder, (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & file_rights)]
     for path in guard.RESOLVED_READABLE_PATHS:
         if os.path.isdir(path):
             rules.append((path, _READ_FILE | _READ_FOLDER))
         elif os.path.exists(path):
             rules.append((path, _READ_FILE | _WRITE if path in guard.DEVICES else _READ_FILE))
-    kernel.restrict_with_landlock((files, network, scopes), rules)
+    kernel.restrict_with_landlock((file_rights, network_rights, scopes), rules)

@@ -1,17 +1,19 @@
-"""Removes a folder and its content, whatever the depth of nesting and the permissions.
+"""Remove a folder and its content, whatever the depth of nesting and the permissions.
 
-It uses no recursion and no long paths: the subfolders of each subfolder are moved up until everything is at the top.
+No recursion and no long paths are needed: the subfolders of each subfolder are moved into the top folder, until every
+subfolder can be removed there.
 """
 
 import contextlib
 import math
 import os
 import secrets
+import stat
 import time
 
 
 def remove(path: str, timeout: float = math.inf) -> None:
-    """Remove a folder. Raises OSError if something can't be removed, or if it takes longer than `timeout` seconds.
+    """Remove a folder. Raises OSError if something can't be removed, or after `timeout` seconds.
 
     Links are removed, and never followed.
     """
@@ -32,23 +34,19 @@ def remove(path: str, timeout: float = math.inf) -> None:
 
 
 def _unlink(name: str, parent: int) -> bool:
-    """Remove a file or a link; return False if it is a folder."""
+    """Remove a file or a link; return False if it is a folder, which its owner can then read, change and move.
+
+    `parent` is the descriptor of the folder that contains it.
+    """
     try:
         os.unlink(name, dir_fd=parent)
     except (IsADirectoryError, PermissionError):  # for a folder, macOS raises PermissionError
-        if not _is_folder(name, parent):
+        with contextlib.suppress(NotImplementedError):
+            os.chmod(name, 0o700, dir_fd=parent, follow_symlinks=False)
+        if not stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode):
             raise
         return False
     return True
-
-
-def _is_folder(name: str, parent: int) -> bool:
-    with contextlib.suppress(NotImplementedError):  # let its owner read, change and move it
-        os.chmod(name, 0o700, dir_fd=parent, follow_symlinks=False)
-    with contextlib.suppress(NotADirectoryError):
-        os.close(os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=parent))
-        return True
-    return False
 
 
 def _move_up(name: str, top: int) -> None:

@@ -1,7 +1,7 @@
-"""The files that a notebook may read, and an audit hook that refuses all others: the second line of defence.
+"""List the files that a notebook may read, and refuse all other files by an audit hook: the second line of defence.
 
-The hook watches Python code and raises an error that names what it refused. The kernel restricts native code
-(`confine`); if it can't, as on macOS, there is only the hook.
+The hook watches Python code and raises an error that names what the hook refused. The kernel restricts native code, too
+(`confine`). If the kernel can't, as on macOS, the hook is the only defence.
 """
 
 import os
@@ -16,9 +16,9 @@ HIDDEN_PACKAGES = ("qdot",)
 
 def find_library_folders() -> list[str]:
     """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
-    packages = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    other_folders = [path for path in sys.path if path and path not in packages]
-    return packages + [path for path in other_folders if not any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
+    package_folders = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
+    checkouts = [path for path in sys.path if any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
+    return package_folders + [path for path in sys.path if path and path not in (*package_folders, *checkouts)]
 
 
 LIBRARY_FOLDERS = tuple(find_library_folders())
@@ -61,11 +61,11 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     Once added, a hook can't be removed.
     """
     notebook_folders = (os.path.realpath(folder),)
-    readable = (*notebook_folders, *RESOLVED_READABLE_PATHS)
-    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+    readable_paths = (*notebook_folders, *RESOLVED_READABLE_PATHS)
+    writing_flags = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
     inner_folders = ("", "/exercises", "/grader")  # these are links in a checkout
     names = [f"{name}{inner_folder}" for name in HIDDEN_PACKAGES for inner_folder in inner_folders]
-    packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in names)
+    hidden_paths = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in names)
 
     def refuse(action: str) -> NoReturn:
         raise PermissionError(f"a notebook may not {action} while it is graded")
@@ -73,19 +73,20 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = args
-            changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
-            is_allowed = is_inside(path, notebook_folders if changes else readable)
-            if not is_allowed or (not isinstance(path, int) and is_inside(path, packages)):
+            may_write = isinstance(flags, int) and flags & writing_flags and path not in ("/dev/null", b"/dev/null")
+            is_allowed = is_inside(path, notebook_folders if may_write else readable_paths)
+            if not is_allowed or (not isinstance(path, int) and is_inside(path, hidden_paths)):
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN_PACKAGES:
             refuse(f"import {str(args[0])[:100]}")
         elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob use them
-            if not is_inside(args[0], readable):
+            if not is_inside(args[0], readable_paths):
                 refuse(f"list {str(args[0])[:200]!r}")
         elif event.startswith(CHANGING_EVENTS):
-            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # maybe a library
+            # An open file that is changed by its descriptor may be a library.
+            is_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")
             paths = [arg for arg in args[:2] if isinstance(arg, (str, bytes))]
-            if by_descriptor or not all(is_inside(path, notebook_folders) for path in paths):
+            if is_descriptor or not all(is_inside(path, notebook_folders) for path in paths):
                 refuse(f"change {str(args[0])[:200]!r}")
         elif event.startswith(REFUSED_EVENTS):
             refuse(f"use {event}")

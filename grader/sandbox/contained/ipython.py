@@ -1,7 +1,7 @@
-"""Translates a cell to Python as IPython does: `%`, `!`, `?`, prompts and indentation, by our own rules.
+"""Translate a cell to Python as IPython does: `%`, `!`, `?`, prompts and indentation, by our own rules.
 
-A base install has no IPython, and a mark must not depend on whether it is installed. Python's tokenizer finds where
-statements begin, so that a `%` in a formula or a text is not changed. A cell that is Python already is returned
+IPython itself is not used, because a mark must not depend on whether IPython is installed. Python's tokenizer finds
+where statements begin, so that a `%` in a formula or a text is not changed. A cell that is Python already is returned
 unchanged. Nothing is executed, and line numbers stay the same. The grader parses cells by these rules, too.
 """
 
@@ -13,7 +13,7 @@ NON_PYTHON_MAGICS = (
     "writefile", "file", "bash", "sh", "script", "system", "sx", "cmd", "html", "HTML", "svg", "SVG", "latex",
     "markdown", "javascript", "js", "perl", "ruby", "python2", "pypy", "cython", "R", "sql", "!",
 )  # fmt: skip
-"""The magics whose cells are not Python. The cells of all other magics, such as `%%time`, are Python."""
+"""The magics (commands of IPython) whose cells are not Python; cells of other magics, such as `%%time`, are Python."""
 
 MAX_HELP_LENGTH = 500
 """Maximum length in characters of a line that may ask for help, as `sin?` does."""
@@ -41,7 +41,11 @@ def translate_to_python(source: str) -> str:
     first_code_line = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
     if first_code_line == len(lines):
         return source
-    lines = _strip_indent(_strip_prompts(lines, first_code_line), first_code_line)
+    if prompt := next((prompt for prompt in _PROMPTS if prompt.match(lines[first_code_line])), None):
+        lines = [prompt.sub("", line, count=1) for line in lines]
+    code = lines[first_code_line]
+    indent = code[: len(code) - len(code.lstrip(" \t"))]
+    lines = [line.removeprefix(indent) for line in lines]
     while first_code_line < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first_code_line])):
         if magic[1] in NON_PYTHON_MAGICS:
             body = "\n".join(lines[first_code_line + 1 :]).removesuffix("\n") + "\n"
@@ -50,16 +54,6 @@ def translate_to_python(source: str) -> str:
         lines[first_code_line] = "pass"
         first_code_line += 1
     return "\n".join(_translate_statements(lines))
-
-
-def _strip_prompts(lines: list[str], first: int) -> list[str]:
-    prompt = next((prompt for prompt in _PROMPTS if prompt.match(lines[first])), None)
-    return lines if prompt is None else [prompt.sub("", line, count=1) for line in lines]
-
-
-def _strip_indent(lines: list[str], first: int) -> list[str]:
-    indent = lines[first][: len(lines[first]) - len(lines[first].lstrip(" \t"))]
-    return [line.removeprefix(indent) for line in lines] if indent else lines
 
 
 def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
@@ -100,9 +94,9 @@ def _translate_line(line: str) -> str | None:
     if match := _ASSIGNED_MAGIC.fullmatch(line):
         target, escape, rest = match.groups()
         name, _, argument = rest.partition(" ")
-        return target + (
-            f"get_ipython().getoutput({rest!r})" if escape == "!" else _write_line_magic(name, argument.strip())
-        )
+        if escape == "!":
+            return f"{target}get_ipython().getoutput({rest!r})"
+        return target + _write_line_magic(name, argument.strip())
     return None
 
 
@@ -116,15 +110,9 @@ def _write_line_magic(name: str, argument: str) -> str:
 
 def _find_statement_end(lines: Sequence[str], begin: int) -> int:
     """Return the index after the statement that begins in line `begin`; `len(lines)` if the statement has no end."""
-    read = begin
-
-    def next_line() -> str:
-        nonlocal read
-        read += 1
-        return f"{lines[read - 1]}\n" if read <= len(lines) else ""
-
+    remaining_lines = (f"{line}\n" for line in lines[begin:])
     try:
-        for token in tokenize.generate_tokens(next_line):
+        for token in tokenize.generate_tokens(lambda: next(remaining_lines, "")):
             if token.type == tokenize.NEWLINE:
                 return begin + token.start[0]
     except (tokenize.TokenError, SyntaxError):

@@ -1,6 +1,7 @@
-"""Wraps, with ctypes, Linux's system calls for isolation that Python has no functions for; it decides nothing.
+"""Call, with ctypes, the system calls of Linux for isolation that Python has no functions for; decide nothing.
 
-Every function raises OSError if the kernel refuses. Importing the module calls nothing, so any system can import it.
+The names of the constants are those of Linux. Every function raises OSError if the kernel refuses. Importing the module
+calls nothing, so it can be imported on any system.
 """
 
 import ctypes
@@ -29,7 +30,7 @@ _MOUNT_SETATTR, _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 442, 444, 
 
 
 @functools.cache
-def _libc() -> Any:
+def _load_libc() -> Any:
     if sys.platform != "linux":
         raise OSError("this is not Linux")
     return ctypes.CDLL(None, use_errno=True)
@@ -37,7 +38,7 @@ def _libc() -> Any:
 
 def release_library() -> None:
     """Release the C library, so that a notebook does not find it among the objects of this process."""
-    _libc.cache_clear()
+    _load_libc.cache_clear()
 
 
 def _check_result(result: int) -> int:
@@ -49,41 +50,41 @@ def _check_result(result: int) -> int:
 
 def _syscall(number: int, *args: Any) -> int:
     long_args = [ctypes.c_long(arg) if isinstance(arg, int) else arg for arg in args]
-    return _check_result(_libc().syscall(ctypes.c_long(number), *long_args))
+    return _check_result(_load_libc().syscall(ctypes.c_long(number), *long_args))
 
 
-def _number_for_machine(numbers: dict[str, int]) -> int:
-    try:
-        return numbers[platform.machine()]
-    except KeyError:
-        raise OSError(f"no system call numbers for {platform.machine()}") from None
+def _look_up_call_number(numbers: dict[str, int]) -> int:
+    """Return the number of a system call on this kind of machine."""
+    if platform.machine() not in numbers:
+        raise OSError(f"no system call numbers for {platform.machine()}")
+    return numbers[platform.machine()]
 
 
 def prctl(option: int, *args: Any) -> None:
     """Change a property of this process."""
     long_args = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
-    _check_result(_libc().prctl(ctypes.c_int(option), *long_args))
+    _check_result(_load_libc().prctl(ctypes.c_int(option), *long_args))
 
 
 def unshare(flags: int) -> None:
     """Move this process out of its namespaces into new ones."""
-    _check_result(_libc().unshare(ctypes.c_int(flags)))
+    _check_result(_load_libc().unshare(ctypes.c_int(flags)))
 
 
 def setns(descriptor: int, kind: int) -> None:
     """Move this process into an existing namespace."""
-    _check_result(_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
+    _check_result(_load_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
 
 
 def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
     """Mount a file system, or bind a folder to another path."""
     texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
-    _check_result(_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
+    _check_result(_load_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
 
 
 def unmount(target: str) -> None:
-    """Detach a file system at once; the kernel removes it when no process uses it any more."""
-    _check_result(_libc().umount2(os.fsencode(target), MNT_DETACH))
+    """Detach a file system at once; the kernel removes the file system when no process uses it any more."""
+    _check_result(_load_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 
 def make_read_only(target: str, has_devices: bool) -> None:
@@ -96,14 +97,15 @@ def make_read_only(target: str, has_devices: bool) -> None:
         data = struct.pack("QQQQ", attributes, 0, 0, 0)
         _syscall(_MOUNT_SETATTR, _AT_FDCWD, os.fsencode(target), _AT_RECURSIVE, data, len(data))
     except OSError:
-        flags = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)  # a user namespace may not remove these flags
+        # A user namespace may not remove the other flags, so they are set again.
+        flags = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)
         mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | (flags & 0x0C0E))
 
 
 def pivot_root(folder: str) -> None:
     """Make a mount the root of the file system, and detach the old root."""
     os.chdir(folder)
-    _syscall(_number_for_machine(_PIVOT_ROOT), b".", b".")
+    _syscall(_look_up_call_number(_PIVOT_ROOT), b".", b".")
     unmount(".")
     os.chdir("/")
 
@@ -115,7 +117,7 @@ def drop_capabilities() -> None:
             prctl(PR_CAPBSET_DROP, number)
         except OSError:  # there are no more, or this process has none to give up
             break
-    _syscall(_number_for_machine(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
+    _syscall(_look_up_call_number(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
 
 
 def find_landlock_version() -> int:
@@ -126,7 +128,8 @@ def find_landlock_version() -> int:
 def restrict_with_landlock(restricted_rights: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
     """Allow only the rights that the rules give for paths and everything below them.
 
-    `restricted_rights` has the sets of rights that are restricted: those to files, to the network, and to scopes.
+    `restricted_rights` has three sets of rights, as bits: those to files, to the network, and to scopes. Landlock
+    refuses these rights unless a rule gives them.
     """
     size = 8 if not (restricted_rights[1] or restricted_rights[2]) else 16 if not restricted_rights[2] else 24
     ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *restricted_rights), size, 0)

@@ -1,6 +1,6 @@
-"""Runs the cells of one notebook and reports its answers as text, the only output of students' code.
+"""Run the cells of one notebook and report its answers as text, the only output of students' code.
 
-Whatever a notebook does, it can only report about itself, not about another notebook.
+Whatever a notebook does, it can report only about itself, not about another notebook.
 """
 
 import re
@@ -21,10 +21,14 @@ JsonObject = dict[str, Any]
 Report = Callable[[JsonObject], None]
 
 MAX_ANSWER_LENGTH = 400_000
+"""Maximum number of characters of an answer that the grader accepts."""
 
 
 def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
-    """Return the immutable parts that a value consists of; None if they are unknown."""
+    """Return the immutable parts that a value consists of; None if the value may have other parts.
+
+    `depth` is the number of lists around the value.
+    """
     kind = type(value)
     if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
         return [value]
@@ -37,7 +41,7 @@ def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
 
 
 def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | None) -> bool:
-    """Return whether a value is certainly unchanged, so that its text need not be made again."""
+    """Return whether a value is certainly unchanged, judging by its parts, so that its text need not be made again."""
     if previous_parts is None or current_parts is None or len(previous_parts) != len(current_parts):
         return False
     pairs = zip(previous_parts, current_parts, strict=True)
@@ -45,13 +49,13 @@ def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | No
 
 
 class Overtime(BaseException):
-    """Raised if a cell takes too long. It is not an Exception, so that `except Exception` does not catch it."""
+    """Raised if a cell takes too long. Overtime is no Exception, so that `except Exception` does not catch it."""
 
 
 class Alarm:
-    """Raises Overtime in a cell after a number of seconds of processor time, or of waiting.
+    """Raises Overtime in a block after a number of seconds of processor time, or of waiting.
 
-    The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time. The alarm repeats until the cell
+    The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time. The alarm repeats until the block
     has ended, because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of
     floats.
     """
@@ -98,22 +102,25 @@ class AnswerReport(NamedTuple):
 
 
 def run_cells(request: dict[str, Any], report: Report) -> None:
-    """Run the cells in order, each within its time limit; report each answer after every cell that changes it."""
+    """Run the cells of a request in order, each within its time limit; report each answer after a cell changes it.
+
+    `request` is made by `Sandbox.run`.
+    """
     cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
     session = Session(list(cells.values()), request.get("setup", ""))
     last_reports: dict[str, AnswerReport] = {}
-    symbols, alarm = _SymbolTracker(), Alarm(request["cell_seconds"])
+    tracker, alarm = _SymbolTracker(), Alarm(request["cell_seconds"])
     for index, source in cells.items():
         report({"begun": index})
         _run_cell(session, index, source, alarm, report)
-        symbols.update(session.variables, index)
-        for answered in report_answers(session.variables, last_reports, request, alarm, report):
-            symbols.report_replaced(source, answered, report)
+        tracker.update(session.variables, index)
+        for answer_text in report_answers(session.variables, last_reports, request, alarm, report):
+            tracker.report_replaced(source, answer_text, report)
     report({"done": True})
 
 
 def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
-    """Run a cell; report the line on which it stopped or an import failed, and the error."""
+    """Run a cell; report each import that failed, and if the cell stopped, the error and the line."""
     outcome: dict[str, Any] = {}
     failed_imports: list[FailedImport] = []
     name = f"<cell {index + 1}>"
@@ -134,8 +141,10 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
         report({"cell": index, **outcome})
 
 
-INPUT_ADVICE = "; input() returns an empty text when a notebook is graded: write the value into the cell instead"
 MAX_FAILED_IMPORTS = 20
+"""Maximum number of failed imports that are reported for a cell."""
+INPUT_ADVICE = "; input() returns an empty text when a notebook is graded: write the value into the cell instead"
+"""The advice that is added to the error of a cell that has asked for input."""
 
 
 def _find_stop_line(error: BaseException, cell_name: str) -> int | None:
@@ -148,9 +157,10 @@ def _find_stop_line(error: BaseException, cell_name: str) -> int | None:
 
 
 class _SymbolTracker:
-    """The names that were symbols and are now numbers, for example after `theta1 = 0.5` or `for theta1 in [0, pi]`.
+    """Finds variables that were symbols and are now numbers, for example after `theta1 = 0.5`.
 
-    If a later cell uses such a name in an answer, the answer contains the number instead of the symbol.
+    If a later cell uses such a variable in an answer, the answer contains the number instead of the symbol. `replaced`
+    maps each such variable to the index of the cell that set the number, and to the number.
     """
 
     def __init__(self) -> None:
@@ -158,7 +168,7 @@ class _SymbolTracker:
         self.replaced: dict[str, tuple[int, str]] = {}
 
     def update(self, namespace: dict[str, Any], cell_index: int) -> None:
-        """Update the names after the cell of this index."""
+        """Look at all variables after a cell has been run."""
         for name, value in list(namespace.items()):
             if type(value) is sympy.Symbol:
                 self.symbol_names[name] = value.name
@@ -167,7 +177,7 @@ class _SymbolTracker:
                 self.replaced[name] = cell_index, repr(value)[:40]
 
     def report_replaced(self, source: str, answer_text: str, report: Report) -> None:
-        """Report the numbers that replace a symbol in an answer, if the answer's cell mentions the symbol's name."""
+        """Report each variable that the answer's cell, `source`, mentions, but whose symbol the answer lacks."""
         for name, (index, value) in list(self.replaced.items())[:MAX_REPLACED_SYMBOLS]:
             if _mentions(name, source) and not _mentions(self.symbol_names[name], answer_text):
                 report({"lost": name, "set": index, "value": value})
@@ -178,7 +188,7 @@ def _mentions(name: str, text: str) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value is a number, such as pi/2, without calling methods that the notebook defines."""
+    """Return whether a value is a number, such as pi/2, without calling a method that a notebook may have defined."""
     kind = type(value)
     is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
     return kind in NUMBER_TYPES or (is_formula and bool(value.is_number))
@@ -188,13 +198,12 @@ NUMBER_TYPES = (int, float, complex, numpy.float64, numpy.int64)
 
 
 def describe_error(error: BaseException) -> str:
-    """Return an exception's type and message as one short line, with advice if there is any."""
+    """Return an exception's type and message as one short line, with advice if `ADVICE_BY_ERROR` has any."""
     try:
         message = error.msg if isinstance(error, SyntaxError) else error  # msg does not name the cell and line
         text = f"{type(error).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
-        has_advice = isinstance(error, (TypeError, ModuleNotFoundError))
-        advice = [f"; {advice}" for pattern, advice in ADVICE_BY_ERROR.items() if has_advice and pattern in text]
-        return text + "".join(advice[:1])
+        advised = ADVICE_BY_ERROR if isinstance(error, (TypeError, ModuleNotFoundError)) else {}
+        return text + next((f"; {advice}" for pattern, advice in advised.items() if pattern in text), "")
     except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 
@@ -217,7 +226,7 @@ ADVICE_BY_ERROR = {
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer; if it is a function, return its result instead."""
+    """Return an answer or, for a function, its result; a text without values if the request can't call the function."""
     if not issubclass(type(answer), callables.FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
@@ -227,7 +236,10 @@ def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
 def report_answers(
     namespace: JsonObject, last_reports: dict[str, AnswerReport], request: JsonObject, alarm: Alarm, report: Report
 ) -> list[str]:
-    """Report each new or changed answer, as text or with the reason why it has no text; return the texts."""
+    """Report each new or changed answer, as text or with the reason why it has no text; return the texts.
+
+    `last_reports` has the last report of each answer, and is updated.
+    """
     texts = []
     for name in request["names"]:
         if name not in namespace:
@@ -253,12 +265,11 @@ def report_answers(
 
 
 def warm_up() -> None:
-    """Do what notebooks do, so that SymPy's one-time work is done before the fork.
+    """Do what notebooks do, so that SymPy does its one-time work before the fork.
 
-    It takes time in every run of the grader, so it contains only operations that are faster the second time. The first
-    `simplify` loads SymPy's units, whatever its argument, which takes 0.1 s. A second `trigsimp` or `solve` takes as
-    long as the first. `lambdify` takes 0.1 s to load parts of NumPy, but few notebooks use it except in self-checks,
-    which are not run.
+    Every run of the grader does this, so the function contains only operations that are faster the second time. The
+    first `simplify` loads SymPy's units, which takes 0.1 s. A second `trigsimp` or `solve` takes as long as the first.
+    `lambdify` takes 0.1 s to load parts of NumPy, but few notebooks use it except in self-checks, which are not run.
     """
     x, y = sympy.symbols("x y")
     matrix = sympy.Matrix([[sympy.cos(x), 1], [0, y]])

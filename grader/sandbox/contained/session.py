@@ -1,7 +1,7 @@
-"""Runs a notebook's cells as Jupyter does, with harmless replacements of what IPython adds to Python.
+"""Run a notebook's cells as Jupyter does, with harmless replacements of what IPython adds to Python.
 
-`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. Features
-that notebooks depend on work: `await`, the last results (`_`, `Out`), files that they wrote, and their modules.
+`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. What
+notebooks depend on works: `await`, the last results (`_`, `Out`), and files and modules that a notebook has written.
 """
 
 import ast
@@ -20,7 +20,7 @@ from . import standins
 from .ipython import NON_PYTHON_MAGICS, translate_to_python
 
 _RESULT_NAMES = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
-"""Names of the last results. To store these, the last expression of each cell is compiled separately."""
+"""Names of the results of earlier cells; results are stored only if some cell mentions such a name."""
 
 _AWAIT_FLAG = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
@@ -33,10 +33,13 @@ class FailedImport(NamedTuple):
 
 
 class Session:
-    """The variables of one notebook; runs its cells."""
+    """Runs the cells of one notebook; `variables` are the notebook's variables."""
 
     def __init__(self, cells: Sequence[str], setup: str = "") -> None:
-        """Run qdot's own `setup` first, because the student may have changed the notebook's first cell."""
+        """Run the code `setup` of qdot first, because the student may have changed the notebook's first cell.
+
+        `cells` are the sources of all cells that will be run.
+        """
         self._last_results: dict[str, Any] = dict.fromkeys(("_", "__", "___"), "")
         self.variables: dict[str, Any] = {"__name__": "__main__", "Out": {}, **self._last_results}
         self.asked_for_input = False
@@ -51,7 +54,10 @@ class Session:
     def run(
         self, source: str, cell_name: str, on_failed_import: Callable[[FailedImport], None] = lambda _: None
     ) -> None:
-        """Run a cell called `cell_name`; report failed imports and continue after them. Raises what the cell raises."""
+        """Run a cell; `cell_name` is its file name in error messages. Raises what the cell raises.
+
+        If an import fails, call `on_failed_import` unless there is a stand-in, and continue after the import.
+        """
         self._cell_count += 1
         with contextlib.suppress(OSError):  # raised if the folder is gone
             # Python would miss a new file if the folder's time of change is still the same.
@@ -73,16 +79,14 @@ class Session:
                 codes = [compile(remaining_code, cell_name, "exec", _AWAIT_FLAG, True)]
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
-        """Return a cell's code; if results are stored, return the code of its last expression separately."""
-        with contextlib.suppress(RecursionError):  # the syntax tree of a sum of a thousand terms is too deep
+        """Return a cell's code; if results are stored, the last expression, which is the result, has separate code."""
+        with contextlib.suppress(RecursionError):  # raised for a sum of a thousand terms, whose syntax tree is too deep
             has_result = self._stores_results and not source.rstrip().endswith(";")
             tree = ast.parse(source, name) if has_result else ast.Module([], [])
             if tree.body and isinstance(last_statement := tree.body[-1], ast.Expr):
                 other_statements = ast.Module(tree.body[:-1], tree.type_ignores)
-                return [
-                    compile(other_statements, name, "exec", _AWAIT_FLAG, True),
-                    compile(ast.Expression(last_statement.value), name, "eval", _AWAIT_FLAG, True),
-                ]
+                code = compile(other_statements, name, "exec", _AWAIT_FLAG, True)
+                return [code, compile(ast.Expression(last_statement.value), name, "eval", _AWAIT_FLAG, True)]
         return [compile(source, name, "exec", _AWAIT_FLAG, True)]
 
     def _execute(self, code: CodeType) -> None:
@@ -93,7 +97,7 @@ class Session:
             self._store_result(value)
 
     def _store_result(self, value: Any) -> None:
-        """Store a result as IPython does: do not overwrite the notebook's own variable `_` if it has one."""
+        """Store a result as IPython does; if the notebook itself has set `_`, that variable is not overwritten."""
         last_results, self.variables[f"_{self._cell_count}"] = self._last_results, value
         if isinstance(out := self.variables.get("Out"), dict):
             out[self._cell_count] = value
@@ -102,7 +106,7 @@ class Session:
             self.variables.update(self._last_results)
 
     def _await_result(self, coroutine: Any) -> Any:
-        """Return the result of a cell that awaits something. An event loop would need a socket, so there is none."""
+        """Return the result of a cell that awaits something, without an event loop, which would need a socket."""
         while True:
             try:
                 coroutine.send(None)
@@ -114,9 +118,11 @@ class Session:
         return ""
 
     def _use_stand_ins(self, statement: ast.Import | ast.ImportFrom) -> bool:
-        """Set the names of a failed import to stand-ins. Return False if any of its modules has no stand-in."""
-        source_module = [statement.module or ""] if isinstance(statement, ast.ImportFrom) else []
-        if not all(map(standins.has_stand_in, source_module or [alias.name for alias in statement.names])):
+        """Set the names of a failed import to stand-ins; return False if any of its modules has no stand-in."""
+        modules = [alias.name for alias in statement.names]
+        if isinstance(statement, ast.ImportFrom):
+            modules = [statement.module or ""]
+        if not all(map(standins.has_stand_in, modules)):
             return False
         for alias in statement.names:
             self.variables[alias.asname or alias.name.partition(".")[0]] = standins.STAND_IN
@@ -157,12 +163,9 @@ class Shell(standins.StandIn):
         """Return an empty output without starting a command."""
         return []
 
-    def system(self, *_args: object) -> None:
-        """Start nothing."""
-
 
 def find_position(error: BaseException, cell_name: str) -> tuple[int, int] | None:
-    """Return the line and column at which the cell `cell_name` raised an exception; None if it came from elsewhere."""
+    """Return the line and column at which the cell raised an exception; None if the exception has another source."""
     if isinstance(error, SyntaxError) and error.filename == cell_name:
         return int(error.lineno or 1), 0
     trace = error.__traceback__
@@ -177,18 +180,15 @@ def find_position(error: BaseException, cell_name: str) -> tuple[int, int] | Non
 def _split_at_failed_import(
     error: Exception, source: str, cell_name: str
 ) -> tuple[ast.Import | ast.ImportFrom, ast.Module] | None:
-    """Return the import that raised the error, and the rest of its cell; None if the error is not from an import."""
+    """Return the import that raised the error, and the rest of its cell; None if no import raised the error."""
     position = find_position(error, cell_name)
     if position is None or (isinstance(error, SyntaxError) and error.filename == cell_name):
         return None
-    try:
+    with contextlib.suppress(RecursionError):
         body = ast.parse(source).body
-    except RecursionError:
-        return None
-    for number, statement in enumerate(body):
-        end = (statement.end_lineno or 0, statement.end_col_offset or 0)
-        if (statement.lineno, statement.col_offset) <= position < end:
-            if isinstance(statement, ast.Import | ast.ImportFrom):
+        for number, statement in enumerate(body):
+            end = (statement.end_lineno or 0, statement.end_col_offset or 0)
+            contains_error = (statement.lineno, statement.col_offset) <= position < end
+            if contains_error and isinstance(statement, ast.Import | ast.ImportFrom):
                 return statement, ast.Module(body[number + 1 :], [])
-            return None
     return None

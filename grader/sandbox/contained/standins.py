@@ -1,8 +1,8 @@
-"""Stand-ins for libraries that only display something, because nothing is displayed while a notebook is graded.
+"""Replace libraries that only display something by stand-ins, because nothing is displayed while qdot grades.
 
-Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they talk to a front end, which is missing.
-The others are replaced only if they are not installed. Any operation on a stand-in does nothing and returns the
-stand-in. Libraries that compute, such as SciPy, have no stand-in, because formulas made with one would be wrong.
+Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they need a front end, which is missing. The
+others are replaced only if they are not installed. Any operation on a stand-in does nothing and returns the stand-in.
+Libraries that compute, such as SciPy, have no stand-in, because formulas made with one would be wrong.
 """
 
 import sys
@@ -92,21 +92,23 @@ def _make_subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any
 
 class _StandInModule(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
-        return (
-            StandIn if name[:1].isupper() else _find_attribute(self, name)
-        )  # a class, such as go.Figure, or a function
+        is_class = name[:1].isupper()  # as in go.Figure
+        return StandIn if is_class else _find_attribute(self, name)
 
 
 class StandInFinder:
-    """Finds the stand-in for a module by the beginning of its name; `attributes` are real ones for some modules."""
+    """Finds the stand-in for a module by the beginning of the module's name, when a notebook imports the module.
+
+    `attributes` maps some modules to attributes that are no stand-ins.
+    """
 
     def __init__(self, prefixes: Sequence[str], attributes: dict[str, dict[str, Any]]) -> None:
-        self._prefixes = {f"{beginning}." for beginning in prefixes}
-        self._parent_prefixes = {f"{beginning.partition('.')[0]}." for beginning in prefixes}
+        self._prefixes = {f"{prefix}." for prefix in prefixes}
+        self._parent_prefixes = {f"{prefix.partition('.')[0]}." for prefix in prefixes}
         self._attributes = attributes
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
-        """Return how to make the stand-in for a module; None if the module has none."""
+        """Return the specification of a module's stand-in, for Python's import system; None if there is no stand-in."""
         dotted_name = f"{name}."
         if dotted_name in self._parent_prefixes or any(map(dotted_name.startswith, self._prefixes)):
             return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]
@@ -117,7 +119,7 @@ class StandInFinder:
         return _StandInModule(spec.name, "A stand-in for a library that displays something; it does nothing.")
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Give a stand-in the attributes that notebooks use most."""
+        """Give the stand-in for a module a version, its real attributes, and the names for `from … import *`."""
         content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._attributes.get(module.__name__, {})}
         vars(module).update(content, __all__=STAR_IMPORT_NAMES.get(module.__name__, "").split())
 
@@ -129,5 +131,5 @@ def install(get_ipython: Callable[[], Any]) -> None:
 
 
 def has_stand_in(name: str) -> bool:
-    """Return whether there is a stand-in for a module; it can replace one that is installed but can't be loaded."""
+    """Return whether there is a stand-in for a module, even if the module is installed (but can't be loaded)."""
     return any(f"{name}.".startswith(f"{library}.") for library in (*JUPYTER_LIBRARIES, *DISPLAY_LIBRARIES))

@@ -1,11 +1,14 @@
-"""Converts answers to text: values of Python, SymPy and NumPy, as a student could have typed them.
+"""Convert answers to text: values of Python, SymPy and NumPy, as a student could have typed them.
 
-Unevaluated operations (Derivative, Integral, Determinant) are evaluated.
+Unevaluated operations (Derivative, Integral, Determinant) are evaluated first.
 """
 
 import sys
+import types
 from decimal import Decimal
 from fractions import Fraction
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -13,7 +16,10 @@ import numpy
 import sympy
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .printing import Printer
+_PRINTING_FILE = Path(__file__).parents[3] / "exercises" / "formula" / "printing.py"
+_printing = types.ModuleType("contained.sympy_text")
+SourceFileLoader(_printing.__name__, str(_PRINTING_FILE)).exec_module(_printing)
+"""The module that prints formulas for `exercises`, loaded from its file, because qdot is not available here."""
 
 UNEVALUATED_CLASSES = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
@@ -25,11 +31,14 @@ REFUSED_CLASSES = {
     sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, with abs or sign if needed",
     sympy.Indexed: "qdot doesn't accept IndexedBase; use the problem's symbols, as in theta1 instead of theta[1]",
 }
-"""SymPy's classes that are not accepted as answers, and advice on what to write instead."""
+"""SymPy's classes that are not accepted as answers, each with advice on what to write instead."""
 
 
 def format_value(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
+    """Return a value as the text of an expression; `depth` is the number of lists around the value.
+
+    Raises TypeError if the value is not an expression.
+    """
     if depth > 6:
         raise TypeError("lists are nested too deeply")
     if _has_type(value, str):
@@ -62,10 +71,9 @@ def _has_type(value: Any, *types: type) -> bool:
 
 def _format_array(value: Any, depth: int) -> str:
     if len(value.shape) > 2:
-        raise TypeError(
-            f"an array of shape {tuple(map(int, value.shape))} is not a matrix; for the Jacobian of a column P of "
-            "formulas, write P.jacobian([theta1, theta2, ...])"
-        )
+        shape = tuple(map(int, value.shape))
+        advice = "for the Jacobian of a column P of formulas, write P.jacobian([theta1, theta2, ...])"
+        raise TypeError(f"an array of shape {shape} is not a matrix; {advice}")
     return format_value(value.tolist(), depth)
 
 
@@ -90,11 +98,11 @@ def _format_sympy(value: Any, depth: int) -> str:
         lhs, rhs = value.args
         if lhs.shape == rhs.shape:
             return format_value([sympy.Eq(a, b, evaluate=False) for a, b in zip(lhs, rhs, strict=True)], depth + 1)
-    return str(Printer().doprint(value))
+    return str(_printing.FullPrinter().doprint(value))
 
 
 def _evaluate(value: Any) -> Any:
-    """Return a formula with its operations evaluated; unchanged if it has none or SymPy fails."""
+    """Return a formula with its unevaluated operations evaluated; the formula itself if it has none or SymPy fails."""
     if not value.has(*UNEVALUATED_CLASSES):
         return value
     try:
@@ -121,9 +129,8 @@ def _format_container(value: Any, depth: int) -> str:
 
 _LIST_ADVICE = "; write the list of its entries, as in list(…)"
 ADVICE_BY_TYPE = {
-    **dict.fromkeys(
-        ("generator", "zip", "map", "filter", "range", "dict_values", "dict_items", "dict_keys"), _LIST_ADVICE
-    ),
+    **dict.fromkeys(("generator", "zip", "map", "filter", "range"), _LIST_ADVICE),
+    **dict.fromkeys(("dict_values", "dict_items", "dict_keys"), _LIST_ADVICE),
     "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
@@ -131,4 +138,4 @@ ADVICE_BY_TYPE = {
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it with its argument in brackets",
 }
-"""Advice on what to write instead of values of these types. They are given by name: pandas may not be installed."""
+"""Advice on what to write instead of a value, by the name of its type, because pandas may not be installed."""

@@ -1,12 +1,16 @@
-"""Isolate the forking process, load the libraries, and fork for every notebook, whose data stay in the child.
+"""The forking process: isolate itself, load the libraries, and fork a child for every notebook.
 
-A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
-work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
-previous notebook. The requests on the control socket are:
+A child reads its notebook from one pipe, and reports into another pipe. So the child's memory contains no other
+student's work, and nobody can confuse its output with another child's. The child is forked and isolated in advance,
+while the grader marks the previous notebook. At first, the forking process sends {"lacking": …} on the control socket:
+the measures that are not available, each with the reason. The grader's requests are single letters:
 
-    r       return both pipes of the waiting child
-    t       return the processor time that the child has used
-    s, c    end the child; c means that it has closed its pipe itself
+    r       send both pipes of the waiting child
+    t       send {"used": …}: the processor time that the child has used, in seconds
+    s, c    end the child, and send {"signal": …, "seconds": …, "memory": …}: the signal that had ended the child (0 for
+            none), its processor time, and its memory in bytes; c means that the child has closed its pipe itself
+
+If the forking process fails, it sends {"failed": …} with the reason, and ends.
 """
 
 import contextlib
@@ -20,7 +24,6 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -44,7 +47,7 @@ def main(config: dict[str, Any]) -> None:
         measures.try_out("namespaces", lambda: _try_namespaces(measures, config["folder"]))
         if measures.is_applied("namespaces"):
             namespace = _enter_namespace(control)
-        else:  # become the parent of orphaned processes, because no namespace ends them
+        else:  # become the parent of orphaned processes, to end them, because no namespace does
             with contextlib.suppress(OSError):
                 kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
         measures.max_processes = _find_process_limit(measures)
@@ -55,7 +58,7 @@ def main(config: dict[str, Any]) -> None:
         if measures.user is not None:
             measures.try_out("user", lambda: confine.change_user(measures.user))
         measures.unavailable.update(_find_failing_measures(measures, config["folder"]))
-        _reply(control, {"ready": True, "lacking": measures.unavailable})
+        _reply(control, {"lacking": measures.unavailable})
         _serve(control, measures, config["folder"], namespace)
     except BaseException as error:
         with contextlib.suppress(OSError):
@@ -68,13 +71,13 @@ def _reply(control: socket.socket, line: dict[str, Any]) -> None:
 
 
 def _load_libraries(is_warm: bool) -> None:
-    """Load the libraries of notebooks, without garbage collection, because everything stays in use."""
+    """Load the libraries of notebooks, without garbage collection, because they contain no garbage."""
     gc.disable()
     from . import runner
 
     if is_warm:
         runner.warm_up()
-    gc.freeze()  # so that garbage collection in a child does not write to shared memory
+    gc.freeze()  # garbage collection in a child then does not write to the memory that it shares with its parent
     gc.enable()
 
 
@@ -82,7 +85,7 @@ def _load_libraries(is_warm: bool) -> None:
 
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
-    """Try to make a child with its own namespaces, root and folder. Raises OSError if any step fails."""
+    """Try to make a child with separate namespaces, root and folder. Raises OSError if any step fails."""
     confine.enter_namespaces()
 
     def set_up_inside() -> None:
@@ -95,10 +98,10 @@ def _try_namespaces(measures: Measures, folder: str) -> None:
 
 
 def _enter_namespace(control: socket.socket) -> int:
-    """Become the first process of a new process namespace, and return a descriptor of the namespace.
+    """Continue as the first process of a new process namespace, and return a descriptor of the namespace.
 
-    All other processes in the namespace end with this one. The original process stays outside and waits; if it is
-    killed, this process ends, too.
+    When this process ends, the kernel ends all other processes in the namespace. The original process stays outside and
+    waits; if it is killed, this process ends, too.
     """
     confine.enter_namespaces()
     outside_pid = os.getpid()
@@ -112,25 +115,28 @@ def _enter_namespace(control: socket.socket) -> int:
 
 
 def _find_process_limit(measures: Measures) -> int | None:
-    """Return the maximum number of processes and threads of a notebook's user; None if they can't be counted."""
+    """Return the limit for the processes and threads of a notebook's user; None if they can't be counted.
+
+    If the user is that of this process, the limit includes the processes that the user has already.
+    """
     if measures.user is not None and measures.is_applied("user"):
         return confine.MAX_PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if measures.is_applied("namespaces") and kernel_version >= (5, 14):  # since 5.14, per namespace
+        if measures.is_applied("namespaces") and kernel_version >= (5, 14):  # which counts each namespace separately
             return confine.MAX_PROCESSES
-    user, thread_count = os.geteuid(), 0
+    user_id, thread_count = os.geteuid(), 0
     with contextlib.suppress(OSError):
         for process in Path("/proc").iterdir():
             with contextlib.suppress(OSError):
-                if process.name.isdigit() and process.stat().st_uid == user:
+                if process.name.isdigit() and process.stat().st_uid == user_id:
                     thread_count += len(list(process.joinpath("task").iterdir()))
         return thread_count + 2 * confine.MAX_PROCESSES
     return None
 
 
 def _find_failing_measures(measures: Measures, parent: str) -> dict[str, str]:
-    """Return the measures that fail when a child applies them all, each with the reason."""
+    """Return the measures that fail when a child applies all measures, each with the reason."""
     folder = confine.make_folder(measures, parent)
 
     def apply_all() -> str:
@@ -164,7 +170,8 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
         with contextlib.suppress(ConnectionError):  # raised if the grader ended and left something unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
-                _close_descriptors(child.pipes)
+                for descriptor in child.pipes:
+                    os.close(descriptor)
                 _watch_until_request(control, measures, child)
                 while (request := control.recv(1)) == b"t":
                     _reply(control, {"used": _read_processor_time(child.pid)})
@@ -193,20 +200,15 @@ def _watch_until_request(control: socket.socket, measures: Measures, child: _Chi
 
 
 def _read_processor_time(pid: int) -> float:
-    """Return the processor time of a process in seconds; 0 if the system doesn't report it (macOS)."""
+    """Return the processor time of a process in seconds; 0 if the system doesn't report the time (macOS)."""
     try:
         return time.clock_gettime(~pid << 3 | 2)  # the clock that clock_getcpuclockid returns on Linux
     except OSError:
         return 0.0
 
 
-def _close_descriptors(descriptors: Iterable[int]) -> None:
-    for descriptor in descriptors:
-        os.close(descriptor)
-
-
 def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Child:
-    """Fork a child with its own namespace, folder and pipes."""
+    """Fork a child with a separate namespace, folder and pipes; `namespace` is a descriptor of this process's own."""
     inbox, to_child = os.pipe()
     from_child, outbox = os.pipe()
     folder = confine.make_folder(measures, parent)
@@ -217,7 +219,8 @@ def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Chil
     pid = os.fork()
     if pid == 0:
         _run_child(measures, folder, parent_pid, inbox, outbox)
-    _close_descriptors((inbox, outbox))
+    os.close(inbox)
+    os.close(outbox)
     return _Child(pid, folder, (to_child, from_child))
 
 
@@ -246,13 +249,18 @@ def _run_child(measures: Measures, folder: str, parent: int, inbox: int, outbox:
 
 
 def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
-    request = json.loads(_read_line(inbox))
+    """Read the request, and run the notebook or make the attempts of a probe."""
+    with open(inbox, "rb", closefd=False) as pipe:
+        line = pipe.readline()
+    if not line.endswith(b"\n"):  # the grader has closed the pipe
+        os._exit(0)
+    request = json.loads(line)
     _report(outbox, {"begun": True})
-    sent = 0
+    sent_bytes = 0
 
     def report(line: dict[str, Any]) -> None:
-        nonlocal sent
-        sent += _report(outbox, line) if sent <= LONGEST_REPORT else 0
+        nonlocal sent_bytes
+        sent_bytes += _report(outbox, line) if sent_bytes <= LONGEST_REPORT else 0
         os.read(inbox, 1)  # wait until the grader has the line, before another cell runs and may do harm
 
     if "attempts" in request:
@@ -267,17 +275,6 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
     runner.run_cells(request, report)
 
 
-def _read_line(inbox: int) -> bytes:
-    """Return the request from the pipe; end this process if the grader has closed the pipe."""
-    data = b""
-    while not data.endswith(b"\n"):
-        chunk = os.read(inbox, 1 << 16)
-        if not chunk:
-            os._exit(0)
-        data += chunk
-    return data
-
-
 def _report(outbox: int, line: dict[str, Any]) -> int:
     """Write a line of JSON to the grader; return its length in bytes."""
     data = (json.dumps(line) + "\n").encode()
@@ -287,22 +284,20 @@ def _report(outbox: int, line: dict[str, Any]) -> int:
     return len(data)
 
 
-def _close_all_but(kept: set[int]) -> None:
-    """Close every descriptor above standard error, including the control socket, except those in `kept`."""
-    lowest_descriptor = 3
-    for descriptor in sorted(kept):
-        os.closerange(lowest_descriptor, descriptor)
-        lowest_descriptor = descriptor + 1
-    os.closerange(
-        lowest_descriptor, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536
-    )
+def _close_all_but(kept_descriptors: set[int]) -> None:
+    """Close every descriptor above standard error, including the control socket, except `kept_descriptors`."""
+    end = resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536
+    first = 3
+    for descriptor in (*sorted(kept_descriptors), end):
+        os.closerange(first, descriptor)
+        first = descriptor + 1
 
 
 def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
     """Kill a child and its descendants; return the signal that had already ended the child (0 if none), and its cost.
 
-    The cost is its processor time in seconds and its memory in bytes. The child first gets `patience` seconds to end by
-    itself, because the end of a child that has closed its pipe shows the cause.
+    The cost is the child's processor time in seconds and its memory in bytes. The child first gets `patience` seconds
+    to end by itself: if it has closed its pipe, the signal that ends it shows the cause.
     """
     deadline = time.monotonic() + patience
     ended_pid, status, usage = os.wait4(pid, os.WNOHANG)  # not waitid, which macOS has only since Python 3.13
@@ -325,7 +320,7 @@ _MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024
 
 
 def _kill_orphans() -> None:
-    """Kill the orphaned processes of a dead child, and the orphans of those, until none is left."""
+    """Kill the orphaned processes of a dead child, and the orphans that this makes, until no process is left."""
     while True:
         with contextlib.suppress(OSError):
             for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():

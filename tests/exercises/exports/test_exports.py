@@ -18,7 +18,6 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.verify.certificate import certify
-from qdot.grader.cli.reference_pages import export_formats_page
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
@@ -26,6 +25,7 @@ from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.site_scripts import stand_in
 from tests.support.suites import several
+from tests.tools.reference_pages import export_formats_page
 
 DOCS = ROOT / "docs"
 

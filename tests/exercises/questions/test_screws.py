@@ -18,7 +18,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import applicable_questions, generate, sample_chain
+from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS as EVERY
@@ -66,7 +66,7 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
 @of_families(several(["polar-rp", "elbow-3r"], FIXED))
 def test_the_adjoint_changes_the_body_jacobian_into_the_space_jacobian(family: str) -> None:
     arm = by_axes(family)
-    if "body-pose" not in applicable_questions(arm):
+    if "body-pose" not in list_applicable_questions(arm):
         pytest.skip("its pose is too long")
     stream = Stream(f"adjoint/{family}")
     known = {symbol: sp.Float(stream.uniform(0.3, 1.2), 30) for symbol in (*arm.q, *arm.parameters)}
@@ -89,7 +89,7 @@ def test_a_twist_in_numbers_is_one_that_the_arm_has() -> None:
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
     """By exponentials of the axes as they are told, by frames at home, and by differences."""
     arm = by_axes(family)
-    asked = tuple(name for name in applicable_questions(arm) if name in NAMES)
+    asked = tuple(name for name in list_applicable_questions(arm) if name in NAMES)
     certificate = certify(generate(ProblemId(family, 1, asked, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
     told = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
@@ -161,8 +161,8 @@ def test_no_text_speaks_of_frames_on_the_links_and_an_axis_that_others_have_move
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
     arm, each, turn = by_axes(family), several(72, 1), 0 if WHOLE else FEW.index(family)
-    own = applicable_questions(arm)
-    names = [*own[turn::each], *applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
+    own = list_applicable_questions(arm)
+    names = [*own[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
         texts = [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
@@ -181,7 +181,7 @@ def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> 
     shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
     said = {m.sentence(slip.words) for m in CATALOGUE.values() for shape in shapes for slip in m.variants(arm, shape)}
     for part in generate(
-        ProblemId(family, 1, tuple(applicable_questions(arm)), variation="full", convention="screws")
+        ProblemId(family, 1, tuple(list_applicable_questions(arm)), variation="full", convention="screws")
     ).parts:
         said |= {mistake.sentence(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(
@@ -197,10 +197,10 @@ def _reference(chain: Chain, name: str) -> sp.Matrix:
 
 def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
-    assert not set(applicable_questions(arm)) & set(NAMES)
+    assert not set(list_applicable_questions(arm)) & set(NAMES)
     by = by_axes("planar-2r")
-    assert set(NAMES) <= set(applicable_questions(by))
-    assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(applicable_questions(by))
+    assert set(NAMES) <= set(list_applicable_questions(by))
+    assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(list_applicable_questions(by))
 
 
 def robot_of(path: Path, point: str, *joints: str) -> Path:

@@ -20,7 +20,7 @@ from qdot.exercises.answer_types import TRUE_FALSE, Choice, Matching, Number, Se
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import part_alt, part_svg
-from qdot.exercises.generation import applicable_questions, generate, sample_chain, select_quiz_questions
+from qdot.exercises.generation import generate, list_applicable_questions, sample_chain, select_quiz_questions
 from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
@@ -256,8 +256,8 @@ def test_a_quiz_asks_each_form_once() -> None:
 
 def test_short_questions_are_not_among_all_that_apply() -> None:
     arm = sample_chain(ProblemId("planar-2r", 1))
-    assert not set(applicable_questions(arm)) & set(SHORT_QUESTIONS)
-    assert applicable_questions(arm, SHORT_QUESTIONS)
+    assert not set(list_applicable_questions(arm)) & set(SHORT_QUESTIONS)
+    assert list_applicable_questions(arm, SHORT_QUESTIONS)
 
 
 def test_an_answer_is_not_shown_beside_the_question() -> None:
@@ -274,7 +274,7 @@ def test_an_answer_is_not_shown_beside_the_question() -> None:
 def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
     """In `make test`, of every fourth question of the families behind the first."""
     path = QUIZ_SNAPSHOTS / f"{family}.json"
-    names = list(applicable_questions(sample_chain(ProblemId(family, 1)), SHORT_QUESTIONS))
+    names = list(list_applicable_questions(sample_chain(ProblemId(family, 1)), SHORT_QUESTIONS))
     if not UPDATED:
         stored = json.loads(path.read_text(encoding="utf-8"))
         assert set(stored) == {f"1/{name}" for name in names}

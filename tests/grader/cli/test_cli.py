@@ -228,7 +228,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
         raise KeyboardInterrupt
 
     for name in (
-        "qdot.grader.cli.class_commands._list_tasks",
+        "qdot.grader.cli.class_commands._list_family_problems",
         "qdot.grader.cli.grade_command.load_assignment",
         "qdot.grader.cli.problem_commands.describe_families",
     ):

@@ -35,7 +35,7 @@ from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import group_wrong_answers
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.rows import make_rows
-from qdot.grader.reports.tables import count_overridden, grades_csv, is_marked
+from qdot.grader.reports.tables import count_overridden, is_marked, make_grades_csv
 from tests.support.command import runner
 from tests.support.handing_in import a_class, grade, hand_in, one_process, right
 from tests.support.results import change, make_override, read_results, result
@@ -240,7 +240,7 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
 
     assert "theta1, again?" in make_feedback_page(assignment, assignment.roster[0], results["ada"])
     ordered = [results[name] for name in NAMES]
-    row = next(csv.DictReader(grades_csv(ordered, assignment.roster).splitlines()))
+    row = next(csv.DictReader(make_grades_csv(ordered, assignment.roster).splitlines()))
     assert row["override"] == "p1.determinant: 0.5 (was 0), theta1, again?" and group in row["note"]
     first_line = describe_mark_changes(first, ordered).splitlines()[0].split()
     assert (first_line[:5], first_line[-1]) == (["ada", "p1.determinant", "0", "→", "0.5"], group)

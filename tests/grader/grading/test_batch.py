@@ -19,7 +19,7 @@ from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import grades_csv, results_jsonl, work_status
+from qdot.grader.reports.tables import find_work_status, make_grades_csv, make_results_jsonl
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
@@ -106,14 +106,14 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert "another student" in graded["s04"].notes[0]
     assert "s01" not in make_feedback_page(assignment, assignment.roster[3], graded["s04"])
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
-        assert words in (graded[student].obstacle or "") and work_status(graded[student]) == "unusable"
+        assert words in (graded[student].obstacle or "") and find_work_status(graded[student]) == "unusable"
     assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
     with (assignment.folder / "graded" / "costs.csv").open(newline="") as file:
         costs = {row["student"]: row for row in csv.DictReader(file)}
     assert list(costs) == STUDENTS and float(costs["s01"]["seconds"]) > 0 < float(costs["s01"]["megabytes"])
     assert "ZeroDivisionError: division by zero" in graded["s09"].parts["p1.position"].reason
     assert graded["s09"].score == graded["s09"].max_score - 1
-    assert (work_status(graded["s12"]), graded["s12"].score) == ("missing", 0)
+    assert (find_work_status(graded["s12"]), graded["s12"].score) == ("missing", 0)
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
@@ -196,18 +196,18 @@ def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeyp
     part = graded.parts["p1.jacobian"]
     assert (part.outcome, part.points) == ("ungraded", None)
     assert "tell your instructor" in part.reason
-    assert graded.parts["p1.determinant"].outcome == "correct" and work_status(graded) == "ungraded"
+    assert graded.parts["p1.determinant"].outcome == "correct" and find_work_status(graded) == "ungraded"
 
 
 def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
     os.utime(hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01")), (1_700_000_000, 1_700_000_000))
     results = list(grade(assignment).values())
-    line, *others = map(json.loads, results_jsonl(results).splitlines())
+    line, *others = map(json.loads, make_results_jsonl(results).splitlines())
     assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
     assert (line["submission"]["received"], len(others)) == ("2023-11-14T22:13:20+00:00", len(STUDENTS) - 1)
     of_a_part = {"name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"}
     assert of_a_part <= line["problems"][0]["parts"][0].keys()
-    row, other, *_ = csv.DictReader(grades_csv(results, assignment.roster).splitlines())
+    row, other, *_ = csv.DictReader(make_grades_csv(results, assignment.roster).splitlines())
     assert (row["name"], other["status"]) == ("'=Name s01", "missing")
     assert {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "note"} <= row.keys()
 
@@ -220,7 +220,7 @@ def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
     hand_in(assignment, "s03/hw.ipynb", full.replace('"kind": "student"', '"kind": "solution"'))
     hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
     results = list(grade(assignment).values())
-    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
+    table = list(csv.DictReader(make_grades_csv(results, assignment.roster).splitlines()))
     for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_VERSION), strict=False):
         assert words in row["note"]
     assert table[4]["note"] == ""

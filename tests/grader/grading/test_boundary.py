@@ -20,7 +20,7 @@ from qdot.grader.grading import attempt, batch, marking
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports import write
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -50,7 +50,7 @@ def graded(assignment: Assignment) -> dict[str, Result]:
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results
     with (assignment.folder / "graded" / "grades.csv").open() as table:
-        assert [row["status"] for row in csv.DictReader(table)] == [work_status(result) for result in results]
+        assert [row["status"] for row in csv.DictReader(table)] == [find_work_status(result) for result in results]
     return by_student(results)
 
 
@@ -78,8 +78,8 @@ STEPS: dict[str, tuple[object, str]] = {
     "judged": (marking, "judge_parsed"),
     "kept": (batch._GradingWorker, "store_marks"),
     "settled": (batch, "compute_final_result"),
-    "made a line": (write, "results_jsonl"),
-    "made a row": (write, "grades_csv"),
+    "made a line": (write, "make_results_jsonl"),
+    "made a row": (write, "make_grades_csv"),
     "made a page": (write, "make_feedback_page"),
 }
 """Every step of a submission, by the function that does it."""
@@ -125,7 +125,7 @@ def test_a_fault_in_any_step_is_its_students_alone(
     results = graded(assignment)
     assert failed
     victim = results.pop(VICTIM)
-    assert work_status(victim) == "ungraded" and victim.score == 0
+    assert find_work_status(victim) == "ungraded" and victim.score == 0
     assert PLANTED in victim.parts["p1.position"].reason
     for result in results.values():
         assert result.score == result.max_score, result
@@ -153,8 +153,8 @@ def test_what_was_ungraded_is_graded_when_the_fault_is_gone(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(attempt, "mark", lambda *_, **__: 1 / 0)
-        assert [work_status(result) for result in graded(assignment).values()] == ["ungraded"] * 3
-    assert [work_status(result) for result in graded(assignment).values()] == ["graded"] * 3
+        assert [find_work_status(result) for result in graded(assignment).values()] == ["ungraded"] * 3
+    assert [find_work_status(result) for result in graded(assignment).values()] == ["graded"] * 3
 
 
 def test_a_machine_that_runs_no_notebook_is_told_once(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +221,7 @@ def test_what_lies_about_stops_nobody(assignment: Assignment, case: str) -> None
     place(assignment.folder / "submitted")
     results = graded(assignment)
     folders.remove(str(assignment.folder / "submitted"))  # pytest can't
-    assert [(result.score, work_status(result)) for result in results.values()] == [(4, "graded")] * 3
+    assert [(result.score, find_work_status(result)) for result in results.values()] == [(4, "graded")] * 3
     assert note in "".join(results["s03"].notes)
 
 
@@ -262,7 +262,7 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
     assert any("2101 notebooks were submitted, but qdot reads at most 50: " in said for said in result.notes)
     monkeypatch.setattr(submission, "MAX_FILES", 2000)
     result = graded(assignment)["s01"]
-    assert work_status(result) == "over limit" and "2,000 files" in (result.obstacle or "")
+    assert find_work_status(result) == "over limit" and "2,000 files" in (result.obstacle or "")
 
 
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])

@@ -33,7 +33,7 @@ from qdot.grader.cli.main import app
 from qdot.grader.grading import batch, cluster
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import NotebookMarks
-from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import Submission, find_submissions
@@ -100,8 +100,8 @@ def graded(folder: Path, executor: str = "", each: Callable[[int], None] = lambd
 
     found = find_submissions(assignment, folder / "submitted").by_student
     results = grade_class(assignment, found, 1, LIMITS, count, executor=executor)
-    write_atomically(folder / "graded" / "results.jsonl", results_jsonl(results))
-    write_atomically(folder / "graded" / "grades.csv", grades_csv(results, assignment.roster))
+    write_atomically(folder / "graded" / "results.jsonl", make_results_jsonl(results))
+    write_atomically(folder / "graded" / "grades.csv", make_grades_csv(results, assignment.roster))
     return reports(folder)
 
 

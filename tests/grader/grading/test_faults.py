@@ -32,7 +32,7 @@ from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.handing_in import UNCERTIFIED
@@ -245,7 +245,7 @@ def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path,
     expected = around(undisturbed)
     results = graded(folder, 9)
     lost = results.pop("s05")
-    assert work_status(lost) == "ungraded"
+    assert find_work_status(lost) == "ungraded"
     assert (lost.score, lost.max_score) == (0, 1)
     assert "the system ended its process twice" in (lost.obstacle or "")
     assert results == {student: result for student, result in expected.items() if student != "s05"}

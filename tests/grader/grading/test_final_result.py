@@ -20,7 +20,7 @@ from qdot.grader.grading.final_result import GradedNotebook, compute_final_resul
 from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import SUMMARY_COLUMNS, grades_csv, work_status
+from qdot.grader.reports.tables import SUMMARY_COLUMNS, find_work_status, make_grades_csv
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
 from tests.support.results import file_of, make_override, part, read_results
@@ -97,9 +97,9 @@ def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
 
 def test_an_override_keeps_what_the_grader_said(folder: Path) -> None:
     assignment = load_assignment(folder)
-    assert work_status(one(assignment, -1, None, 0.7)) == "ungraded"
+    assert find_work_status(one(assignment, -1, None, 0.7)) == "ungraded"
     for settled in ({"position": make_override(1)}, {"total": make_override(1)}):
-        assert work_status(one(assignment, -1, None, 0.7, **settled)) == "graded", (
+        assert find_work_status(one(assignment, -1, None, 0.7, **settled)) == "graded", (
             "a person settles what qdot failed on"
         )
     result = one(assignment, -1, 0.5, 0.7, position=make_override(1.25, "the sketch is right"))
@@ -148,7 +148,7 @@ def test_days_begun_take_a_share_of_what_was_earned(
     received = (DUE + hours * HOUR).isoformat()
     late = penalty and Lateness("2027-01-15T12:00:00+00:00", received, int(hours * 3600), penalty, 2.7)
     assert (result.score, result.late) == (score, late)
-    assert work_status(result) == ("graded" if penalty is None else "late")
+    assert find_work_status(result) == ("graded" if penalty is None else "late")
     (folder / "assignment.toml").write_text(TOML.format(""))
     result = one(load_assignment(folder), hours, 2.0, 0.7)  # without a rule, lateness is told and costs nothing
     assert (result.score, bool(result.late)) == (2.7, hours > 0)
@@ -163,7 +163,7 @@ def test_sums_are_exact_whatever_the_points(folder: Path) -> None:
         assert result.late is not None
         off = round(before * Fraction(str(result.late.penalty)), 4)
         assert Fraction(str(result.score)) == before - off
-        (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+        (row,) = csv.DictReader(make_grades_csv([result], assignment.roster).splitlines())
         cells = {name: Fraction(row[name]) for name in ("p1.position", "p1.determinant", "late_penalty", "score")}
         assert cells["p1.position"] + cells["p1.determinant"] - cells["late_penalty"] == cells["score"]
 
@@ -198,7 +198,7 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
     assert one(assignment, 1, 0.0, 0.7, position=make_override(1)).score == 1.53
     result = one(assignment, 1, 0.0, 0.7, position=make_override(1), total=make_override(2.5, "ill"))
     assert (result.score, result.override) == (2.5, Override(2.5, "ill", 1.53))
-    (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+    (row,) = csv.DictReader(make_grades_csv([result], assignment.roster).splitlines())
     assert [row[name] for name in SUMMARY_COLUMNS[:-1]] == [
         "2.5", "2.7", "92.6", "late", "0.17", "p1.position: 1 (was 0); total: 2.5 (was 1.53), ill",
     ]  # fmt: skip
@@ -249,8 +249,8 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
 def test_what_qdot_failed_on_is_not_passed_over_where_it_may_be_the_best(folder: Path) -> None:
     assignment = load_assignment(folder)
     failed = GradedNotebook("a.ipynb", DUE, marked(None, 0.2))
-    assert work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
-    assert work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
+    assert find_work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(1.0, 0.7)))) == "ungraded"
+    assert find_work_status(best(assignment, failed, GradedNotebook("b.ipynb", DUE, marked(2.0, 0.7)))) == "graded"
 
 
 @pytest.fixture(scope="module")
@@ -313,7 +313,7 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     first, said = run(folder)
     assert "3 set by overrides.csv; see" in said
     assert {student: result.score for student, result in first.items()} == {"s1": 1.76, "s2": 2.0, "s3": 1.0}
-    assert work_status(first["s3"]) == "missing"
+    assert find_work_status(first["s3"]) == "missing"
     rows = {row["student"]: row for row in csv.DictReader((folder / "graded" / "grades.csv").read_text().splitlines())}
     assert rows["s1"]["override"] == "p1.position: 1.5 (was 0), <on paper>"
     assert (rows["s1"]["late_penalty"], rows["s1"]["score"]) == ("0.44", "1.76")
@@ -333,5 +333,5 @@ def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
     page = make_feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
     assert "=1+1 &lt;b&gt;␇" in page
     result = replace(result, override=Override(1, "", 0.7))
-    (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())
+    (row,) = csv.DictReader(make_grades_csv([result], assignment.roster).splitlines())
     assert row["override"] == "total: 1 (was 0.7)"

@@ -23,7 +23,7 @@ from qdot.grader.grading.history import (
     store_previous_results,
 )
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, Result, SubmittedNotebook
-from qdot.grader.reports.tables import results_jsonl
+from qdot.grader.reports.tables import make_results_jsonl
 from qdot.grader.reports.write import write_reports
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
 from tests.support.command import fails
@@ -57,14 +57,14 @@ def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(fo
     many = [replace(results["s1"], student=f"s{number}") for number in range(1000)]
     students = tuple(Student(result.student) for result in many)
     assignment = replace(load_assignment(folder), roster=students)
-    write_atomically(results_path(assignment), results_jsonl(many))
+    write_atomically(results_path(assignment), make_results_jsonl(many))
     size = results_path(assignment).stat().st_size
     tracemalloc.start()
     try:
         store_previous_results(assignment, many)
         assert tracemalloc.get_traced_memory()[1] < 3 * size  # all results at once take eight times as much
         tracemalloc.reset_peak()
-        assert len(results_jsonl(many)) == size
+        assert len(make_results_jsonl(many)) == size
         assert tracemalloc.get_traced_memory()[1] < 3 * size
     finally:
         tracemalloc.stop()
@@ -152,7 +152,7 @@ def result(score: float, **others: Any) -> Result:
 
 
 def line(score: float) -> str:
-    return results_jsonl([result(score)]).decode()
+    return make_results_jsonl([result(score)]).decode()
 
 
 def why(was: Result, now: Result) -> list[str]:

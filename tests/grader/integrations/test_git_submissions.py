@@ -206,8 +206,8 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
 def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("QDOT_SECRET", "0123456789abcdef")
     host = git_hosts.find_host("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
-    environment = host.git_environment()
+    environment = host.make_git_environment()
     assert environment["GIT_CONFIG_KEY_0"] == "http.https://git.example.org/.extraheader"
-    assert TOKEN not in json.dumps([host.repository_url("a/b"), repr(host)])
+    assert TOKEN not in json.dumps([host.make_repository_url("a/b"), repr(host)])
     assert not [name for name in environment if name.startswith("QDOT_")]
     assert git_submissions.MAX_PARALLEL > 1

@@ -27,9 +27,9 @@ from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import show_answer
-from qdot.grader.reports.differs import format_decimal, make_counterexample_table
-from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
+from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained.callables import TABLE_PREFIX
 from tests.support.results import change
@@ -294,7 +294,7 @@ def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: A
 @pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
 def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: str) -> None:
     result = replace(result_of(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
-    assert work_status(result) == "missing"
+    assert find_work_status(result) == "missing"
     text, page = page_of(assignment, result)
     assert 'class="part' not in text and "<nav" not in text
     assert any(obstacle in paragraph for _, paragraph in page.all("p"))
@@ -421,6 +421,6 @@ def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assi
     assert write([mix, other]) == first
     changed = write([replace(mix, notes=("another",)), other])
     assert changed["s1"] > first["s1"] and changed["s2"] == first["s2"]
-    assert page_fingerprint(assignment, assignment.roster[0], mix) != page_fingerprint(
+    assert compute_page_fingerprint(assignment, assignment.roster[0], mix) != compute_page_fingerprint(
         assignment, assignment.roster[0], other
     )

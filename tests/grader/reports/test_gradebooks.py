@@ -16,7 +16,7 @@ from qdot.grader.grading.result import Override, Result
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.gradebooks import RESERVED_WORDS, make_canvas_csv, make_moodle_csv
-from qdot.grader.reports.tables import grades_csv
+from qdot.grader.reports.tables import make_grades_csv
 from tests.support.command import fails, run
 from tests.support.handing_in import TOML, a_class
 from tests.support.results import result
@@ -241,7 +241,7 @@ def test_workbook_as_openpyxl_reads_it(make: Make) -> None:
     assert data == make_workbook(assignment, results)
     book = openpyxl.load_workbook(io.BytesIO(data))
     rows = [[cell.value for cell in row] for row in book["Grades"].iter_rows()]
-    header = next(csv.reader(io.StringIO(grades_csv(results, assignment.roster))))
+    header = next(csv.reader(io.StringIO(make_grades_csv(results, assignment.roster))))
     assert rows[0] == header
     ada, paul, emmy = ({**dict(zip(header, row, strict=True))} for row in rows[1:])
     assert (ada["name"], ada["score"], ada["p1.jacobian"]) == ("=HYPERLINK(1)", 2.6667, 1)

@@ -15,7 +15,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.github import MAX_SUMMARY_BYTES, make_annotations, make_summary
 from qdot.grader.reports.gradescope import make_results_json
-from qdot.grader.reports.junit import junit_xml
+from qdot.grader.reports.junit import write_junit_xml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
 from tests.support.results import change
@@ -52,7 +52,7 @@ def said(result: Result, reason: str) -> Result:
 
 def test_junit_as_junitparser_reads_it(assignment: Assignment, results: list[Result]) -> None:
     hostile = said(results[2], "a \x1b[2J\x00 <b> ]]> & é \ud800")
-    report = JUnitXml.fromstring(junit_xml(assignment, [results[0], ungraded(results[1]), hostile]).encode())
+    report = JUnitXml.fromstring(write_junit_xml(assignment, [results[0], ungraded(results[1]), hostile]).encode())
     cases = [case for suite in report for case in suite]
     names = [(case.classname, case.name) for case in cases]
     assert len(set(names)) == len(names) == 9  # GitLab drops the second of a pair

@@ -16,8 +16,8 @@ import pytest
 
 from qdot.grader.sandbox.contained import attempts, folders
 from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
-from qdot.grader.sandbox.own_folder import make_temporary_folder
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
 from tests.support.suites import few_of
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from qdot.grader.sandbox.own_folder import make_temporary_folder
 from qdot.grader.sandbox.sandbox import CONTAINED_FOLDER, Limits, Sandbox
+from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support import ROOT
 from tests.support.suites import few_of, several
 
@@ -191,7 +191,7 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    program = "import sys; from qdot.grader.sandbox.own_folder import make_temporary_folder\n"
+    program = "import sys; from qdot.grader.sandbox.temporary_folder import make_temporary_folder\n"
     program += "print(make_temporary_folder('qdot-own-').path, flush=True); "
     with subprocess.Popen(
         [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,

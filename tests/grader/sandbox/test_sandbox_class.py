@@ -20,7 +20,7 @@ from qdot.grader.cli.main import app
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import grades_csv, results_jsonl
+from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
@@ -99,7 +99,7 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
 
 
 def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -> None:
-    table, lines = grades_csv(results, assignment.roster), results_jsonl(results).decode()
+    table, lines = make_grades_csv(results, assignment.roster), make_results_jsonl(results).decode()
     assert escape_controls(table) == table and escape_controls(lines) == lines
     for row in csv.reader(io.StringIO(table)):
         assert len(row) == 12

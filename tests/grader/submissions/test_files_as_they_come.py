@@ -19,7 +19,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import grades_csv, work_status
+from qdot.grader.reports.tables import find_work_status, make_grades_csv
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions import answer_locator, archives
 from qdot.grader.submissions import cells as reading
@@ -401,7 +401,7 @@ def test_every_file_gets_its_verdict(cases: list[str], tmp_path: Path) -> None:
         assert has_words if words else not results[case].staff_notes, (case, told)
         assert not any(ch in each for each in told for ch in "\n\x1b"), (case, told)
         state = "over limit" if due == NO_MARK else "unusable" if words else "graded"
-        assert due == ALL or work_status(results[case]) == state, case
+        assert due == ALL or find_work_status(results[case]) == state, case
 
 
 JUPYTEXT = sorted((DATA / "jupytext").iterdir())
@@ -460,10 +460,10 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, mon
     hand_in(assignment, "s1.ipynb", notebook(assignment, "s1", [text(f"{searched}{k}") for k in range(9)]))
     hand_in(assignment, "s2.ipynb", right(assignment, "s2"))
     results, _ = grade(assignment)
-    assert [work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
+    assert [find_work_status(results[name]) for name in ("s0", "s1", "s2")] == ["over limit", "over limit", "graded"]
     assert "cells" in (results["s0"].obstacle or "")
     assert "too much code to search for answers" in (results["s1"].obstacle or "")
-    row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
+    row = make_grades_csv([results["s0"]], assignment.roster).splitlines()[1]
     assert ",,4,,over limit," in row and "tell your instructor" not in row
     page = make_feedback_page(assignment, assignment.roster[0], results["s0"])
     assert "No mark yet" in page and " of 4 points" not in page

@@ -11,7 +11,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.reports.tables import work_status
+from qdot.grader.reports.tables import find_work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions
@@ -186,9 +186,9 @@ def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     assert several.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
     assert contradicts.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
-        assert results[student].obstacle == UNCERTAIN_OWNER and work_status(results[student]) == "unusable"
+        assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
     assert outcomes(results["hen"]) == RIGHT
-    assert work_status(results["eve"]) == "missing"
+    assert find_work_status(results["eve"]) == "missing"
 
 
 @pytest.mark.parametrize(
@@ -276,7 +276,7 @@ def test_a_hostile_zip_writes_nothing_elsewhere(
     left_out = [line.split(":")[0].replace("\\", "/") for line in capsys.readouterr().err.splitlines()]
     assert left_out == ["../../evil.ipynb", "/etc/evil.ipynb", "a/../../evil.ipynb", "ada1/hw.ipynb"]
     assert set(tmp_path.rglob("*.ipynb")) <= before
-    assert outcomes(results["hen"]) == RIGHT and work_status(results["ada1"]) == "missing"
+    assert outcomes(results["hen"]) == RIGHT and find_work_status(results["ada1"]) == "missing"
 
 
 def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Temporary folders that are removed even if their process is killed: the next process that makes one removes them."""
+"""Make temporary folders that are removed even if their process is killed: the next such process removes them."""
 
 import contextlib
 import os
@@ -11,15 +11,15 @@ from qdot.exercises.common.files import IS_POSIX, lock
 from qdot.grader.sandbox.contained import folders
 
 SUFFIX = ".tmp"
-"""The ending of these folders' names. It protects a user's own folder, such as qdot-submissions-autumn."""
+"""The ending of these folders' names, so that a user's own folder such as qdot-submissions-autumn is never removed."""
 
 REMOVAL_TIMEOUT = 5.0
-"""Maximum number of seconds spent on removing an abandoned folder; the next process removes the rest."""
+"""Maximum number of seconds for removing the folder of a killed process; the next process removes what is left."""
 
 
 @dataclass(frozen=True)
 class TemporaryFolder:
-    """A temporary folder, locked for as long as this process has it open."""
+    """A temporary folder; `descriptor` is an open file that locks the folder while this process runs, -1 on Windows."""
 
     path: str
     descriptor: int
@@ -39,9 +39,9 @@ class TemporaryFolder:
 
 
 def make_temporary_folder(prefix: str) -> TemporaryFolder:
-    """Return a new temporary folder, and remove those with the same prefix whose processes were killed.
+    """Return a new temporary folder, and remove the folders with the same prefix whose processes were killed.
 
-    Folders that can't be removed are left.
+    A folder that can't be removed stays.
     """
     if not IS_POSIX:  # Windows can't lock folders
         return TemporaryFolder(tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX), -1)
@@ -51,20 +51,20 @@ def make_temporary_folder(prefix: str) -> TemporaryFolder:
     while True:
         folder = tempfile.mkdtemp(prefix=prefix, suffix=SUFFIX)
         with contextlib.suppress(FileNotFoundError):  # another process may have removed it before it was locked
-            handle = os.open(folder, os.O_RDONLY)
+            descriptor = os.open(folder, os.O_RDONLY)
             with contextlib.suppress(OSError):  # the disk may not support locks
-                lock(handle)
+                lock(descriptor)
             if Path(folder).is_dir():
-                return TemporaryFolder(folder, handle)
-            os.close(handle)
+                return TemporaryFolder(folder, descriptor)
+            os.close(descriptor)
 
 
 def _remove_unless_locked(path: Path) -> None:
-    """Remove a folder of this user. Raises OSError if another process has locked it, or if it takes too long."""
-    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    """Remove a folder of this user. Raises OSError if another process has locked the folder, or after a timeout."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        if os.fstat(handle).st_uid == os.geteuid():
-            lock(handle, wait=False)
+        if os.fstat(descriptor).st_uid == os.geteuid():
+            lock(descriptor, wait=False)
             folders.remove(str(path), REMOVAL_TIMEOUT)
     finally:
-        os.close(handle)
+        os.close(descriptor)

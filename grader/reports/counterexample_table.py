@@ -1,4 +1,7 @@
-"""Make a table that shows where an answer is wrong: a configuration, the answer's value there and the correct value."""
+"""Make the table on a feedback page that shows where an answer is wrong.
+
+The table has a configuration, the answer's value at this configuration, and the correct value.
+"""
 
 import math
 import re
@@ -13,9 +16,9 @@ from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answers import make_visible
 
 DIGITS, MAX_DIGITS = 4, 16
-"""Number of significant digits that are shown, and the maximum if two values must be distinguished."""
+"""Number of significant digits that are shown; if two values then look the same, up to the maximum."""
 ZERO_TOLERANCE = 1e-12
-"""Bound below which the value of a joint is shown as 0, because numeric searches end near zero, not at it."""
+"""Values of symbols below this bound are shown as 0, because numeric searches end near zero, not at zero."""
 VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SET_HEADINGS = ("Singular, but not in your answer", "In your answer, but not singular")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -23,7 +26,7 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class ExampleRow:
-    """A table row: its heading as HTML, which never contains a student's text, and the text of each cell."""
+    """A row of the table: its heading as HTML, which never contains a student's text, and the text of each cell."""
 
     heading_html: str
     cells: tuple[str, ...]
@@ -31,7 +34,7 @@ class ExampleRow:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: its caption, the headings of its columns, rows of symbols, rows of results."""
+    """The table: its caption, the headings of its columns, the rows with the values of symbols, and the results."""
 
     caption: str
     columns: tuple[str, ...]
@@ -42,36 +45,37 @@ class Table:
 def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> Table | None:
     """Return a counterexample as a table; None if the answer contains symbols that the problem doesn't define.
 
-    A student couldn't check such a counterexample. Correct values that the feedback level withholds are left out.
+    The table leaves out the correct values that the feedback level withholds.
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos, prismatic = problem.symbols, prismatic_joints(problem.chain)
+    symbol_infos, prismatic_names = problem.symbols, prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
-    names = [name for name in symbol_infos if any(name in configuration for configuration in configurations)]
     symbols = []
-    for name in names:
+    for name in symbol_infos:
+        if not any(name in configuration for configuration in configurations):
+            continue
         values = (configuration.get(name) for configuration in configurations)
-        cells = tuple(_quantity_text(value, symbol_infos[name].unit) for value in values)
-        symbols.append(ExampleRow(mathml_text(parse_latex(symbol_latex(name, prismatic))), cells))
+        cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
+        symbols.append(ExampleRow(mathml_text(parse_latex(symbol_latex(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
         headings = zip(SET_HEADINGS, candidates, strict=True)
         columns = [heading for heading, configuration in headings if configuration is not None]
         title = "Configurations where your answer is wrong"
         return Table(title, ("Quantity", *columns), tuple(symbols)) if columns and symbols else None
-    caption, results = _caption(part, example, bool(names)), _result_rows(part, example)
+    caption, results = _write_caption(part, example, bool(symbols)), _make_result_rows(part, example)
     return Table(caption, ("Quantity", "Value"), tuple(symbols), results)
 
 
-def _caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
-    entry = _entry_in_words(part, example)
+def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
+    entry = _describe_entry(part, example)
     if has_configuration:
         return f"Where {entry or 'your answer'} is wrong"
     return entry.capitalize() or ("Your answer" if example.expected is None else "Your answer and the correct one")
 
 
-def _entry_in_words(part: Part, example: EntryDifference) -> str:
+def _describe_entry(part: Part, example: EntryDifference) -> str:
     """Return the name of the entry that a counterexample concerns; "" if the answer has only one entry."""
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
@@ -81,23 +85,23 @@ def _entry_in_words(part: Part, example: EntryDifference) -> str:
     return name_entry(example.entry, columns)
 
 
-def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
+def _make_result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
     units = part.answer.expected_units
     unit = units[example.entry] if units else ""
     if example.expected is None:
-        return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
+        return (ExampleRow("Your answer", (_format_value(example.yours, DIGITS, unit),)),)
     answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)
-    headings = "Your answer", "Correct"
-    if part.answer.counts_up_to_a_factor:
-        headings = headings[0], "Correct" if example.pivot is None else f"Correct for your entry {example.pivot + 1}"
-    return ExampleRow(headings[0], (answer_text,)), ExampleRow(headings[1], (correct_text,))
+    heading = "Correct"
+    if part.answer.counts_up_to_a_factor and example.pivot is not None:
+        heading = f"Correct for your entry {example.pivot + 1}"
+    return ExampleRow("Your answer", (answer_text,)), ExampleRow(heading, (correct_text,))
 
 
 # --- numbers ---
 
 
 def format_decimal(value: float, digits: int = DIGITS) -> str:
-    """Return a number formatted for human readers, with a true minus sign.
+    """Return a number as text with `digits` significant digits, a true minus sign, and a power of ten if needed.
 
     >>> format_decimal(-0.728141), format_decimal(3.0), format_decimal(0.00000125)
     ('−0.7281', '3', '1.25·10⁻⁶')
@@ -107,8 +111,8 @@ def format_decimal(value: float, digits: int = DIGITS) -> str:
     return text.replace("-", "−") if float(mantissa) else "0"
 
 
-def _quantity_text(value: float | None, unit: str) -> str:
-    """Return a value with its unit; an angle also in degrees."""
+def _format_quantity(value: float | None, unit: str) -> str:
+    """Return the value of a symbol with its unit, for an angle also in degrees; "any" for None."""
     if value is None:
         return "any"
     value = value if abs(value) > ZERO_TOLERANCE else 0.0
@@ -116,16 +120,16 @@ def _quantity_text(value: float | None, unit: str) -> str:
     return f"{format_decimal(value)} {unit}".rstrip() + degrees
 
 
-def _format_distinctly(given: float | str, correct: float | str, unit: str) -> tuple[str, str]:
+def _format_distinctly(student_value: float | str, correct_value: float | str, unit: str) -> tuple[str, str]:
     """Return two values as texts, with enough digits to distinguish them."""
     for digits in range(DIGITS, MAX_DIGITS + 1):
-        texts = _value_text(given, digits, unit), _value_text(correct, digits, unit)
+        texts = _format_value(student_value, digits, unit), _format_value(correct_value, digits, unit)
         if texts[0] != texts[1]:
             break
     return texts
 
 
-def _value_text(value: float | str, digits: int, unit: str) -> str:
+def _format_value(value: float | str, digits: int, unit: str) -> str:
     if isinstance(value, str):
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:

@@ -1,6 +1,7 @@
-"""Draw a counterexample: the arm at its configuration, to scale, with P and the point that the answer gives.
+"""Draw a counterexample: the arm at the configuration, to scale, with P and the point that the answer gives.
 
-For a set of singular configurations, a missing one and one that is not singular are drawn side by side.
+If the answer is a set of singular configurations, the figure shows a configuration that the answer lacks beside one
+that is not singular.
 """
 
 import math
@@ -23,7 +24,7 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
 DEFAULT_JOINT_VALUES = {"R": 0.7, "P": 0.4}
-"""Joint variables, in rad or m, used in the figure for joints that the configuration doesn't specify."""
+"""Values, in rad or m, of revolute (R) and prismatic (P) joints whose value the counterexample leaves open."""
 DEFAULT_LENGTHS = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 8, 10, 6, 13, 14, 15, 16, 17)]
 """Values for symbolic lengths, in m, all different."""
 MAX_RELATIVE_DISTANCE = 3.0
@@ -40,19 +41,19 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
         candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
-        configurations = [(caption, at) for caption, at in candidates if at is not None]
-        arms = [arm for configuration in configurations if (arm := _arm_at(problem.chain, *configuration)) is not None]
-        return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
+        arms = [_pose_arm(problem.chain, caption, at) for caption, at in candidates if at is not None]
+        return examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
-    arm_with_answer = _arm_with_answer(problem, part, example.at, answer)
+    arm_with_answer = _mark_answer_point(problem, part, example.at, answer)
     return "" if arm_with_answer is None else examples_svg([arm_with_answer], name, CROSS_CAPTION)
 
 
-def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
-    """Return the drawing of an arm at a configuration, with default values for lengths and joints that it lacks.
+def _pose_arm(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
+    """Return an arm to be drawn at the configuration `at`, which maps symbols to values in rad and m.
 
-    Return None if a joint variable is not finite or a length is not positive.
+    Lengths and joints that are not in `at` get default values. Return None if a joint value is not finite or a length
+    is not positive.
     """
     default_lengths = iter([length for length in DEFAULT_LENGTHS if length not in list_table_lengths(chain)])
     lengths = {
@@ -60,15 +61,16 @@ def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | No
         for symbol in chain.parameters
     }
     joints = zip(chain.q, chain.joints, strict=True)
-    pose = {q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
-    if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
+    configuration = {q.name: at.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
+    if not all(map(math.isfinite, configuration.values())) or any(length <= 0 for length in lengths.values()):
         return None
-    return Example(caption, substitute_arm_lengths(chain, lengths), pose)
+    return Example(caption, substitute_arm_lengths(chain, lengths), configuration)
 
 
-def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
-    """Return the arm with the point that an answer gives; None if it gives no point or one that is too far away."""
-    figure, tree = _arm_at(problem.chain, "the arm in this configuration", at), read_answer(problem, part, answer).tree
+def _mark_answer_point(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
+    """Return the arm with a mark at the point that the answer gives; None if the point is missing or too far."""
+    figure = _pose_arm(problem.chain, "the arm in this configuration", at)
+    tree = read_answer(problem, part, answer).tree
     if figure is None or tree is None:
         return None
     axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
@@ -80,10 +82,11 @@ def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answ
     if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
         return None
     arm = NumericChain(figure.chain, {})
-    correct = arm.point(np.array([figure.pose[q.name] for q in figure.chain.q]))
-    answer_point = correct.copy()
+    correct_point = arm.point(np.array([figure.pose[q.name] for q in figure.chain.q]))
+    answer_point = correct_point.copy()
     answer_point[axes] = values[:, 0].real
     base = arm.base[:3, 3]
-    if np.linalg.norm(answer_point - base) > MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct - base)), 0.3):
+    max_distance = MAX_RELATIVE_DISTANCE * max(float(np.linalg.norm(correct_point - base)), 0.3)
+    if np.linalg.norm(answer_point - base) > max_distance:
         return None
-    return replace(figure, mark_offset=answer_point - correct)
+    return replace(figure, mark_offset=answer_point - correct_point)

@@ -1,6 +1,6 @@
-"""Makes the pages of docs/ about export formats, reports, schemas and the library, from the code itself.
+"""Write the pages of docs/ about export formats, reports, schemas and the library, which are made from the code.
 
-`python -m qdot.grader.cli.reference_pages` writes them; a test fails if they are out of date.
+`python -m tests.tools.reference_pages` writes them; a test fails if they are out of date.
 """
 
 import inspect
@@ -9,7 +9,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import qdot
@@ -19,8 +18,8 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.problem.problem import ENGINE
 from qdot.exercises.writing.render import render
 from qdot.grader.reports.formats import FORMATS
+from tests.support import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 PLATFORM_RUNS = ROOT / "tests" / "platforms"
 SCHEMAS = ROOT / "docs" / "schemas"
 
