@@ -13,7 +13,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
-from qdot.exercises.arm.derivation import TooLong, derive, structure
+from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, Working, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
@@ -40,7 +40,7 @@ def object_unless_square(chain: Chain) -> str | None:
     """Return the objection to an arm whose task Jacobian has no determinant."""
     if len(chain.task) != chain.n:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
-    if derive(chain).generic_minors[0].is_zero:
+    if derive(chain).symbolic_minors[0].is_zero:
         return "its determinant is zero everywhere"
     return None
 
@@ -61,7 +61,7 @@ def object_to_term_count(term_count: int) -> str | None:
 
 def make_length_objection(result_name: str) -> Callable[[Chain], str | None]:
     """Return a function that objects to arms for which a result of `Derivation` ("geometric", "z", …) is too long."""
-    return lambda chain: object_to_term_count(_count_terms(structure(chain).chain, result_name))
+    return lambda chain: object_to_term_count(_count_terms(symbolic_arm_of(chain).chain, result_name))
 
 
 def make_size_objection(

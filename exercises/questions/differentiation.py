@@ -18,7 +18,7 @@ from qdot.exercises.questions.base import Question
 
 def list_linear_task_rows(chain: Chain) -> list[int]:
     """Return the indices of the coordinates x, y, z whose velocity is in the task."""
-    return ["xyz".index(axis) for axis in chain.linear_rows]
+    return ["xyz".index(axis) for axis in chain.linear_axes]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,12 +95,12 @@ def _choose_component(chain: Chain, rng: Stream) -> AxisDetails:
     velocity = write_linear_velocity(chain)
     multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     index = rng.choice(multi_rate_rows or list(range(len(velocity))))
-    return AxisDetails(axis=chain.linear_rows[index], row=list_linear_task_rows(chain)[index])
+    return AxisDetails(axis=chain.linear_axes[index], row=list_linear_task_rows(chain)[index])
 
 
 def _write_component(chain: Chain, details: Details) -> sp.Matrix:
     assert isinstance(details, AxisDetails)
-    return write_linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
+    return write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :]
 
 
 def _derive_component(w: Working, details: Details) -> np.ndarray:
@@ -109,7 +109,7 @@ def _derive_component(w: Working, details: Details) -> np.ndarray:
 
 
 def _object_to_task(chain: Chain) -> str | None:
-    return None if chain.linear_rows else "its task has no linear velocity"
+    return None if chain.linear_axes else "its task has no linear velocity"
 
 
 def _choose_title(chain: Chain) -> str:
@@ -132,8 +132,8 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1", formula=lambda w, _: w["point"][list_linear_task_rows(w.chain)],
-        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows),
-        entry_names=lambda chain, _: chain.linear_rows, objection=_object_to_task,
+        substitution=_substitute_position, make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
+        entry_names=lambda chain, _: chain.linear_axes, objection=_object_to_task,
         too_long=base.make_length_objection("position"), link_sums="links",
         link_sum_rows=lambda chain: list(enumerate(list_linear_task_rows(chain))),
     ),
@@ -141,7 +141,7 @@ QUESTIONS = (
         "velocity", "Cartesian velocity", "6.2", needs=("position",),
         formula=lambda w, _: apply_matrix(w["linear"][list_linear_task_rows(w.chain)], w["joint rates"]),
         reference=lambda chain, _: write_linear_velocity(chain),
-        make_details=lambda chain, _: AxesDetails(axes=chain.linear_rows, by_links=is_written_by_links(chain)),
+        make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=is_written_by_links(chain)),
         entry_names=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
         objection=_object_to_task, too_long=base.make_length_objection("linear"),
     ),

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -90,8 +90,8 @@ def make_exact_configuration(
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
-        unit, decimals = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
-        simple_steps = sp.Integer(10 if joint.kind == "R" else 10000) * unit
+        unit, decimals = (180 / sp.pi, 2) if joint.is_revolute else (sp.S.One, 4)
+        simple_steps = sp.Integer(10 if joint.is_revolute else 10000) * unit
         if (simple_steps * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], WORKING_DIGITS)
@@ -290,7 +290,7 @@ class Branch:
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set, each with the corresponding branch of its structure."""
     derivation = derive(chain)
-    generic_set = singular_set(structure(chain).chain) or ()
+    generic_set = singular_set(symbolic_arm_of(chain).chain) or ()
     generic = {tuple(map(derivation.substitute_values, component.conditions)): component for component in generic_set}
     matched_branches: list[Branch] = []
     for component in singular_set(chain) or ():
@@ -312,7 +312,7 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
         index = chain.q.index(q)
         exact_difference = derive(chain).substitute_values(generic_value) - chain.offsets[index] - value
         difference = sp.N(exact_difference.xreplace(lengths), 15)
-        if chain.joints[index].kind == "R":
+        if chain.joints[index].is_revolute:
             difference = sp.N(sp.exp(sp.I * difference) - 1, 15)
         if abs(difference) > sp.Float("1e-9"):
             return False
@@ -344,7 +344,7 @@ def _sample_joint_values_on(
         solved_joint = rng.choice(free_joints)
         known_values = {**lengths, **sampled_values, **fixed}
         known_values.pop(solved_joint)
-        is_revolute = chain.joints[chain.q.index(solved_joint)].kind == "R"
+        is_revolute = chain.joints[chain.q.index(solved_joint)].is_revolute
         zeros = _find_zeros(condition.xreplace(known_values), solved_joint, is_revolute)
         if not zeros:
             return None
@@ -375,7 +375,7 @@ def _sample_exact_joint_values_on(
     kinds, offsets = (dict(zip(chain.q, items, strict=True)) for items in (chain.joints, chain.offsets))
     steps = {
         q: [wrap_angle(chain, q, k * sp.pi / 6 - offsets[q]) for k in range(12)]
-        if kinds[q].kind == "R"
+        if kinds[q].is_revolute
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q in tied_joints
     }
@@ -430,7 +430,7 @@ def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
 
 def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
     """Return the value of a joint; a numeric angle is wrapped to (-pi, pi]."""
-    if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
+    if chain.joints[chain.q.index(joint)].is_prismatic or not value.is_number or not _is_real(value):
         return value
     rotation_count = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
     return sp.expand(value + 2 * sp.pi * int(rotation_count))

@@ -11,8 +11,8 @@ from qdot.exercises.questions.geometry import sample_singular_configurations
 from qdot.exercises.singularities.directions import (
     NONZERO_THRESHOLD,
     ArmLine,
-    candidate_lines,
     line_directions,
+    list_candidate_lines,
     lost_direction,
 )
 from qdot.exercises.singularities.singularity import Component
@@ -50,7 +50,7 @@ def find_lost_motion(generic: Chain, component: Component) -> LostMotion | None:
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
     norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
-    lines = candidate_lines(generic)
+    lines = list_candidate_lines(generic)
     vectors = line_directions(lines, samples)
     for moving, held_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(norms[moving] < 0.02):
@@ -83,6 +83,6 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 @lru_cache(maxsize=1024)
 def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[ArmLine, ArmLine], bool]:
     """Return for each pair of lines whether they are parallel everywhere on a branch."""
-    lines = candidate_lines(generic)
+    lines = list_candidate_lines(generic)
     vectors = line_directions(lines, sample_singular_configurations(generic, component, SAMPLE_COUNT))
     return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

@@ -31,7 +31,7 @@ def _object_to_arm(chain: Chain) -> str | None:
         return f"its task {rows} has linear and angular rows, in different units"
     if n > m and (objection := object_to_mixed_joints(chain)):
         return objection
-    if all(joint.kind == "P" for joint in chain.joints):
+    if not chain.revolute_joints:
         return "its Jacobian is the same in every configuration"
     return object_to_rank_loss_everywhere(chain)
 
@@ -45,7 +45,7 @@ def _object_to_ratio(chain: Chain) -> str | None:
 def find_power_of_metres(chain: Chain) -> int:
     """Return k for the unit m^k of w: the number of linear rows less the number of prismatic joints."""
     linear_row_count = sum(row[0] == "v" for row in chain.task)
-    return linear_row_count - sum(joint.kind == "P" for joint in chain.joints)
+    return linear_row_count - len(chain.prismatic_joints)
 
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:

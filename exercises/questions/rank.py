@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Direction, Number
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions import geometry
@@ -19,7 +19,7 @@ from qdot.exercises.questions.geometry import Branch, ConfigurationDetails, Exac
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, find_lost_motion, find_parallel_lines
 from qdot.exercises.questions.singular import object_unless_direction_lost, object_unless_singular
-from qdot.exercises.singularities.classification import representative_samples
+from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
 from qdot.exercises.singularities.singularity import Component, singular_set
@@ -54,7 +54,7 @@ _sample_with_formulas = partial(geometry.sample_singular_configuration, needs_no
 
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
-    generic, fill = structure(chain).chain, derive(chain).substitute_values
+    generic, fill = symbolic_arm_of(chain).chain, derive(chain).substitute_values
     generic_components, max_rank = singular_set(generic) or (), geometry.compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(generic)):
@@ -133,7 +133,7 @@ def _object_to_vector(chain: Chain) -> str | None:
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction, and of these only those with a formula for it, if any."""
-    generic = structure(chain).chain
+    generic = symbolic_arm_of(chain).chain
     branches = [branch for branch in geometry.match_branches(chain) if loses_one_direction(generic, branch.generic)]
     return [branch for branch in branches if lost_direction_formula(generic, branch.generic)] or branches
 
@@ -169,7 +169,7 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_direction_formula(structure(chain).chain, branch.generic)
+        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.generic)
         if formula is not None:
             direction = formula.direction.applyfunc(derive(chain).substitute_values)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
@@ -204,14 +204,14 @@ class BranchConfigurations:
 def _describe_branch(chain: Chain, branch: Branch) -> BranchConfigurations | None:
     if branch.component.solutions is not None:
         return BranchConfigurations(branch.component.value_combinations()[0])
-    meanings = describe_branch_in_words(structure(chain).chain, branch.generic)
+    meanings = describe_branch_in_words(symbolic_arm_of(chain).chain, branch.generic)
     if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
         return None
     return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
 
 
 def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch, LostMotion]]:
-    generic = structure(chain).chain
+    generic = symbolic_arm_of(chain).chain
     return [
         (where, branch, motion)
         for branch in geometry.match_branches(chain)
@@ -245,7 +245,7 @@ class LostMotionDetails(Details):
 
 def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     where, branch, motion = rng.choice(_find_lost_motions(chain))
-    parallel = find_parallel_lines(structure(chain).chain, branch.generic)
+    parallel = find_parallel_lines(symbolic_arm_of(chain).chain, branch.generic)
     chosen_lines = [rng.choice(motion.correct_lines)]
     for line in rng.permutation(motion.wrong_lines):
         if len(chosen_lines) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen_lines):
@@ -261,7 +261,7 @@ def find_lost_direction_formula(
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in geometry.match_branches(chain) if configurations.values else ():
         if branch.component.solutions is not None and branch.component.value_combinations()[0] == configurations.values:
-            formula = lost_direction_formula(structure(chain).chain, branch.generic)
+            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
                 direction = formula.direction.applyfunc(derive(chain).substitute_values)
                 return _describe_loss(chain, branch.component, formula), direction
@@ -275,7 +275,7 @@ def find_lost_direction_formula(
 def describe_branch_in_words(generic: Chain, component: Component) -> BranchMeanings | None:
     """Return a description that fits all configurations of a structure's branch, or None if there is none."""
     samples = geometry.sample_singular_configurations(generic, component, SAMPLE_COUNT)
-    meanings = find_branch_meanings(generic, samples, representative_samples(generic, component.pieces()))
+    meanings = find_branch_meanings(generic, samples, sample_representatives(generic, component.pieces()))
     if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
@@ -294,7 +294,7 @@ def find_common_kind(generic: Chain, component: Component) -> str | None:
 def _describe_branches_in_words(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a description in words, in the given order, with that description."""
     for branch in order:
-        meanings = describe_branch_in_words(structure(chain).chain, branch.generic)
+        meanings = describe_branch_in_words(symbolic_arm_of(chain).chain, branch.generic)
         if meanings is not None:
             yield branch, meanings
 
@@ -350,7 +350,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _find_kind_of_arm(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
-    kind = find_common_kind(structure(chain).chain, branch.generic)
+    kind = find_common_kind(symbolic_arm_of(chain).chain, branch.generic)
     kinds_of_arm = classify_samples(chain, [geometry.convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
 

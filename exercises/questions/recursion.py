@@ -16,7 +16,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES_OF_JOINTS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook_form
@@ -62,7 +62,7 @@ def _derive_steps(generic: Chain) -> tuple[RecursionStep, ...]:
         joint_velocity = rate * Z
         v = _collect_rates(rotation * (v + omega.cross(origin)), generic)
         omega = _collect_rates(rotation * omega, generic)
-        v, omega = (v, omega + joint_velocity) if row.kind == "R" else (v + joint_velocity, omega)
+        v, omega = (v, omega + joint_velocity) if row.is_revolute else (v + joint_velocity, omega)
         steps.append(RecursionStep(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)
 
@@ -81,7 +81,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> RecursionDetails:
     fill, frame = derive(chain).substitute_matrix, rng.choice(_find_frames(chain))
     steps = (
         RecursionStep(step.number, step.kind, *map(fill, (step.rotation, step.origin, step.omega, step.v)))
-        for step in _derive_steps(structure(chain).chain)[:frame]
+        for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
     )
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
@@ -93,7 +93,7 @@ def _find_frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _derive_steps(structure(chain).chain)[frame - 1]
+    step = _derive_steps(symbolic_arm_of(chain).chain)[frame - 1]
     return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 

@@ -14,7 +14,7 @@ from qdot.exercises.answer_types import Direction, Expression
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
@@ -80,7 +80,7 @@ def _object_to_minimum_norm(chain: Chain) -> str | None:
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    if chain.n > MAX_JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > MAX_TERMS:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram(symbolic_arm_of(chain).chain)) > MAX_TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -94,18 +94,20 @@ class MinorDetails(Details):
 
 
 def _write_gram_determinant(chain: Chain) -> sp.Expr:
-    return _derive_gram(structure(chain).chain).substitute(dict(structure(chain).values))
+    return _derive_gram(symbolic_arm_of(chain).chain).substitute(dict(symbolic_arm_of(chain).values))
 
 
 def _describe_gram(chain: Chain, rng: Stream) -> MinorDetails:
-    values = dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in factor_out_common_factors(structure(chain).chain)[1])
+    values = dict(symbolic_arm_of(chain).values)
+    squares = tuple(
+        minor.substitute(values) ** 2 for minor in factor_out_common_factors(symbolic_arm_of(chain).chain)[1]
+    )
     return MinorDetails(shared=_find_shared_factors(chain), squares=squares)
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    arm_structure = structure(chain)
+    arm_structure = symbolic_arm_of(chain)
     return factor_out_common_factors(arm_structure.chain)[0].substitute(dict(arm_structure.values))
 
 
@@ -123,7 +125,7 @@ def _derive_gram(chain: Chain) -> Factored:
 @lru_cache(maxsize=1024)
 def factor_out_common_factors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
-    minors = derive(chain).generic_minors
+    minors = derive(chain).symbolic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
     common_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
@@ -179,7 +181,7 @@ def _object_to_motion(chain: Chain) -> str | None:
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion for the task {', '.join(chain.task)} has {n - m} dimensions, not one"
-    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
+    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).symbolic_minors) < 2:
         return "one of its joints does not affect the task"
     return None
 
@@ -193,7 +195,7 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    generic = structure(chain).chain
+    generic = symbolic_arm_of(chain).chain
     if chain.n <= MAX_JOINTS and sum(map(_count_terms, factor_out_common_factors(generic)[1])) <= MAX_TERMS / 2:
         details = SelfMotionFormulaDetails(situation=None, shared=_find_shared_factors(chain))
         return Direction(write_self_motion(chain)), details
@@ -223,7 +225,7 @@ def write_self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    arm_structure = structure(chain)
+    arm_structure = symbolic_arm_of(chain)
     _, quotients = factor_out_common_factors(arm_structure.chain)
     # The minors are in the order of the columns that they contain, so the first one omits the last column.
     minors = [minor.substitute(dict(arm_structure.values)) for minor in reversed(quotients)]

@@ -49,7 +49,7 @@ class ReferenceDerivation(Working):
 
     def for_first_joints(self, frame: int) -> Working:
         """Return the derivation for the first joints of the arm, up to a frame."""
-        return derive_reference(convention_of(self.chain).first_joints(frame), self.textbook_stages)
+        return derive_reference(convention_of(self.chain).keep_first_joints(frame), self.textbook_stages)
 
 
 def derive_reference(chain: Chain, textbook_stages: TextbookStages) -> ReferenceDerivation:

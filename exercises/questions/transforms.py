@@ -9,7 +9,7 @@ from qdot.exercises.arm import transforms
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions import base
@@ -73,7 +73,7 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
 
 def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return the transforms T_{w,0} ... T_{w,n} of an arm, filled with its numbers."""
-    return tuple(map(derive(chain).substitute_matrix, transforms.frame_poses(structure(chain).chain)))
+    return tuple(map(derive(chain).substitute_matrix, transforms.frame_poses(symbolic_arm_of(chain).chain)))
 
 
 def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
@@ -82,14 +82,14 @@ def _describe_transforms(chain: Chain, rng: Stream) -> TransformDetails:
 
 
 def _describe_columns(chain: Chain, rng: Stream) -> ToolJacobianDetails:
-    fill, generic = derive(chain).substitute_matrix, structure(chain).chain
+    fill, generic = derive(chain).substitute_matrix, symbolic_arm_of(chain).chain
     numbered = enumerate(zip(generic.joints, transforms.joint_vectors_in_tool_frame(generic), strict=True), 1)
     columns = (ToolColumn(number, joint.kind, *map(fill, vectors)) for number, (joint, vectors) in numbered)
     return ToolJacobianDetails(columns=tuple(columns))
 
 
 def _derive_tool_jacobian(chain: Chain) -> sp.Matrix:
-    return derive(chain).substitute_matrix(transforms.jacobian_in_tool_frame(structure(chain).chain))
+    return derive(chain).substitute_matrix(transforms.jacobian_in_tool_frame(symbolic_arm_of(chain).chain))
 
 
 def assemble_transform(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ QUESTIONS = (
         make_details=_describe_transforms, constant_last_row=("0", "0", "0", "1"),
         too_long=base.make_size_objection(
             "the product of the transforms of {n} joints", MAX_JOINTS,
-            lambda chain: transforms.count_last_pose_terms(structure(chain).chain),
+            lambda chain: transforms.count_last_pose_terms(symbolic_arm_of(chain).chain),
         ),
     ),
     Question(
@@ -121,7 +121,7 @@ QUESTIONS = (
         objection=base.object_to_point_before_last_link,
         too_long=base.make_size_objection(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,
-            lambda chain: transforms.count_tool_jacobian_terms(structure(chain).chain),
+            lambda chain: transforms.count_tool_jacobian_terms(symbolic_arm_of(chain).chain),
         ),
     ),
 )  # fmt: skip

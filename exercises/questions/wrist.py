@@ -15,14 +15,14 @@ from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.kinematics import Z, frame_after, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import MAX_TERMS, Question, name_joint_rates, object_unless_square
-from qdot.exercises.singularities.appearance import wrist_centre
+from qdot.exercises.singularities.appearance import find_wrist_centre
 
 
 @lru_cache(maxsize=1024)
@@ -44,7 +44,7 @@ def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     previous_frames = (frame_after(generic.joints[1:i]) for i in (1, 2))
     axes_and_arms = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in previous_frames)]
     joints_and_vectors = zip(generic.joints[:3], axes_and_arms, strict=True)
-    columns = [z.cross(arm) if joint.kind == "R" else z for joint, (z, arm) in joints_and_vectors]
+    columns = [z.cross(arm) if joint.is_revolute else z for joint, (z, arm) in joints_and_vectors]
     return textbook_matrix(rotation * sp.Matrix.hstack(*columns))
 
 
@@ -62,13 +62,13 @@ def derive_arm_block(chain: Chain) -> sp.Matrix:
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return derive(chain).substitute_matrix(_write_wrist_axes(structure(chain).chain))
+    return derive(chain).substitute_matrix(_write_wrist_axes(symbolic_arm_of(chain).chain))
 
 
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
-    values = dict(structure(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(structure(chain).chain)])
+    values = dict(symbolic_arm_of(chain).values)
+    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(symbolic_arm_of(chain).chain)])
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class WristAxisDetails(Details):
 
 def derive_blocks(chain: Chain) -> WristBlocks:
     """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
-    d, generic, wrist = derive(chain), structure(chain).chain, derive_wrist_block(chain)
+    d, generic, wrist = derive(chain), symbolic_arm_of(chain).chain, derive_wrist_block(chain)
     factors = (d.substitute_values(factor) for factor, _ in _factor_determinants(generic)[0].factors)
     return WristBlocks(
         arm=derive_arm_block(chain),
@@ -155,15 +155,15 @@ def object_unless_block_triangular(chain: Chain) -> str | None:
     """Return the objection to arms whose Jacobian at P is not block triangular."""
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it does not have six joints and a task of six rows"
-    centre = wrist_centre(chain)
-    if centre is None or not _is_at_wrist_centre(structure(chain).chain, centre):
+    centre = find_wrist_centre(chain)
+    if centre is None or not _is_at_wrist_centre(symbolic_arm_of(chain).chain, centre):
         return "the axes of its last three joints do not intersect at its point"
     return object_unless_square(chain)
 
 
 def object_to_long_arm_block(chain: Chain) -> str | None:
     """Return the objection to arms whose block J11 is too long to work out by hand."""
-    count = count_terms(derive_arm_block(structure(chain).chain))
+    count = count_terms(derive_arm_block(symbolic_arm_of(chain).chain))
     return f"its arm block has {count} terms, too many to work out by hand" if count > MAX_TERMS else None
 
 

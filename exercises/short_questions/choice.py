@@ -37,7 +37,7 @@ def _list_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
 
 def _list_whole_answer_and_entries(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the whole position, and each coordinate in case the whole position is too long for an option."""
-    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_rows)))]
+    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_axes)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:

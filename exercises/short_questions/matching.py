@@ -6,7 +6,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.short_questions.asking import ShortQuestion
@@ -51,7 +51,7 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(structure(chain).chain) and are_different_functions(chain, _list_columns(chain))
+    return _has_short_columns(symbolic_arm_of(chain).chain) and are_different_functions(chain, _list_columns(chain))
 
 
 @lru_cache(maxsize=1024)

@@ -6,7 +6,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import Selection
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, object_unless_square
@@ -75,7 +75,7 @@ def _list_determinant_if_square(chain: Chain) -> list[Quantity]:
 
 def list_quantities(chain: Chain) -> list[Quantity]:
     """Return the results of an arm's derivation that can be asked about."""
-    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_axes]
     columns = [Quantity("column", None, column) for column in range(chain.n)]
     return [*_list_determinant_if_square(chain), *coordinates, *columns]
 
@@ -120,7 +120,7 @@ def _find_short_quantities(chain: Chain) -> list[Quantity]:
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
-    generic = structure(chain).chain
+    generic = symbolic_arm_of(chain).chain
     correct_forms = _list_equal_forms(generic, quantity.derive_formulas(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = OptionSubject(base, quantity.column, quantity.row)

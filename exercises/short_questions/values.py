@@ -31,7 +31,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         return None
     jacobian = geometry.evaluate_precisely(chain, configuration, derive(chain).jacobian)
     rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
-    revolute_count = sum(joint.kind == "R" for joint in chain.joints)
+    revolute_count = len(chain.revolute_joints)
     unit = {0: "", 1: "m"}.get(revolute_count, f"m^{revolute_count}")
     return _make_number(determinant(rows), unit), ConfigurationDetails(place=configuration)
 

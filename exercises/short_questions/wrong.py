@@ -16,7 +16,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import Change, Working, numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import factor_trig, textbook_form
 from qdot.exercises.common.stream import Stream
@@ -216,7 +216,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 
 def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
     """Return the correct option and three wrong ones, or None if there are not three that match it in length."""
-    generic = chain if subject.depends_on_home_position else structure(chain).chain
+    generic = chain if subject.depends_on_home_position else symbolic_arm_of(chain).chain
     if _write_answer(generic, subject, ()) is None:
         return None
     intended_rank = rng.integer_below(4)
