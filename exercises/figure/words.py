@@ -92,7 +92,7 @@ def _describe_joint(chain: Chain, i: int) -> str:
     """Return a description of a joint: its motion, and its link by the row of the table."""
     if convention_of(chain).is_proximal:
         return _describe_modified_joint(chain, i)
-    row, is_revolute = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
+    row, is_revolute = chain.joints[i - 1], chain.joints[i - 1].is_revolute
     lengths = [f"{_format_plain(row.d)} along z{i - 1}"] if is_revolute and row.d != 0 else []
     if row.a != 0:
         lengths.append(f"{_format_plain(row.a)} along x{i}")
@@ -119,8 +119,8 @@ def _describe_axes(chain: Chain) -> list[str]:
     axes, point = axes_of(chain)
     sentences = []
     for i, axis in enumerate(axes, 1):
-        through = "" if axis.kind == "P" else f" through {_format_vector(axis.point, ' m')}"
-        motion = "rotates about" if axis.kind == "R" else "moves along"
+        through = "" if axis.is_prismatic else f" through {_format_vector(axis.point, ' m')}"
+        motion = "rotates about" if axis.is_revolute else "moves along"
         sentences.append(f"Joint {i} {motion} {_format_vector(axis.direction)}{through}.")
     if chain.point.frame != chain.n:
         return [*sentences, f"The point P is at {_format_vector(point, ' m')}."]
@@ -156,7 +156,7 @@ def _format_sum(value: sp.Expr, unit: str) -> str:
 
 def _describe_motion(chain: Chain, i: int) -> str:
     """Return the words on a joint's motion that precede the name of its axis: "rotates by theta1 about"."""
-    variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
+    variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].is_revolute
     entry = _format_plain(variable, is_angle)
     if offset != 0:
         words = _format_plain(offset, is_angle)
@@ -175,9 +175,9 @@ def _describe_modified_joint(chain: Chain, i: int) -> str:
         relation += f", {_format_plain(row.a)} along x{i - 1} from O{i - 1}"
     clauses = [f"its axis {relation}"] if relation else []
     clauses.append(f"it {_describe_motion(chain, i)} z{i}")
-    if row.kind == "R" and row.d != 0:
+    if row.is_revolute and row.d != 0:
         clauses.append(f"O{i} is {_format_plain(row.d)} along z{i}")
-    if row.kind == "P" and row.theta != 0:
+    if row.is_prismatic and row.theta != 0:
         clauses.append(_describe_rotation("x", i, row.theta, f"z{i}"))
     return f"Joint {i} is {JOINT_KIND_NAMES[row.kind]}: {'; '.join(clauses)}."
 

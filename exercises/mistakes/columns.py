@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cross
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     RESULT,
@@ -72,7 +72,7 @@ def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
     link's vector with respect to the joint's variable.
     """
     first = first_joint_of_run(w.chain, joint)
-    run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == "R"]
+    run = [i for i in range(w.n) if first_joint_of_run(w.chain, i) == first and w["kinds"][i] == REVOLUTE]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -84,7 +84,7 @@ def _mirror_effects(w: StageResults, joint: int) -> np.ndarray:
 def _flip_derivative(sign: int) -> VariantGenerator:
     def apply_change(w: StageResults, effects: np.ndarray) -> np.ndarray:
         kinds = w["kinds"]
-        return np.stack([sign * _mirror_effects(w, i) if kinds[i] == "R" else effects[i] for i in range(w.n)])
+        return np.stack([sign * _mirror_effects(w, i) if kinds[i] == REVOLUTE else effects[i] for i in range(w.n)])
 
     return variants_if(lambda chain: joints_of_kind(chain, "R"), {"effects": apply_change})
 
@@ -92,7 +92,7 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 def _skip_differentiation(w: StageResults, effects: np.ndarray) -> np.ndarray:
     new_effects, links = np.array(effects), w.arithmetic.drop_derivatives(np.stack(w["links"]))
     for joint in range(w.n):
-        if w["kinds"][joint] == "R":
+        if w["kinds"][joint] == REVOLUTE:
             later_links = [k for k in links_to_point(w.chain) if k >= joint]
             new_effects[joint, later_links] = links[later_links]
     return new_effects
@@ -201,7 +201,7 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield _replace_angular(
-        lambda w, i, column: column if w["kinds"][i] == "P" else w["axes"][i + 1], _axis_words(chain)
+        lambda w, i, column: column if w["kinds"][i] == PRISMATIC else w["axes"][i + 1], _axis_words(chain)
     )
 
 

@@ -24,7 +24,7 @@ def first_joint_of_run(chain: Chain, link: int) -> int:
 
 def earlier_joints_in_run(chain: Chain, link: int) -> list[int]:
     """Return the revolute joints that come before a link's own joint in the same run of parallel joints."""
-    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
+    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
 
 
 def _rotate_without(
@@ -33,7 +33,7 @@ def _rotate_without(
     """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
+        constant = row.theta - w.arithmetic.convert_entry(w.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
         rotation = matrix_product(rotation, matrix_product(rotation_z(w, theta), rotation_x(w, row.alpha)))
     return rotation
@@ -48,7 +48,7 @@ def _relative_link(w: StageResults, link: int, keeps_constants: bool = False) ->
 
 def moving_links(chain: Chain) -> list[int]:
     """Return the links between the base and the point of interest that have a nonzero length."""
-    lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
+    lengths = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
@@ -128,7 +128,7 @@ def _swap_coordinates(w: StageResults, links: LinkVectors, link: int) -> np.ndar
 
 
 def _has_angle(chain: Chain, link: int) -> bool:
-    return link < chain.n and chain.joints[link].kind == "R" and chain.joints[link].a != 0
+    return link < chain.n and chain.joints[link].is_revolute and chain.joints[link].a != 0
 
 
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -148,7 +148,7 @@ def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[Mistake
         slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
         return [*slide_vectors, links[-1]]
 
-    if 1 < chain.n <= 3 and all(joint.kind == "P" for joint in chain.joints):
+    if 1 < chain.n <= 3 and not chain.revolute_joints:
         joints = ", ".join(str(k + 1) for k in range(chain.n))
         yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
 

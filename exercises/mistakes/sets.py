@@ -130,7 +130,7 @@ def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Sy
     """Yield joints that are falsely called singular, with a component that gives zeros of a sine or cosine."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
-        if joint.kind == "R" and q not in singular_joints:
+        if joint.is_revolute and q not in singular_joints:
             for values in FALSELY_SINGULAR_ANGLES:
                 yield q, Component((q,), ((q, values),))
 
@@ -176,7 +176,7 @@ def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenA
             continue
         ((singular_joint, values),) = component.solutions
         for joint, q in zip(chain.joints, chain.q, strict=True):
-            if q != singular_joint and (joint.kind == "R") == singular_joint.name.startswith("theta"):
+            if q != singular_joint and joint.is_revolute == singular_joint.name.startswith("theta"):
                 other_component = replace(component, solutions=((q, values),))
                 yield _make_answer(_replace_component(components, k, other_component), joint=q)
 
@@ -300,7 +300,7 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
         singular_joints = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular_joints:
-                for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
+                for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
                     extended = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
                     yield _make_answer(_replace_component(components, k, extended), joint=str(q))
 

@@ -13,6 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.questions.geometry import sample_singular_configurations
 from qdot.exercises.singularities import directions
 from qdot.exercises.singularities.directions import ArmLine
+    list_candidate_lines,
 from qdot.exercises.singularities.singularity import Component
 
 SAMPLE_COUNT = 8

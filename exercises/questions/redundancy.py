@@ -19,7 +19,7 @@ from qdot.exercises.answer_types import Direction, Expression, Number
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, PreciseArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
@@ -122,7 +122,7 @@ def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
 @lru_cache(maxsize=1024)
 def _factor_out_shared(symbolic_chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
-    minors = derive(symbolic_chain).generic_minors
+    minors = derive(symbolic_chain).symbolic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
     shared_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
@@ -253,7 +253,7 @@ def _find_self_motion_objection(chain: Chain) -> str | None:
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion for the task {', '.join(chain.task)} has {n - m} dimensions, not one"
-    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
+    if n <= MAX_JOINTS and sum(not minor.is_zero for minor in derive(chain).symbolic_minors) < 2:
         return "one of its joints does not affect the task"
     return None
 

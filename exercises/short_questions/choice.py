@@ -43,7 +43,7 @@ def _get_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
 
 def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the whole position, and each coordinate in case the whole position is too long for an option."""
-    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_rows)))]
+    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_axes)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import structure
+from qdot.exercises.arm.derivation import symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails, Question

@@ -64,7 +64,7 @@ def list_determinant_factors(chain: Chain) -> list[list[str]]:
     if not derivation.is_square:
         return []
     try:
-        (minor,) = derivation.generic_minors
+        (minor,) = derivation.symbolic_minors
     except TooLong:
         return []
     factors: list[list[str]] = []
@@ -135,7 +135,7 @@ def _make_latex_element(latex: str, is_displayed: bool) -> str:
 
 def _list_symbols(problem: Problem) -> Json:
     """Return the role, the unit, the LaTeX and, if it is known, the value of each symbol, by its name."""
-    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
+    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.is_prismatic)
     symbols: Json = {}
     for name, info in problem.symbols.items():
         symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}

@@ -79,13 +79,13 @@ class _ExponentialArm:
     def _screw(numeric: NumericReference, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
         """Return omega and v of the unit screw of a joint at home, (…, 3) each."""
         u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
-        return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
+        return (u, np.cross(o, u)) if axis.is_revolute else (0 * u, u)
 
 
 def _home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
-    is_revolute = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
+    is_revolute = np.array([joint.is_revolute for joint in numeric.chain.joints])[:, None]
     screws = np.where(is_revolute, _stack_twist(numeric, z, np.cross(o, z)), _stack_twist(numeric, 0 * z, z))
     return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 

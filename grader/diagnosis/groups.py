@@ -128,11 +128,11 @@ class _GeneralForm:
         self.names_in_sums = dict(_drop_ambiguous(names, [_sums(names), _products(names, 2), _products(names, 3)]))
         self.offset_by_joint: dict[str, Node] = {}
         self.shifted_joints: dict[str, Node] = {}
-        self.revolute_variables = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
+        self.revolute_variables = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.is_revolute}
         for q, joint, offset in zip(chain.q, chain.joints, _list_offsets(chain), strict=True):
             if offset != 0:
                 tree = parse_reference(str(offset), frozenset())
-                self.offset_by_joint[q.name] = self.generalize(tree, joint.kind == "P")
+                self.offset_by_joint[q.name] = self.generalize(tree, joint.is_prismatic)
                 self.shifted_joints[q.name] = Node("-", (Node("name", value=q.name), self.offset_by_joint[q.name]))
 
     def generalize(self, tree: Node, numbers_are_lengths: bool = True) -> Node:
@@ -224,7 +224,7 @@ def _list_offsets(chain: Chain) -> Sequence[sp.Expr]:
 
     If the base is upright and the first joint revolute, the first offset includes the base's yaw.
     """
-    if chain.joints[0].kind == "R" and chain.base.tilt == 0:
+    if chain.joints[0].is_revolute and chain.base.tilt == 0:
         return (chain.offsets[0] + chain.base.yaw, *chain.offsets[1:])
     return chain.offsets
 
@@ -233,7 +233,7 @@ def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
     """Yield the lengths and offsets of an arm, under names that are the same for all arms."""
     for number, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True), 1):
         yield f"a{number}", joint.a
-        yield (f"d{number}", joint.d) if joint.kind == "R" else (f"zero of d{number}", offset)
+        yield (f"d{number}", joint.d) if joint.is_revolute else (f"zero of d{number}", offset)
     for frame, values in (("base", chain.base.position), ("point", chain.point.offset)):
         for axis, value in zip("xyz", values, strict=True):
             yield f"{frame} {axis}", value
