@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, draw_singular_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, answer_variable
@@ -59,7 +60,7 @@ def notebook_text(notebook: Mapping[str, Any]) -> str:
 
 def figure_image(problem: Problem, name: str) -> str:
     """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
-    return _image(figure_svg(problem.chain, name), alt_text(problem.chain))
+    return _image(draw_figure_svg(problem.chain, name), describe_figure(problem.chain))
 
 
 def _image(svg: str, alt: str) -> str:
@@ -69,7 +70,7 @@ def _image(svg: str, alt: str) -> str:
 
 def solution_figure(problem: Problem, part: Part, name: str) -> str:
     """Return the SVG of the singular configurations for a worked solution, or "" if the answer is not a set."""
-    return singular_svg(problem.chain, name) if part.answer.is_set else ""
+    return draw_singular_svg(problem.chain, name) if part.answer.is_set else ""
 
 
 FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
@@ -157,8 +158,8 @@ def _problem_cells(
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, with_hints: bool) -> str:
-    svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
-    figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
+    svg = draw_part_svg(problem.chain, part, f"{slot}-{part.name}")
+    figure = _image(svg, describe_part_figure(problem.chain, part)) if svg else ""
     texts = {"prompt": prompt(problem, part), "figure": figure, "hints": hints(problem, part) if with_hints else ()}
     title, points = ASKED[part.kind].heading(problem.chain), points_text(part.points)
     return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)

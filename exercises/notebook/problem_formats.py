@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from qdot.exercises.common.errors import make_name_error
-from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
+from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook.notebook import (
     notebook_text,
     points_text,
@@ -74,7 +75,7 @@ def _part_views(
         view["hints"] = [convert(hint_lead.format(index) + hint) for index, hint in shown_hints]
         view["solution"] = convert(solutions[part.name]) if solution else ""
         view["code"] = answer_code(problem, part) if solution else ""
-        view["figure"] = part_svg(problem.chain, part, part.name) if with_figures else ""
+        view["figure"] = draw_part_svg(problem.chain, part, part.name) if with_figures else ""
         has_solution_figure = with_figures and solution
         view["solution_figure"] = solution_figure(problem, part, f"{part.name}-solution") if has_solution_figure else ""
         views.append(view)
@@ -88,20 +89,24 @@ def _footer(problem: Problem) -> str:
 def _as_text(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
     texts = {"title": f"{problem.title} ({problem.id})", "statement": to_text(statement(problem, ""))}
-    figure = textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100)
+    figure = textwrap.fill(f"Figure: {describe_figure(problem.chain)}", 100)
     return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_footer(problem))
 
 
 def _as_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
-    title, figure = escape_latex(problem.title), escape_latex(alt_text(problem.chain))
+    title, figure = escape_latex(problem.title), escape_latex(describe_figure(problem.chain))
     latex_statement = to_latex(statement(problem, ""))
     return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
 
 
 def _as_html(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, to_html, with_figures=True)
-    texts = {"title": problem.title, "statement": to_html(statement(problem, "")), "figure": figure_svg(problem.chain)}
+    texts = {
+        "title": problem.title,
+        "statement": to_html(statement(problem, "")),
+        "figure": draw_figure_svg(problem.chain),
+    }
     return render("notebook/problem.html.j2", **texts, parts=parts, footer=_footer(problem))
 
 
