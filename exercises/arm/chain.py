@@ -222,6 +222,10 @@ class Chain:
         """The joint offsets: the constants that are added to the joint variables in the table."""
         return tuple(sp.expand(joint.variable_entry - q) for joint, q in zip(self.joints, self.q, strict=True))
 
+    def joints_of_kind(self, kind: str) -> list[int]:
+        """Return the indices of the revolute ("R") or prismatic ("P") joints, from 0."""
+        return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
+
     @property
     def linear_axes(self) -> tuple[str, ...]:
         """The axes along which the task needs the velocity of P: some of "x", "y", "z"."""

@@ -21,7 +21,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, propagate_linear_rows
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook_form

@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.answer_types import Matching
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails

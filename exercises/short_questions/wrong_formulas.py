@@ -20,7 +20,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,

@@ -14,7 +14,7 @@ from fractions import Fraction
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, find_most_similar, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
-from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
+from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
 from qdot.grader.grading.result import Override
 
@@ -91,7 +91,7 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part, letters = group.split("/")
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
-        hint = f" (did you mean {group_key(part, similar_letters)!r}?)" if similar_letters else ""
+        hint = f" (did you mean {format_group_key(part, similar_letters)!r}?)" if similar_letters else ""
         listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         problem = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
@@ -118,7 +118,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
         contradiction = f"the group {group!r} belongs to {part_of_group}, but the line names {part}"
         raise QdotError(f"{location}: {contradiction}; leave part empty")
     part = part_of_group or part
-    return part, group_key(part, letters.lower())
+    return part, format_group_key(part, letters.lower())
 
 
 def _make_unknown_part_error(location: str, part: str, all_names: Sequence[str]) -> QdotError:
