@@ -27,51 +27,51 @@ Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
 """A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
 
 
-def iterate_bank(order: ExportRequest) -> Generator[Variant, None, None]:
+def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
     """Yield the variants of every slot in turn. A bank of 50 variants begins with the variants of a bank of 20.
 
     They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
     problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
     """
-    for variant, _ in process_bank(order, _ignore_problem):
+    for variant, _ in process_bank(request, _ignore_problem):
         yield variant
 
 
-def process_bank(order: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
+def process_bank(request: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
     """Yield the variants of a bank, each with the result of `work`.
 
     `work` runs in the process that has generated and certified the problem. In this way, each arm is derived only once,
     and the processes share the work evenly.
     """
-    for slot in order.assignment.slots:
+    for slot in request.assignment.slots:
         count, failures = 0, list[str]()
-        for problem, work_result in _iterate_distinct_problems(order, slot, work, failures):
+        for problem, work_result in _iterate_distinct_problems(request, slot, work, failures):
             count += 1
-            order.on_step()
+            request.on_step()
             yield Variant(slot, count, problem), work_result
         if not count:
             raise _make_no_variant_error(slot, failures[0])
         if failures:
-            order.report(
+            request.report(
                 f"{slot.name}: {count_noun(len(failures), 'generated problem')} failed the certificate and "
                 f"{'was' if len(failures) == 1 else 'were'} replaced; the first: {failures[0]}"
             )
-        if count < order.variant_count:
+        if count < request.variant_count:
             number = "one different problem" if count == 1 else f"{count} different problems"
             variation_words = describe_variation(slot.family, slot.variation)
-            order.report(
-                f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variant_count}"
+            request.report(
+                f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {request.variant_count}"
             )
-        for _ in range(order.variant_count - count):
-            order.on_step()
+        for _ in range(request.variant_count - count):
+            request.on_step()
 
 
-def _ignore_problem(order: ExportRequest, slot: Slot, problem: Problem) -> None:
+def _ignore_problem(request: ExportRequest, slot: Slot, problem: Problem) -> None:
     """Return None: the `work` of a bank without further results."""
 
 
 def _iterate_distinct_problems(
-    order: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
+    request: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
 ) -> Generator[tuple[Problem, WorkResult], None, None]:
     """Yield distinct problems that pass their certificate.
 
@@ -80,14 +80,14 @@ def _iterate_distinct_problems(
     seen_fingerprints: set[str] = set()
     tried_count = 0
     while (
-        len(seen_fingerprints) < order.variant_count
-        and tried_count < MAX_PROBLEMS_PER_VARIANT * order.variant_count
+        len(seen_fingerprints) < request.variant_count
+        and tried_count < MAX_PROBLEMS_PER_VARIANT * request.variant_count
         and (seen_fingerprints or len(failure_messages) < MAX_DRAWS)
     ):
-        numbers = range(tried_count, tried_count + order.variant_count - len(seen_fingerprints))
+        numbers = range(tried_count, tried_count + request.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
-        state = _WorkerState(order.without_callbacks, slot, work, set(seen_fingerprints))
-        with closing(ordered_map(_generate_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
+        state = _WorkerState(request.without_callbacks, slot, work, set(seen_fingerprints))
+        with closing(ordered_map(_generate_candidate, numbers, request.jobs, keep_state, (state,))) as candidates:
             for candidate in candidates:
                 if isinstance(candidate, str):
                     failure_messages.append(candidate)
@@ -112,7 +112,7 @@ class _Candidate(Generic[WorkResult]):
 class _WorkerState(Generic[WorkResult]):
     """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
 
-    order: ExportRequest
+    request: ExportRequest
     slot: Slot
     work: Work[WorkResult]
     known_fingerprints: set[str]
@@ -124,9 +124,9 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     A process handles its numbers in ascending order. If two numbers give the same problem, the caller therefore
     receives the one with a result first.
     """
-    order, slot = state.order, state.slot
-    generate = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = try_draw(generate, partial(certify_with, order.find_failures))
+    request, slot = state.request, state.slot
+    generate = partial(slot.problem, request.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
+    attempt_result = try_draw(generate, partial(certify_with, request.find_failures))
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]
@@ -134,4 +134,4 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     if fingerprint in state.known_fingerprints:
         return None
     state.known_fingerprints.add(fingerprint)
-    return _Candidate(problem, fingerprint, state.work(order, slot, problem))
+    return _Candidate(problem, fingerprint, state.work(request, slot, problem))

@@ -10,12 +10,12 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 """The folder in which Canvas stores the files of a package."""
 
 
-def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield one package, which Canvas imports as a quiz and a question bank."""
-    assignment = order.assignment
-    quiz_items = list(items.make_items_without_hidden_solutions(order))
+    assignment = request.assignment
+    quiz_items = list(items.make_items_without_hidden_solutions(request))
     if any(item.single_number_item for item in quiz_items):
-        order.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
+        request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
     images = {
         f"images/{markup.name_picture_file(picture)}": markup.make_svg_file(picture)
@@ -25,7 +25,7 @@ def export_canvas(order: ExportRequest) -> Generator[ExportedFile, None, None]:
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
         "points": markup.format_decimal(sum(group[0].points for group in groups.values())),
-        "tells_values": order.has_solutions or order.includes_feedback("values"),
+        "tells_values": request.has_solutions or request.includes_feedback("values"),
         "type_of": _name_question_type, "shares_of": _list_shares, "html": _write_html, "line": markup.write_line_html,
         "decimal": markup.format_decimal, "limits": markup.format_limits,
     }  # fmt: skip

@@ -97,12 +97,12 @@ def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = 
     return out.getvalue()
 
 
-def list_robot_files(order: ExportRequest) -> list[str]:
+def list_robot_files(request: ExportRequest) -> list[str]:
     """Return the names of the robot files in an assignment's folder. Robots of the library come with qdot.
 
     Raises QdotError for a file outside of the folder.
     """
-    assignment = order.assignment
+    assignment = request.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
     names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
     for name in names:
@@ -138,10 +138,10 @@ class ExportFormat:
         """Whether its files contain the variants of a bank."""
         return self.progress_unit == "variant" and not self.regenerates_problems
 
-    def count_steps(self, order: ExportRequest) -> int:
-        """Return how many times `order.on_step` will be called."""
-        assignment = order.assignment
+    def count_steps(self, request: ExportRequest) -> int:
+        """Return how many times `request.on_step` will be called."""
+        assignment = request.assignment
         return {
-            "variant": len(assignment.slots) * order.variant_count, "once": 1,
-            "student": order.version_count or len(assignment.roster),
+            "variant": len(assignment.slots) * request.variant_count, "once": 1,
+            "student": request.version_count or len(assignment.roster),
         }[self.progress_unit]  # fmt: skip

@@ -14,14 +14,14 @@ from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
 
-def export_gradescope(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_gradescope(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
-    notebooks = collect_handouts(order)
+    notebooks = collect_handouts(request)
     assignment = notebooks.assignment
     name, content = make_wheel()
     context = {"title": assignment.title, "key": assignment.key, "wheel": name}
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
-    private_files = dict(read_assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    private_files = dict(read_assignment_files(request)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
     files |= {name: content, "versions.txt": list_versions()}

@@ -14,10 +14,10 @@ class Handouts:
     """The notebooks of a class. `students` lists the students who have a notebook.
 
     `new_ids` contains the ids of students whose notebooks are new. `collect_handouts` has already called
-    `order.on_step` for them and for students without a notebook.
+    `request.on_step` for them and for students without a notebook.
     """
 
-    order: ExportRequest
+    request: ExportRequest
     assignment: Assignment
     students: tuple[Student, ...]
     new_ids: frozenset[str]
@@ -29,18 +29,20 @@ class Handouts:
                 yield student, make_handout_text(self.assignment, student.id)
             else:
                 yield student, released_text(self.assignment, student.id)
-                self.order.on_step()
+                self.request.on_step()
 
 
-def collect_handouts(order: ExportRequest) -> Handouts:
+def collect_handouts(request: ExportRequest) -> Handouts:
     """Return the notebooks of a class, after recording regenerated problems in the assignment's folder.
 
     Call this before copying any file of the assignment.
     """
-    new_ids = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, failures = certify_class(order.assignment, new_ids, order.find_failures, order.jobs, order.on_step)
+    new_ids = [student.id for student in request.assignment.roster if not is_released(request.assignment, student.id)]
+    assignment, failures = certify_class(
+        request.assignment, new_ids, request.find_failures, request.jobs, request.on_step
+    )
     for failure in failures:
-        order.on_left_out(failure)
+        request.on_left_out(failure)
     left_out_students = {failure.student for failure in failures}
     students = tuple(student for student in assignment.roster if student.id not in left_out_students)
-    return Handouts(order, assignment, students, frozenset(new_ids))
+    return Handouts(request, assignment, students, frozenset(new_ids))

@@ -1,7 +1,7 @@
 """Quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
 
 Texts are Markdown with LaTeX, with figures between them. Platforms can't compare formulas, so items ask for their
-values at a configuration (`exports.numbers`). `order.report` reports questions that can't be asked at all.
+values at a configuration (`exports.numbers`). `request.report` reports questions that can't be asked at all.
 """
 
 import re
@@ -164,10 +164,10 @@ class QuizItem:
     single_number_item: "QuizItem | None" = None
 
 
-def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
+def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the parts of every variant as items, by slot and variant. Report once per slot what can't be asked."""
     reported_notes: set[str] = set()
-    for variant, variant_items in process_bank(order, _make_problem_items):
+    for variant, variant_items in process_bank(request, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
@@ -175,12 +175,12 @@ def make_items(order: ExportRequest) -> Generator[QuizItem, None, None]:
             note = f"{variant.slot.name}: {part.name} is left out, because the platform can't compare formulas"
             if note not in reported_notes:
                 reported_notes.add(note)
-                order.report(note)
+                request.report(note)
 
 
-def _make_problem_items(order: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
+def _make_problem_items(request: ExportRequest, slot: Slot, problem: Problem) -> list[QuizItem | None]:
     """Return the parts of a problem as items, whose keys and titles do not name the variant yet."""
-    return [_make_item(order, slot, problem, part) for part in problem.parts]
+    return [_make_item(request, slot, problem, part) for part in problem.parts]
 
 
 def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
@@ -190,11 +190,11 @@ def _add_variant_key(item: QuizItem, variant: Variant) -> QuizItem:
     return replace(item, key=key, title=title, single_number_item=number_item)
 
 
-def make_items_without_hidden_solutions(order: ExportRequest) -> Generator[QuizItem, None, None]:
+def make_items_without_hidden_solutions(request: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
-    for item in make_items(order):
+    for item in make_items(request):
         number_item = item.single_number_item and replace(item.single_number_item, solution=())
-        shows_solutions = order.has_solutions or order.includes_feedback("solutions")
+        shows_solutions = request.has_solutions or request.includes_feedback("solutions")
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
@@ -206,14 +206,14 @@ def group_by_category(items: Iterable[QuizItem]) -> dict[tuple[str, str, str], l
     return groups
 
 
-def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
+def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
     """Return a part of a problem as an item whose key does not name the variant yet; None if it can't be asked."""
     if part.answer.is_set:
-        short_problem = _ask_short_question(problem, part, order)
+        short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    tells_mistakes, numeric_part = order.includes_feedback("mistake"), None
+    tells_mistakes, numeric_part = request.includes_feedback("mistake"), None
     form: ItemForm
     if part.answer.offered_options:
         form = _make_option_form(problem, part, tells_mistakes)
@@ -227,9 +227,9 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
     title, figure = ASKED[part.kind].title, draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), statement(problem, "", explains_typing=False), *figures, question)
-    category = order.assignment.title, f"{slot.name} {slot.family.name}", title
+    category = request.assignment.title, f"{slot.name} {slot.family.name}", title
     solution = _write_solution(problem, part, numeric_part)
-    item_hints = hints(problem, part) if order.assignment.hints else ()
+    item_hints = hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
@@ -239,7 +239,7 @@ def _make_item(order: ExportRequest, slot: Slot, problem: Problem, part: Part) -
     return replace(item, single_number_item=number_item)
 
 
-def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> Problem | None:
+def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) -> Problem | None:
     """Return the problem with one short question on singular configurations, or None if no such question applies."""
     for name in SINGULARITY_QUESTIONS:
         question = ASKED[name]
@@ -251,7 +251,7 @@ def _ask_short_question(problem: Problem, part: Part, order: ExportRequest) -> P
         except RuntimeError:
             continue
         short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
-        failures = order.find_failures(short_problem)
+        failures = request.find_failures(short_problem)
         if failures:
             raise QdotError(f"{problem.id}: {name} failed its certificate: {failures[0]}; please report it")
         return short_problem

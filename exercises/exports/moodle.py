@@ -32,17 +32,17 @@ MAX_NAME_LENGTH, MAX_ID_LENGTH = 255, 100
 """Maximum length of a name and of an id in Moodle, in characters."""
 
 
-def export_moodle(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore."""
-    assignment = order.assignment
+    assignment = request.assignment
     categories = [
         Category(tuple(map(make_moodle_name, names)), tuple(_make_question(item, assignment.key) for item in group))
-        for names, group in items.group_by_category(items.make_items(order)).items()
+        for names, group in items.group_by_category(items.make_items(request)).items()
     ]
     groups = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
     xml = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
     yield ExportedFile(f"{assignment.key}.xml", xml, is_private=True)
-    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(order, categories), is_private=True)
+    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, categories), is_private=True)
 
 
 def make_moodle_name(text: str) -> str:

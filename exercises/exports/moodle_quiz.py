@@ -97,12 +97,12 @@ class Category:
     questions: tuple[MoodleQuestion, ...]
 
 
-def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> bytes:
+def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> bytes:
     """Return the backup of a quiz that picks one question from each category, in this order.
 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
-    assignment = order.assignment
+    assignment = request.assignment
     folders = _number_categories(assignment.key, categories)
     question_folders = [folder for folder in folders if folder["questions"]]
     files = [file for folder in question_folders for entry in folder["questions"] for file in _list_files(entry)]
@@ -115,8 +115,8 @@ def make_quiz_backup(order: ExportRequest, categories: Sequence[Category]) -> by
         ],
         "points": sum(category.questions[0].points for category in categories),
         "types": INTERNAL_TYPES, "after": SHOWN_AFTER_ATTEMPT, "always": SHOWN_ALWAYS,
-        "values": SHOWN_AFTER_ATTEMPT if order.includes_feedback("values") else SHOWN_WHEN_CLOSED,
-        "solutions": SHOWN_AFTER_ATTEMPT if order.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
+        "values": SHOWN_AFTER_ATTEMPT if request.includes_feedback("values") else SHOWN_WHEN_CLOSED,
+        "solutions": SHOWN_AFTER_ATTEMPT if request.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
         **_describe_attempts(assignment),
     }  # fmt: skip
     activity = f"activities/quiz_{QUIZ_ID}"

@@ -36,9 +36,9 @@ MARKS_COMMENT = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
 
 
-def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course: configuration, source notebook, the assignment with its secret, and students' notebooks."""
-    notebooks = collect_handouts(order)
+    notebooks = collect_handouts(request)
     assignment = notebooks.assignment
     key = assignment.key
     name, content = make_wheel()
@@ -50,7 +50,7 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
     yield ExportedFile("students.csv", _write_roster(assignment.roster))
     source = _make_source_notebook(assignment.title, key, assignment.slots)
     yield ExportedFile(f"source/{key}/{key}.ipynb", notebook_text(source))
-    for path, data in read_assignment_files(order):
+    for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
     points = {
@@ -58,7 +58,7 @@ def export_nbgrader(order: ExportRequest) -> Generator[ExportedFile, None, None]
     }
     for student, text in notebooks.iterate_notebooks():
         if "+" in student.id:
-            order.report(f"{student.id}: nbgrader does not accept identifiers with +")
+            request.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
         notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points)]
         yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", notebook_text(notebook))

@@ -31,11 +31,11 @@ PLUGIN_PATH = "qdot.grader.integrations.otter_plugin.Marks"
 OtterPart = tuple[str, str, float, str]
 
 
-def export_otter(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_otter(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
-    notebooks = collect_handouts(order)
+    notebooks = collect_handouts(request)
     assignment, (name, content) = notebooks.assignment, make_wheel()
-    private_files = [*read_assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
+    private_files = [*read_assignment_files(request), (SECRET_FILE, f"{assignment.secret}\n".encode())]
     context = {
         "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN_PATH,
         "files": [name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)],

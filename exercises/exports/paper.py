@@ -36,29 +36,29 @@ class PaperQuestion:
     answers: tuple[tuple[str, str], ...]
 
 
-def export_html(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_html(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield an HTML page for every student or version and, for a key, one page for the class."""
-    return _write_files(order, "html", _write_html, has_class_file=False)
+    return _write_files(request, "html", _write_html, has_class_file=False)
 
 
-def export_latex(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_latex(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield self-contained LaTeX source for every student or version and, for a key, one file for the class."""
-    return _write_files(order, "tex", _write_latex, has_class_file=False)
+    return _write_files(request, "tex", _write_latex, has_class_file=False)
 
 
-def export_pdf(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_pdf(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a PDF for every student or version, and one of all to print. Raises QdotError if typst is missing."""
     require_extra("pdf", "PDF")
-    return _write_files(order, "pdf", lambda *arguments: compile_pdf(write_typst(*arguments)), has_class_file=True)
+    return _write_files(request, "pdf", lambda *arguments: compile_pdf(write_typst(*arguments)), has_class_file=True)
 
 
-def check_sheet(order: ExportRequest) -> None:
+def check_sheet(request: ExportRequest) -> None:
     """Raise QdotError if the request is impossible for this kind of sheet."""
-    if order.sheet == "marking" and order.earned_share is None:
+    if request.sheet == "marking" and request.earned_share is None:
         raise QdotError("marking sheets are written by the command line: qdot export DIR --sheet marking")
-    if order.sheet in STAFF_SHEETS and order.has_solutions:
+    if request.sheet in STAFF_SHEETS and request.has_solutions:
         raise QdotError(
-            f"{STAFF_SHEETS[order.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"
+            f"{STAFF_SHEETS[request.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"
         )
 
 
@@ -66,27 +66,29 @@ SheetWriter = Callable[[ExportRequest, Sequence[Sheet], Sequence[PaperQuestion]]
 
 
 def _write_files(
-    order: ExportRequest, file_type: str, write: SheetWriter, has_class_file: bool
+    request: ExportRequest, file_type: str, write: SheetWriter, has_class_file: bool
 ) -> Generator[ExportedFile, None, None]:
     """Yield a file for each sheet, and then one for the class.
 
     For a key, the last file has the answers by question. For other kinds of sheets, the last file has all sheets, and
     it is only written if `has_class_file`.
     """
-    check_sheet(order)
-    is_private = order.sheet in STAFF_SHEETS or order.has_solutions
-    stem = f"{order.sheet}{'-versions' if order.version_count else ''}{'-solutions' if order.has_solutions else ''}"
+    check_sheet(request)
+    is_private = request.sheet in STAFF_SHEETS or request.has_solutions
+    stem = (
+        f"{request.sheet}{'-versions' if request.version_count else ''}{'-solutions' if request.has_solutions else ''}"
+    )
     written_sheets: list[Sheet] = []
-    for sheet in make_sheets(order):
-        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(order, [sheet], ()), is_private)
+    for sheet in make_sheets(request):
+        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(request, [sheet], ()), is_private)
         written_sheets.append(sheet)
     if not written_sheets:  # everybody was left out
         return
-    if order.sheet == "key":
+    if request.sheet == "key":
         answers = list_answers_by_question(written_sheets)
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, (), answers), is_private)
+        yield ExportedFile(f"{stem}-all.{file_type}", write(request, (), answers), is_private)
     elif has_class_file:
-        yield ExportedFile(f"{stem}-all.{file_type}", write(order, written_sheets, ()), is_private)
+        yield ExportedFile(f"{stem}-all.{file_type}", write(request, written_sheets, ()), is_private)
 
 
 def list_answers_by_question(class_sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
@@ -101,22 +103,22 @@ def list_answers_by_question(class_sheets: Sequence[Sheet]) -> tuple[PaperQuesti
 
 
 def _make_template_context(
-    order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]
+    request: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]
 ) -> dict[str, object]:
     return {
-        "title": order.assignment.title, "kind": order.sheet, "solutions": order.has_solutions,
-        "page": order.paper_size, "sheets": paper_sheets, "questions": paper_questions, "last": END_WEIGHT,
-        "ticks": VERSION_TICKS if order.version_count else 1,
+        "title": request.assignment.title, "kind": request.sheet, "solutions": request.has_solutions,
+        "page": request.paper_size, "sheets": paper_sheets, "questions": paper_questions, "last": END_WEIGHT,
+        "ticks": VERSION_TICKS if request.version_count else 1,
     }  # fmt: skip
 
 
 # --- PDF ---
 
 
-def write_typst(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
+def write_typst(request: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
     """Return the Typst document with these sheets."""
     return render(
-        "exports/paper.typ.j2", **_make_template_context(order, paper_sheets, paper_questions), markup=to_typst,
+        "exports/paper.typ.j2", **_make_template_context(request, paper_sheets, paper_questions), markup=to_typst,
         plain=escape_typst, string=typst_string, narrow=FORMULA_WIDTH_SHARE,
     )  # fmt: skip
 
@@ -134,15 +136,17 @@ def compile_pdf(source: str) -> bytes:
 # --- LaTeX and HTML ---
 
 
-def _write_latex(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
+def _write_latex(
+    request: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]
+) -> str:
     return render(
-        "exports/paper.tex.j2", **_make_template_context(order, paper_sheets, paper_questions), markup=to_latex,
+        "exports/paper.tex.j2", **_make_template_context(request, paper_sheets, paper_questions), markup=to_latex,
         plain=escape_latex, draw=convert_to_tikz, narrow=FORMULA_WIDTH_SHARE,
     )  # fmt: skip
 
 
-def _write_html(order: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
+def _write_html(request: ExportRequest, paper_sheets: Sequence[Sheet], paper_questions: Sequence[PaperQuestion]) -> str:
     return render(
-        "exports/paper.html.j2", **_make_template_context(order, paper_sheets, paper_questions),
+        "exports/paper.html.j2", **_make_template_context(request, paper_sheets, paper_questions),
         markup=lambda text, share=1.0: to_html(text, width_share=share), narrow=FORMULA_WIDTH_SHARE,
     )  # fmt: skip

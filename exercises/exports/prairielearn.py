@@ -23,13 +23,13 @@ DEFAULT_ATTEMPTS = 3
 """Number of attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
-def export_prairielearn(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
-    assignment = order.assignment
+    assignment = request.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
     parts_by_slot: dict[str, tuple[Part, ...]] = {}
-    for variant in iterate_bank(order):
+    for variant in iterate_bank(request):
         parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
@@ -42,7 +42,7 @@ def export_prairielearn(order: ExportRequest) -> Generator[ExportedFile, None, N
     yield ExportedFile(f"{COURSE_INSTANCE}/infoCourseInstance.json", _write_json(instance))
     for kind, assessment in _make_assessments(assignment).items():
         yield ExportedFile(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
-    yield from _make_server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
+    yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds)
 
 
 def _make_question_files(
@@ -96,12 +96,12 @@ def list_input_names(part: Part) -> list[str]:
 
 
 def _make_server_files(
-    order: ExportRequest, folder: str, seeds: dict[str, list[str]]
+    request: ExportRequest, folder: str, seeds: dict[str, list[str]]
 ) -> Generator[ExportedFile, None, None]:
-    assignment = order.assignment
+    assignment = request.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
     yield ExportedFile(f"{folder}/assignment.toml", text, is_private=True)
-    for name in sorted(list_robot_files(order)):
+    for name in sorted(list_robot_files(request)):
         yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)

@@ -24,16 +24,16 @@ ROUNDING_SHARE = 1e-6
 _STYLE = re.compile(r' style="[^"]*"')
 
 
-def export_qti(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package with the test, its items and their figures."""
-    assignment = order.assignment
+    assignment = request.assignment
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
     resources = []
     variants_by_slot: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
     attempt_count, points_by_question = assignment.attempts.best_of or DEFAULT_ATTEMPTS, dict[str, float]()
-    for item in make_items_without_hidden_solutions(order):
+    for item in make_items_without_hidden_solutions(request):
         files[f"items/{item.key}.xml"] = _render_item(item, attempt_count)
         pictures = markup.find_pictures((*item.body, *item.solution))
         item_images = {markup.name_picture_file(picture): markup.make_svg_file(picture) for picture in pictures}

@@ -29,29 +29,29 @@ GITHUB_LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 """A GitHub login."""
 
 
-def export_github(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_github(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the files of repositories that GitHub Actions grades."""
-    yield from _export_repositories(order, "github", "grade.yml", "check.yml")
+    yield from _export_repositories(request, "github", "grade.yml", "check.yml")
 
 
-def export_gitlab(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_gitlab(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the files of projects that GitLab CI grades."""
-    yield from _export_repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
+    yield from _export_repositories(request, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
 
 
-def read_assignment_files(order: ExportRequest) -> list[tuple[str, bytes]]:
+def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
     """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
-    folder = order.assignment.folder
+    folder = request.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REDRAWN_FILE, "overrides.csv") if (folder / name).exists()]
-    names += list_robot_files(order)
+    names += list_robot_files(request)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 
 def _export_repositories(
-    order: ExportRequest, platform: str, grading_workflow: str, checking_workflow: str
+    request: ExportRequest, platform: str, grading_workflow: str, checking_workflow: str
 ) -> Generator[ExportedFile, None, None]:
-    notebooks = collect_handouts(order)
+    notebooks = collect_handouts(request)
     assignment = notebooks.assignment
     name, content = make_wheel()
     context = {
@@ -63,14 +63,14 @@ def _export_repositories(
     yield ExportedFile("README.md", render("exports/repositories.md.j2", **context))
     if platform == "github":
         yield ExportedFile("setup-class.sh", render("exports/setup-class.sh.j2", **context))
-    for path, data in read_assignment_files(order):
+    for path, data in read_assignment_files(request):
         yield ExportedFile(f"grading/{path}", data)
     for path, template in (
         (f"{workflow_folder}{grading_workflow}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
         (".gitignore", "gitignore.j2"),
     ):  # fmt: skip
         yield ExportedFile(f"grading/{path}", render(f"exports/{template}", **context))
-    yield ExportedFile("grading/repositories.csv", _list_repositories(order, platform))
+    yield ExportedFile("grading/repositories.csv", _list_repositories(request, platform))
     yield ExportedFile(f"grading/{name}", content)
     yield ExportedFile("grading/versions.txt", constraints)
     for student, notebook in notebooks.iterate_notebooks():
@@ -83,18 +83,18 @@ def _export_repositories(
         yield ExportedFile(f"{folder}/.qdot/versions.txt", constraints)
 
 
-def _list_repositories(order: ExportRequest, platform: str) -> str:
+def _list_repositories(request: ExportRequest, platform: str) -> str:
     """Return a table of repositories and students. A repository is KEY-STUDENT, unless the roster names another one.
 
     The third column is the login, from the roster's column with the platform's name. Raises QdotError if it is invalid.
     """
     lines = [f"repository,student,{platform}"]
-    for student in order.assignment.roster:
+    for student in request.assignment.roster:
         other_cells = {name.strip().casefold(): text.strip() for name, text in student.other_columns}
         login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not GITHUB_LOGIN.fullmatch(login):
             advice = "is not a valid login; write it as in github.com/LOGIN"
             raise QdotError(f"roster.csv: github = {login!r} of {student.id} {advice}")
-        repository = other_cells.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
+        repository = other_cells.get("repository") or f"OWNER/{request.assignment.key}-{student.id}"
         lines.append(f"{repository},{student.id},{login}")
     return "".join(f"{line}\n" for line in lines)

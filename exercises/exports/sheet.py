@@ -131,51 +131,57 @@ _SheetResult = tuple[Sheet | None, Mapping[str, Redraw], tuple[FailedSlot, ...]]
 """A sheet (None if a slot failed), the regenerated problems that are not recorded yet, and the slots that failed."""
 
 
-def make_sheets(order: ExportRequest) -> Generator[Sheet, None, None]:
-    """Yield a sheet for each student on the roster, or `order.version_count` versions; make the sheets in parallel."""
-    if order.version_count:
-        requests = _request_versions(order)
+def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
+    """Yield a sheet for each student on the roster, or `version_count` versions; processes make the sheets in parallel."""
+    if request.version_count:
+        sheet_requests = _request_versions(request)
     else:
-        requests = [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
-    assignment = order.assignment
-    with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
-        for request, (sheet, redraws, failed_slots) in zip(requests, results, strict=True):
-            order.on_step()
+        sheet_requests = [_SheetRequest(s.id, s.name, s.id) for s in request.assignment.roster]
+    assignment = request.assignment
+    with closing(
+        ordered_map(_make_sheet, sheet_requests, request.jobs, keep_state, (request.without_callbacks,))
+    ) as results:
+        for sheet_request, (sheet, redraws, failed_slots) in zip(sheet_requests, results, strict=True):
+            request.on_step()
             for failure in failed_slots:
-                order.on_left_out(failure)
+                request.on_left_out(failure)
             if redraws:  # recorded before anybody gets the sheet
-                assignment = record_redraws(assignment, request.student, redraws)
+                assignment = record_redraws(assignment, sheet_request.student, redraws)
             if sheet is not None:
                 yield sheet
 
 
-def _request_versions(order: ExportRequest) -> list[_SheetRequest]:
+def _request_versions(request: ExportRequest) -> list[_SheetRequest]:
     """Return versions A, B, … made from the bank's variants, which are repeated if a slot has too few."""
     versions: dict[str, list[Problem]] = {}
-    for variant in iterate_bank(replace(order, variant_count=order.version_count, on_step=lambda: None)):
+    for variant in iterate_bank(replace(request, variant_count=request.version_count, on_step=lambda: None)):
         versions.setdefault(variant.slot.name, []).append(variant.problem)
-    requests = []
-    for number, letter in enumerate(VERSION_LETTERS[: order.version_count]):
+    sheet_requests = []
+    for number, letter in enumerate(VERSION_LETTERS[: request.version_count]):
         problems = tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values())
-        requests.append(_SheetRequest(letter, f"Version {letter}", "", problems))
-    return requests
+        sheet_requests.append(_SheetRequest(letter, f"Version {letter}", "", problems))
+    return sheet_requests
 
 
-def _make_sheet(order: ExportRequest, request: _SheetRequest) -> _SheetResult:
-    if request.problems is not None:
-        return _make_sheet_of_problems(order, request, request.problems), {}, ()
+def _make_sheet(request: ExportRequest, sheet_request: _SheetRequest) -> _SheetResult:
+    if sheet_request.problems is not None:
+        return _make_sheet_of_problems(request, sheet_request, sheet_request.problems), {}, ()
     student_problems = generate_student_problems(
-        order.assignment, request.student, partial(certify_with, order.find_failures)
+        request.assignment, sheet_request.student, partial(certify_with, request.find_failures)
     )
     if student_problems.failed_slots:
         return None, {}, student_problems.failed_slots
     problems = [certified.problem for certified in student_problems.certified.values()]
-    return _make_sheet_of_problems(order, request, problems), student_problems.new_redraws(order.assignment), ()
+    return (
+        _make_sheet_of_problems(request, sheet_request, problems),
+        student_problems.new_redraws(request.assignment),
+        (),
+    )
 
 
-def _make_sheet_of_problems(order: ExportRequest, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
-    sheet_problems = tuple(_make_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
-    return Sheet(request.file_stem, request.name, request.student, _shrink_boxes(sheet_problems))
+def _make_sheet_of_problems(request: ExportRequest, sheet_request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
+    sheet_problems = tuple(_make_sheet_problem(request, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(sheet_request.file_stem, sheet_request.name, sheet_request.student, _shrink_boxes(sheet_problems))
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
@@ -192,14 +198,14 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
     return tuple(replace(problem, parts=tuple(map(shrink_box, problem.parts))) for problem in problems)
 
 
-def _make_sheet_problem(order: ExportRequest, number: int, problem: Problem) -> SheetProblem:
+def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _split_statement(remove_typing_remarks(statement(problem, ""), problem))
-    is_printed = order.sheet in PROBLEM_SHEETS
+    is_printed = request.sheet in PROBLEM_SHEETS
     # the working space in an exam depends on the solution's length
-    solutions_by_part = worked_solutions(problem) if order.has_solutions or order.sheet == "exam" else {}
+    solutions_by_part = worked_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
     figure = draw_arm(problem, f"p{number}") if is_printed else None
     parts = (
-        _make_sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
+        _make_sheet_part(request, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
         for index, part in enumerate(problem.parts, 1)
     )
     return SheetProblem(number, problem.title, intro, table, facts, figure, tuple(parts))
@@ -213,15 +219,17 @@ def _split_statement(text: str) -> tuple[str, str, str]:
     return text[: table.start()], table[0], text[table.end() :]
 
 
-def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
-    solutions, is_printed = order.has_solutions, order.sheet in PROBLEM_SHEETS
-    is_exam, name = order.sheet == "exam" and not solutions, f"p{label.replace('.', '-')}"
+def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
+    solutions, is_printed = request.has_solutions, request.sheet in PROBLEM_SHEETS
+    is_exam, name = request.sheet == "exam" and not solutions, f"p{label.replace('.', '-')}"
     text = remove_typing_remarks(prompt(problem, part), problem)
     figure = draw_prompt_figure(problem, part, name) if is_printed else None
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
-    shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
-    earned_share = order.earned_share if order.sheet == "marking" else None
+    shown_hints = (
+        hints(problem, part) if request.sheet == "handout" and not solutions and request.assignment.hints else ()
+    )
+    earned_share = request.earned_share if request.sheet == "marking" else None
     return SheetPart(
         label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
         prompt=text if options is None else remove_options(text),
@@ -229,7 +237,7 @@ def _make_sheet_part(order: ExportRequest, label: str, problem: Problem, part: P
         box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
-        answer=short_answer(problem, part) if order.sheet == "key" else "", has_score_space=is_exam,
+        answer=short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
         has_wide_figure=part.has_drawn_options,
         marking=explain_marking(problem, part, earned_share) if earned_share else None,
     )  # fmt: skip

@@ -51,16 +51,16 @@ class StackQuestion:
     tests: tuple[QuestionTest, ...]
 
 
-def export_stack(order: ExportRequest) -> Generator[ExportedFile, None, None]:
+def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the file; report once per slot what STACK can't ask or grades differently."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, (variant_questions, new_notes) in process_bank(order, _make_questions):
+    for variant, (variant_questions, new_notes) in process_bank(request, _make_questions):
         notes |= new_notes
         for question in variant_questions:
-            questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
+            questions.setdefault(question.category, []).append(_add_variant_name(request, variant, question))
     for note in notes:
-        order.report(note)
+        request.report(note)
     if not questions:
         raise QdotError(
             "STACK supports none of the questions of this assignment; `qdot export --help` lists other export formats"
@@ -69,13 +69,15 @@ def export_stack(order: ExportRequest) -> Generator[ExportedFile, None, None]:
         "exports/stack.xml.j2", categories=questions, version=STACK_VERSION, penalty=PENALTY,
         encode=lambda svg: base64.b64encode(svg.encode()).decode(),
     )  # fmt: skip
-    yield ExportedFile(f"{order.assignment.key}-stack.xml", text, is_private=True)
+    yield ExportedFile(f"{request.assignment.key}-stack.xml", text, is_private=True)
 
 
-def _make_questions(order: ExportRequest, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], dict[str, None]]:
+def _make_questions(
+    request: ExportRequest, slot: Slot, problem: Problem
+) -> tuple[list[StackQuestion], dict[str, None]]:
     """Return the questions that STACK can ask of a problem, without the variant's name, and notes on the slot."""
     notes: dict[str, None] = {}
-    return [_make_question(order, slot, problem, part) for part in _make_stack_parts(slot, problem, notes)], notes
+    return [_make_question(request, slot, problem, part) for part in _make_stack_parts(slot, problem, notes)], notes
 
 
 def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
@@ -91,8 +93,8 @@ def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> I
         yield stack_part
 
 
-def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
-    assignment, part = order.assignment, stack_part.part
+def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
+    assignment, part = request.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
     category_names = assignment.title, slot.name, f"{number}. {title}"
@@ -109,12 +111,12 @@ def _make_question(order: ExportRequest, slot: Slot, problem: Problem, stack_par
     )  # fmt: skip
 
 
-def _add_variant_name(order: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:
+def _add_variant_name(request: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:
     """Return a question with the variant's key in its name, id and note."""
     return replace(
         question,
-        name=make_moodle_name(f"{variant.key}, {question.name}: {order.assignment.title}"),
-        id=f"{order.assignment.key}-{variant.key}-{question.id}"[-MAX_ID_LENGTH:],
+        name=make_moodle_name(f"{variant.key}, {question.name}: {request.assignment.title}"),
+        id=f"{request.assignment.key}-{variant.key}-{question.id}"[-MAX_ID_LENGTH:],
         note=f"{variant.key}: {question.note}",
     )
 
