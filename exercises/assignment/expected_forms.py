@@ -1,4 +1,7 @@
-"""Read the expected form of each value in assignment.toml from expected_forms.toml, for error messages and the docs."""
+"""Read expected_forms.toml: for each key of assignment.toml, a phrase that says which values are expected.
+
+Error messages and docs/assignment.md show these phrases.
+"""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -20,11 +23,11 @@ _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
 EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM}
 LATE_FORMS, ATTEMPT_FORMS = _FORMS["late"], _FORMS["attempts"]
-"""The forms of the keys of assignment.toml, and of the keys in its tables `late` and `attempts`."""
+"""The phrases for the keys of assignment.toml, and for the keys in its tables `late` and `attempts`."""
 
 
 def check_keys(table: Iterable[str], forms: Mapping[str, str]) -> None:
-    """Raise QdotError if a table of assignment.toml has a key without a form."""
+    """Raise QdotError if a table of assignment.toml has a key that is not in `forms`."""
     for name in table:
         if name not in forms:
             raise unknown_name("key", name, tuple(forms))

@@ -1,6 +1,6 @@
 """Read the ready-made sets of problems for `qdot init --set NAME` from templates/init/sets.toml.
 
-Variation and difficulty increase within a set, and its last part asks for the meaning of a result.
+Within a set, variation and difficulty increase, and the last question asks for the meaning of a result.
 """
 
 import tomllib
@@ -16,8 +16,8 @@ from qdot.exercises.writing.render import template_folder
 class ProblemSet:
     """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` says how to release the set; the note is empty if the set is for notebooks. `variation` is the default
-    variation of its problems.
+    `note` says how to release a set that is not for notebooks; otherwise the note is empty. `variation` is the
+    `variation` of the new assignment.
     """
 
     name: str
@@ -39,11 +39,9 @@ class ProblemSet:
 
     @property
     def points(self) -> float:
-        """The total points of all parts in the set."""
-        return sum(
-            sum(entry.get("points") or (ASKED[name].points for name in entry["questions"]))
-            for entry in tomllib.loads(self.text)["problem"]
-        )
+        """The total points of all questions in the set."""
+        entries = tomllib.loads(self.text)["problem"]
+        return sum(sum(entry.get("points") or [ASKED[name].points for name in entry["questions"]]) for entry in entries)
 
 
 SETS = {
