@@ -26,7 +26,7 @@ from qdot.exercises.assignment.decimals import read_decimals
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.lateness import LateRule, read_late, with_zone
-from qdot.exercises.assignment.redrawn import Redraws, read_redrawn
+from qdot.exercises.assignment.replacements import Replacements, read_replacements
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
@@ -168,23 +168,23 @@ class Slot:
         """The questions of the slot, in order, each with its points."""
         return dict(zip(self.questions, self.max_points, strict=True))
 
-    def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
-        """Return the identity of a student's problem in this slot; each draw (see `redrawn`) has a different seed."""
-        seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
+    def make_problem_id(self, secret: str, student: str, seed_number: int = 1) -> ProblemId:
+        """Return the id of a student's problem in this slot; `seed_number` is explained in `replacements`."""
+        seed_name = self.name if seed_number == 1 else f"{self.name}/{seed_number}"
         return generation.student_problem_id(secret, student, seed_name, self.make_id_from_seed(0))
 
     def make_id_from_seed(self, seed: int) -> ProblemId:
-        """Return the identity of the problem of this slot with a given seed."""
+        """Return the id of the problem of this slot with a given seed."""
         return ProblemId(
             self.family.name, seed, self.questions, band=self.band, variation=self.variation,
             convention=self.convention, twist_order=self.twist_order,
         )  # fmt: skip
 
-    def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
+    def generate_problem(self, secret: str, student: str, seed_number: int = 1) -> Problem:
         """Return a student's problem in this slot."""
-        return self.problem_of_seed(self.identity(secret, student, draw).seed)
+        return self.generate_from_seed(self.make_problem_id(secret, student, seed_number).seed)
 
-    def problem_of_seed(self, seed: int) -> Problem:
+    def generate_from_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
         problem = generation.generate(self.make_id_from_seed(seed), points=self.points, family=self.family)
         roundings, credit = dict(self.decimals), dict(self.credit)
@@ -196,8 +196,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `redraws` has the problems that are not first
-    draws, by student and slot.
+    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` has the replaced problems.
     """
 
     folder: Path
@@ -215,7 +214,7 @@ class Assignment:
     attempts: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
     gradebook: Gradebook | None = None
-    redraws: Redraws = field(default_factory=dict)
+    replacements: Replacements = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -236,18 +235,21 @@ class Assignment:
                 raise QdotError(f"{slot.name}, with variation {slot.variation}: {error}") from None
         return replace(self, slots=slots)
 
-    def problems(self, student: str) -> list[tuple[str, Problem]]:
+    def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems with the names of their slots; the same at every call, on every machine."""
-        return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]
+        return [
+            (slot.name, slot.generate_problem(self.secret, student, self.seed_number_of(slot, student)))
+            for slot in self.slots
+        ]
 
-    def identity(self, slot: Slot, student: str) -> ProblemId:
-        """Return the identity of a student's problem in a slot."""
-        return slot.identity(self.secret, student, self.draw_of(slot, student))
+    def make_problem_id(self, slot: Slot, student: str) -> ProblemId:
+        """Return the id of a student's problem in a slot."""
+        return slot.make_problem_id(self.secret, student, self.seed_number_of(slot, student))
 
-    def draw_of(self, slot: Slot, student: str) -> int:
-        """Return the number of the student's draw in a slot, according to redrawn.csv; 1 for the first draw."""
-        redraw = self.redraws.get((student, slot.name))
-        return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
+    def seed_number_of(self, slot: Slot, student: str) -> int:
+        """Return the number of the seed of a student's problem in a slot: 1, unless redrawn.csv states another."""
+        replacement = self.replacements.get((student, slot.name))
+        return replacement.seed_number if replacement is not None and replacement.family == slot.family.name else 1
 
     @property
     def marking_digest(self) -> str:
@@ -255,7 +257,7 @@ class Assignment:
         return _compute_short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
-    def digest(self) -> str:
+    def problems_digest(self) -> str:
         """A short hash that changes whenever the problems change, for example with the secret or the questions."""
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot_digest, slot.variation, *settings)
@@ -265,29 +267,29 @@ class Assignment:
         return _compute_short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
-    def edition(self) -> str:
+    def notebook_digest(self) -> str:
         """A short hash that changes whenever the notebooks change: the problems, the title, the points or the hints."""
         hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
         slots = [(slot.points, slot.decimals) for slot in self.slots]
-        return _compute_short_hash(repr((self.digest, self.title, slots, *hints_marker)))
+        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *hints_marker)))
 
     @property
     def secret_digest(self) -> str:
         """A short hash that identifies the secret of a notebook without revealing the secret."""
         return _compute_short_hash(repr((self.secret, "mark", self.key)))
 
-    def digest_of(self, student: str) -> str:
-        """Return the hash of a student's problems: `digest`, or another one if a problem is not a first draw."""
-        return self._add_later_draws(self.digest, student)
+    def problems_digest_of(self, student: str) -> str:
+        """Return the hash of a student's problems: `problems_digest`, or another one if a problem was replaced."""
+        return self._add_seed_numbers(self.problems_digest, student)
 
-    def edition_of(self, student: str) -> str:
-        """Return the hash of a student's notebook: `edition`, or another one if a problem is not a first draw."""
-        return self._add_later_draws(self.edition, student)
+    def notebook_digest_of(self, student: str) -> str:
+        """Return the hash of a student's notebook: `notebook_digest`, or another one if a problem was replaced."""
+        return self._add_seed_numbers(self.notebook_digest, student)
 
-    def _add_later_draws(self, digest: str, student: str) -> str:
-        draws = [(slot.name, self.draw_of(slot, student)) for slot in self.slots]
-        later_draws = [(slot_name, draw) for slot_name, draw in draws if draw != 1]
-        return _compute_short_hash(repr((digest, later_draws))) if later_draws else digest
+    def _add_seed_numbers(self, digest: str, student: str) -> str:
+        seed_numbers = [(slot.name, self.seed_number_of(slot, student)) for slot in self.slots]
+        other_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number != 1]
+        return _compute_short_hash(repr((digest, other_numbers))) if other_numbers else digest
 
 
 def _compute_short_hash(content: str) -> str:
@@ -325,7 +327,7 @@ def load_assignment(folder: Path) -> Assignment:
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late, attempts, content.sandbox, gradebook,
-        read_redrawn(folder),
+        read_replacements(folder),
     )  # fmt: skip
 
 

@@ -139,7 +139,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
             return StoredProblems(problems, figures, wording)
     except (OSError, ValueError):
         pass  # nothing is stored, or it is damaged
-    return StoredProblems(assignment.problems(student))
+    return StoredProblems(assignment.generate_problems(student))
 
 
 def store_path(assignment: Assignment, student: str) -> Path:
@@ -148,7 +148,9 @@ def store_path(assignment: Assignment, student: str) -> Path:
 
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    signed_data = repr((code_digest(), assignment.edition_of(student), assignment.marking_digest, student)).encode()
+    signed_data = repr(
+        (code_digest(), assignment.notebook_digest_of(student), assignment.marking_digest, student)
+    ).encode()
     return hmac.new(assignment.secret.encode(), signed_data + b"\0" + payload, hashlib.sha256).hexdigest()
 
 

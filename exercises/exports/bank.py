@@ -7,8 +7,14 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import CHANGE_ADVICE, FailedSlot, Variant, certify_with, try_draw
-from qdot.exercises.assignment.redrawn import MAX_DRAWS
+from qdot.exercises.assignment.certified_problems import (
+    CHANGE_ADVICE,
+    FailedSlot,
+    Variant,
+    certify_with,
+    generate_and_certify,
+)
+from qdot.exercises.assignment.replacements import MAX_SEEDS
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.parallel import keep_state, ordered_map
@@ -82,7 +88,7 @@ def _iterate_distinct_problems(
     while (
         len(seen_fingerprints) < request.variant_count
         and tried_count < MAX_PROBLEMS_PER_VARIANT * request.variant_count
-        and (seen_fingerprints or len(failure_messages) < MAX_DRAWS)
+        and (seen_fingerprints or len(failure_messages) < MAX_SEEDS)
     ):
         numbers = range(tried_count, tried_count + request.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
@@ -125,8 +131,10 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     receives the one with a result first.
     """
     request, slot = state.request, state.slot
-    generate = partial(slot.problem, request.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = try_draw(generate, partial(certify_with, request.find_failures))
+    generate = partial(
+        slot.generate_problem, request.assignment.secret, f"bank/{number}"
+    )  # no student's identifier has a slash
+    attempt_result = generate_and_certify(generate, partial(certify_with, request.find_failures))
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]

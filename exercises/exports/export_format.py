@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 

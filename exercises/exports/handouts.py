@@ -1,20 +1,21 @@
-"""The notebooks for an export: unchanged ones from released/, and new ones for the other students."""
+"""The notebooks for an export: a student's notebook in released/ if it is up to date, otherwise a new one."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.draws import certify_class
-from qdot.exercises.assignment.release import is_released, make_handout_text, released_text
+from qdot.exercises.assignment.certified_problems import certify_class
+from qdot.exercises.assignment.release import is_released, make_notebook, notebook_path, read_if_present
 from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.notebook.notebook import notebook_text
 
 
 @dataclass(frozen=True)
 class Handouts:
     """The notebooks of a class. `students` lists the students who have a notebook.
 
-    `new_ids` contains the ids of students whose notebooks are new. `collect_handouts` has already called
-    `request.on_step` for them and for students without a notebook.
+    `new_ids` has the ids of the students whose notebooks are not in released/. For these students, and for students
+    without a notebook, `collect_handouts` has already called `request.on_step`.
     """
 
     request: ExportRequest
@@ -26,16 +27,17 @@ class Handouts:
         """Yield every notebook, in roster order."""
         for student in self.students:
             if student.id in self.new_ids:
-                yield student, make_handout_text(self.assignment, student.id)
+                problems = self.assignment.generate_problems(student.id)
+                yield student, notebook_text(make_notebook(self.assignment, student.id, problems))
             else:
-                yield student, released_text(self.assignment, student.id)
+                yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
                 self.request.on_step()
 
 
 def collect_handouts(request: ExportRequest) -> Handouts:
-    """Return the notebooks of a class, after recording regenerated problems in the assignment's folder.
+    """Return the notebooks of a class, after recording replaced problems in the assignment's folder.
 
-    Call this before copying any file of the assignment.
+    Call this function before copying any file of the assignment, because redrawn.csv may change.
     """
     new_ids = [student.id for student in request.assignment.roster if not is_released(request.assignment, student.id)]
     assignment, failures = certify_class(

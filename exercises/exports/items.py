@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.answer_types import LETTERS, TRUE_FALSE, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import process_bank

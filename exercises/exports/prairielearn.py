@@ -105,7 +105,7 @@ def _make_server_files(
         yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
-    bank = _write_json({"digest": assignment.edition, "seeds": seeds})
+    bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds})
     yield ExportedFile(f"{folder}/{BANK_FILE}", bank, is_private=True)
     yield ExportedFile(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 

@@ -8,7 +8,7 @@ import re
 import sys
 from collections.abc import Generator
 
-from qdot.exercises.assignment.redrawn import REDRAWN_FILE
+from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_robot_files
 from qdot.exercises.exports.handouts import collect_handouts
@@ -43,7 +43,7 @@ def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
     """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
     folder = request.assignment.folder
     names = ["assignment.toml", "roster.csv"]
-    names += [name for name in (REDRAWN_FILE, "overrides.csv") if (folder / name).exists()]
+    names += [name for name in (REPLACEMENTS_FILE, "overrides.csv") if (folder / name).exists()]
     names += list_robot_files(request)
     return [(name, (folder / name).read_bytes()) for name in names]
 

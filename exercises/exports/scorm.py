@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Slot
-from qdot.exercises.assignment.draws import FailedSlot
+from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip

@@ -7,8 +7,13 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 
-from qdot.exercises.assignment.draws import FailedSlot, certify_with, generate_student_problems, record_redraws
-from qdot.exercises.assignment.redrawn import Redraw
+from qdot.exercises.assignment.certified_problems import (
+    FailedSlot,
+    certify_with,
+    generate_student_problems,
+    record_replacements,
+)
+from qdot.exercises.assignment.replacements import Replacement
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.boxes import (
@@ -127,12 +132,12 @@ class _SheetRequest:
     problems: tuple[Problem, ...] | None = None
 
 
-_SheetResult = tuple[Sheet | None, Mapping[str, Redraw], tuple[FailedSlot, ...]]
+_SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, ...]]
 """A sheet (None if a slot failed), the regenerated problems that are not recorded yet, and the slots that failed."""
 
 
 def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
-    """Yield a sheet for each student on the roster, or `version_count` versions; processes make the sheets in parallel."""
+    """Yield a sheet for each student on the roster, or for `version_count` versions; `jobs` processes make the sheets."""
     if request.version_count:
         sheet_requests = _request_versions(request)
     else:
@@ -141,12 +146,12 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
     with closing(
         ordered_map(_make_sheet, sheet_requests, request.jobs, keep_state, (request.without_callbacks,))
     ) as results:
-        for sheet_request, (sheet, redraws, failed_slots) in zip(sheet_requests, results, strict=True):
+        for sheet_request, (sheet, replacements, failed_slots) in zip(sheet_requests, results, strict=True):
             request.on_step()
             for failure in failed_slots:
                 request.on_left_out(failure)
-            if redraws:  # recorded before anybody gets the sheet
-                assignment = record_redraws(assignment, sheet_request.student, redraws)
+            if replacements:  # recorded before anybody gets the sheet
+                assignment = record_replacements(assignment, sheet_request.student, replacements)
             if sheet is not None:
                 yield sheet
 
@@ -174,7 +179,7 @@ def _make_sheet(request: ExportRequest, sheet_request: _SheetRequest) -> _SheetR
     problems = [certified.problem for certified in student_problems.certified.values()]
     return (
         _make_sheet_of_problems(request, sheet_request, problems),
-        student_problems.new_redraws(request.assignment),
+        student_problems.find_new_replacements(request.assignment),
         (),
     )
 

@@ -11,7 +11,7 @@ from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import Variant
+from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest

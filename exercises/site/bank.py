@@ -15,7 +15,7 @@ from contextlib import closing
 from functools import cache
 from pathlib import Path
 
-from qdot.exercises.assignment.draws import FailedSlot, FindFailures
+from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import keep_state, ordered_map

@@ -7,7 +7,7 @@ from pathlib import Path
 import nbformat
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.draws import FailedSlot, raise_failed_slots
+from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release_notebooks
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
@@ -189,7 +189,7 @@ def write_submission(assignment: Assignment, student: str, kind: str) -> None:
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
     edits = dict(EDITS)
     if kind in edits:
-        text = fill_in_answers(text, assignment.problems(student), edits[kind])
+        text = fill_in_answers(text, assignment.generate_problems(student), edits[kind])
     elif kind == "cut off":
         text = text[: len(text) // 2]
     elif kind == "another assignment":

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_failed_slots
-from qdot.exercises.assignment.redrawn import read_redrawn
+from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT
+from qdot.exercises.assignment.replacements import read_replacements
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
 from qdot.exercises.common.files import write_atomically
@@ -92,12 +92,12 @@ def export(
     parent = folder / "exports" if out is None else out
     targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
     failed_formats = _write_exports(order, targets)
-    redrawn_assignment = replace(assignment, redraws=read_redrawn(folder))
-    for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
+    final_assignment = replace(assignment, replacements=read_replacements(folder))
+    for message in (*describe_replacements(assignment, final_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
     if failed_formats and failed_slots:  # report both, the failed slots as the error
         note(_describe_failures(failed_formats, names))
-    raise_failed_slots(redrawn_assignment, failed_slots)
+    raise_failed_slots(final_assignment, failed_slots)
     if failed_formats:
         raise QdotError(_describe_failures(failed_formats, names))
 
@@ -164,8 +164,8 @@ def _write_exports(order: ExportRequest, targets: Mapping[str, Path]) -> dict[st
     for name, target in targets.items():
         if name in failed_formats:
             continue
-        redrawn = read_redrawn(order.assignment.folder)  # the previous format may have added to it
-        request = replace(order, assignment=replace(order.assignment, redraws=redrawn))
+        replacements = read_replacements(order.assignment.folder)  # the previous format may have added to it
+        request = replace(order, assignment=replace(order.assignment, replacements=replacements))
         try:
             say(f"{name}: {count_noun(_export_one(request, name, target), 'file')} in {target}")
         except QdotError as error:

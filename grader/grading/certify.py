@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import raise_failures
+from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
@@ -85,7 +85,7 @@ def certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
     """Return the text of a student's certificate file."""
-    cells, notebook_version = dict(certificates.cell_digests(notebook)), assignment.edition_of(student)
+    cells, notebook_version = dict(certificates.cell_digests(notebook)), assignment.notebook_digest_of(student)
     certificate = StudentCertificate(
         assignment=assignment.key, student=student, edition=notebook_version, notebook=cells, problems=dict(records)
     )
@@ -132,7 +132,7 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Verifica
             path = certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
             slot_failures.insert(0, Failure(FailureKind.UNCERTIFIED, message))
-        identity = assignment.identity(slot, student)
+        identity = assignment.make_problem_id(slot, student)
         tasks.append(VerificationTask(identity, slot.family, record, student, tuple(slot_failures)))
     for name, record in records.items():
         identity = replace(ProblemId.parse(record.problem), questions=record.questions)

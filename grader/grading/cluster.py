@@ -84,10 +84,13 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
 def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment."""
     roster = tuple(Student(student.id) for student in assignment.roster)
-    redraw_rows = sorted((*student_and_slot, redraw.draw) for student_and_slot, redraw in assignment.redraws.items())
-    settings = assignment.edition, assignment.marking_digest, assignment.secret, assignment.sandbox
-    digest = hashlib.sha256(repr((*settings, limits, roster, redraw_rows)).encode()).hexdigest()
-    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=())
+    seed_numbers = sorted(
+        (*student_and_slot, replacement.seed_number)
+        for student_and_slot, replacement in assignment.replacements.items()
+    )
+    settings = assignment.notebook_digest, assignment.marking_digest, assignment.secret, assignment.sandbox
+    digest = hashlib.sha256(repr((*settings, limits, roster, seed_numbers)).encode()).hexdigest()
+    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), gradebook=None)
     return WorkerBrief(digest, compute_code_digest(), anonymous_assignment, limits)
 
 

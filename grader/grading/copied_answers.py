@@ -60,8 +60,8 @@ class ClassAnswers:
     def _chain(self, slot: Slot, student: str) -> Chain:
         assignment = self._assignment
         if slot.family.has_varied_structure:
-            return slot.problem(assignment.secret, student, assignment.draw_of(slot, student)).chain
-        return sample_chain(assignment.identity(slot, student), slot.family)
+            return slot.generate_problem(assignment.secret, student, assignment.seed_number_of(slot, student)).chain
+        return sample_chain(assignment.make_problem_id(slot, student), slot.family)
 
     def _fingerprint_of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]

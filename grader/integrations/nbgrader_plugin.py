@@ -85,7 +85,7 @@ class Mark(Execute):
         result = _grade(assignment, info, self)
         rows = make_rows(result, assignment.feedback)
         fill_in_marks(nb.cells, rows)
-        problems = assignment.problems(info["student"])
+        problems = assignment.generate_problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
         resources["qdot"] = {"late": _late_penalty(result)}
         if result.override is not None and result.override.points is not None:

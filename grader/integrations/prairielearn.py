@@ -43,7 +43,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     assignment_slot, assignment_hints = _load_slot_and_hints(data, folder, slot)
     seeds = json.loads((_assignment_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
-    problem = assignment_slot.problem_of_seed(int(seed))
+    problem = assignment_slot.generate_from_seed(int(seed))
     figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
     text = to_html_for_mathjax(statement(problem, ""))
@@ -127,7 +127,7 @@ def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     if data["params"]["engine"] != ENGINE:
         engine = data["params"]["engine"]
         raise QdotError(f"engine {engine} of qdot generated this variant, but engine {ENGINE} is installed")
-    return _load_slot_and_hints(data, folder, slot)[0].problem_of_seed(int(data["params"]["seed"]))
+    return _load_slot_and_hints(data, folder, slot)[0].generate_from_seed(int(data["params"]["seed"]))
 
 
 def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:

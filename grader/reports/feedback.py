@@ -102,7 +102,7 @@ class ProblemOnPage:
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
-    content = [PAGE_VERSION, assignment.edition, assignment.feedback, student.name, as_json(result)]
+    content = [PAGE_VERSION, assignment.notebook_digest, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 

@@ -512,8 +512,8 @@ def find_oddities(submission: Submission, assignment: "Assignment", student: str
     if claims.get("kind") == "solution":
         notes.append(("this is the staff's notebook with the solutions", ""))
     if isinstance(digest, str) and digest not in (
-        assignment.digest_of(student),
-        assignment.digest_of(str(claimed_student)),
+        assignment.problems_digest_of(student),
+        assignment.problems_digest_of(str(claimed_student)),
     ):
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
         notes.append((OTHER_VERSION, message))

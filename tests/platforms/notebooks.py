@@ -76,7 +76,7 @@ def part_of(cell: Mapping[str, Any]) -> str:
 
 
 def _right(assignment: Assignment, student: str) -> dict[str, str]:
-    problems = assignment.problems(student)
+    problems = assignment.generate_problems(student)
     solved = json.loads(
         notebook_text(solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
     )
@@ -94,7 +94,7 @@ def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
 def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
     return {
         f"{slot}.{part.name}": f"{answer_variable(slot, part.name)} = {code(problem, part)}"
-        for slot, problem in assignment.problems(student)
+        for slot, problem in assignment.generate_problems(student)
         for part in problem.parts
     }
 

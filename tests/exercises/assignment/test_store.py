@@ -48,7 +48,7 @@ def file_of(assignment: Assignment, student: str) -> Path:
 def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
     for student in STUDENTS:
         assert file_of(made, student.id).is_file()
-        kept, anew = store.load_stored_problems(made, student.id), made.problems(student.id)
+        kept, anew = store.load_stored_problems(made, student.id), made.generate_problems(student.id)
         assert kept.figures
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
             assert digests(problem) == digests(other)
@@ -65,7 +65,7 @@ def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPa
 
 def is_made_anew(assignment: Assignment, student: str) -> bool:
     found = store.load_stored_problems(assignment, student)
-    assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.problems(student)]
+    assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.generate_problems(student)]
     return not found.figures
 
 
@@ -111,7 +111,7 @@ def test_what_is_damaged_or_forged_is_not_looked_into(made: Assignment, damage: 
 
 def test_a_place_that_can_not_be_written_stops_nothing(made: Assignment, tmp_path: Path) -> None:
     (tmp_path / ".qdot").write_text("a file where a folder should be")
-    store.store_problems(replace(made, folder=tmp_path), "ada", made.problems("ada"))
+    store.store_problems(replace(made, folder=tmp_path), "ada", made.generate_problems("ada"))
 
 
 def test_what_is_kept_is_read_as_it_was_and_not_worked_out_again() -> None:

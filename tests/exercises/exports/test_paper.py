@@ -195,7 +195,7 @@ def test_no_answer_and_no_seed_reaches_a_student(
     made = files(replace(order, sheet=kind), export_format)
     assert not any(file.is_private for file in made.values())
     for student in CLASS:
-        ((_, problem),) = order.assignment.problems(student.id)
+        ((_, problem),) = order.assignment.generate_problems(student.id)
         ending = {"latex": "tex"}.get(export_format, export_format)
         content = made[f"{kind}/{student.id}.{ending}"].content
         shown = content if isinstance(content, str) else text_of(content, tmp_path)
@@ -256,7 +256,7 @@ def test_a_key_lists_everybody_by_question(order: ExportRequest, tmp_path: Path)
     shown = text_of(made["key-all.pdf"].content, tmp_path)
     assert shown.count("ada") == shown.count("zoë") == 5
     for student in CLASS:
-        ((_, problem),) = order.assignment.problems(student.id)
+        ((_, problem),) = order.assignment.generate_problems(student.id)
         rates = next(part for part in problem.parts if part.name == "joint-rates")
         for number in re.findall(r"\d+\.\d+", short_answer(problem, rates)):
             assert number in shown

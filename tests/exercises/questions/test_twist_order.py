@@ -234,7 +234,7 @@ PLANAR, OWN = 'family = "planar-2r"\n', 'robot = "arm.toml"\n'
 def test_the_nearest_key_says_the_order(folder: Path) -> None:
     def told(top: str, *problems: str) -> list[str]:
         _assignment(folder, top, *problems)
-        return [problem.chain.twist_order for _, problem in load_assignment(folder).problems("ada")]
+        return [problem.chain.twist_order for _, problem in load_assignment(folder).generate_problems("ada")]
 
     by_axes, v, w = 'convention = "screws"\n', 'twist_order = "v-omega"\n', 'twist_order = "omega-v"\n'
     assert told("", PLANAR, OWN) == ["omega-v", "v-omega"]
@@ -247,7 +247,7 @@ def test_another_order_is_another_assignment(folder: Path) -> None:
     digests_of = []
     for top in ("", 'twist_order = "omega-v"\n', 'twist_order = "v-omega"\n'):
         _assignment(folder, 'convention = "screws"\n' + top, PLANAR)
-        digests_of.append(load_assignment(folder).digest)
+        digests_of.append(load_assignment(folder).problems_digest)
     assert digests_of[0] == digests_of[1] != digests_of[2]
 
 

@@ -252,10 +252,10 @@ def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
     plain = load_assignment(folder)
     assert not plain.hints and (release_student((plain, CERTIFIER), "s001").outcome) == "written"
     (folder / "assignment.toml").write_text("hints = false\n" + TOML)
-    assert load_assignment(folder).edition == plain.edition
+    assert load_assignment(folder).notebook_digest == plain.notebook_digest
     (folder / "assignment.toml").write_text("hints = true\n" + TOML)
     hinted = load_assignment(folder)
-    assert hinted.digest == plain.digest and hinted.edition != plain.edition
+    assert hinted.problems_digest == plain.problems_digest and hinted.notebook_digest != plain.notebook_digest
     assert [release_student((hinted, CERTIFIER), "s001").outcome for _ in range(2)] == ["rewritten", "kept"]
     for kind in ("released", "solutions"):
         assert (folder / kind / "s001" / "hw.ipynb").read_text().count("<summary>Hint") == 3
