@@ -1,7 +1,8 @@
 """Store problems, figures and texts when notebooks are made, so that grading need not derive and draw them again.
 
-The files of DIR/.qdot can be deleted at any time: everything in them can be regenerated from the assignment and its
-secret. A file is signed with the secret, and is ignored unless it belongs to this code, assignment and student.
+The files in DIR/.qdot may be deleted at any time, because everything in them can be regenerated from the assignment.
+Each file is signed with the assignment's secret. A file is ignored if another version of qdot, of the assignment or of
+the student's problems wrote it.
 """
 
 import base64
@@ -36,10 +37,10 @@ STORE_FOLDER = ".qdot"
 
 @dataclass(frozen=True)
 class StoredProblems:
-    """The problems of a student with their slots, and the figures (SVG) and texts (HTML) that are stored.
+    """The problems of a student with their slots, and the stored figures (SVG) and texts (HTML).
 
-    The keys of figures and texts are the slot ("p1") for the problem, and slot and part ("p1-jacobian") for a part.
-    Figures and texts that are not stored are made again.
+    Figures and texts have the slot ("p1") as their key if they belong to a problem, and slot and part ("p1-jacobian")
+    if they belong to a part. The methods make figures and texts that are not stored.
     """
 
     problems: list[tuple[str, Problem]]
@@ -62,9 +63,8 @@ class StoredProblems:
     def part_figure(self, slot: str, problem: Problem, part: str) -> str:
         """Return the figure of a part, "" if it has none."""
         name = f"{slot}-{part}"
-        if slot in self.figures:  # parts without a figure are not stored
-            return self.figures.get(name, "")
-        return part_svg(problem.chain, next(candidate for candidate in problem.parts if candidate.name == part), name)
+        is_stored = slot in self.figures  # then a part that is not in `figures` has no figure
+        return self.figures.get(name, "") if is_stored else part_svg(problem.chain, problem[part], name)
 
 
 def statement_html(problem: Problem) -> str:
@@ -74,19 +74,18 @@ def statement_html(problem: Problem) -> str:
 
 def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
     """Store the problems of a student with their figures; do nothing if the disk is full or read-only."""
-    figures, wording = {}, {}
+    figures, texts = {}, {}
     for slot, problem in problems:
-        wording[slot] = statement_html(problem)
-        wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
-        figures[slot] = figure_svg(problem.chain, slot)
-        part_figures = {
-            f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts
-        }
-        figures.update({name: svg for name, svg in part_figures.items() if svg})
+        figures[slot], texts[slot] = figure_svg(problem.chain, slot), statement_html(problem)
+        for part in problem.parts:
+            name = f"{slot}-{part.name}"
+            texts[name] = to_html(prompt(problem, part))
+            if part_figure := part_svg(problem.chain, part, name):
+                figures[name] = part_figure
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
-    minors = [_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickle_content((problems, figures, wording, texts, minors)), 1)
+    entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
+    minors = [_pickle_minors(problem) for _, problem in problems]
+    payload = zlib.compress(_pickle_content((problems, figures, texts, entry_texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, durable=False)
@@ -99,22 +98,22 @@ class _Pickler(pickle.Pickler):
 
     def reducer_override(self, value: object) -> Any:
         if isinstance(value, (sp.Add, sp.Mul)):
-            return _sum_or_product, (type(value), value.args)
-        return (_power, value.args) if isinstance(value, sp.Pow) else NotImplemented
+            return _load_sum_or_product, (type(value), value.args)
+        return (_load_power, value.args) if isinstance(value, sp.Pow) else NotImplemented
 
 
-def _sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> sp.Expr:
+def _load_sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> sp.Expr:
     return kind._from_args(args)
 
 
-def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+def _load_power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     power = sp.Expr.__new__(sp.Pow, base, exponent)
     power.is_commutative = base.is_commutative and exponent.is_commutative
     return power
 
 
-def _minors(problem: Problem) -> bytes:
-    """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
+def _pickle_minors(problem: Problem) -> bytes:
+    """Return the pickled minors of J, b"" if they were not computed. Only the diagnosis of mistakes unpickles them."""
     derivation = derive(problem.chain)
     return _pickle_content(derivation.generic_minors) if "generic_minors" in vars(derivation) else b""
 
@@ -131,12 +130,12 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
         signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
-            store_texts(texts)
+            problems, figures, texts, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
+            store_texts(entry_texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
                 if pickled_minors:
                     store_minors(problem.chain, partial(pickle.loads, pickled_minors))
-            return StoredProblems(problems, figures, wording)
+            return StoredProblems(problems, figures, texts)
     except (OSError, ValueError):
         pass  # nothing is stored, or it is damaged
     return StoredProblems(assignment.generate_problems(student))
