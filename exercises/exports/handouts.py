@@ -2,11 +2,13 @@
 
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.certified_problems import certify_class
 from qdot.exercises.assignment.release import is_released, make_notebook, notebook_path, read_if_present
 from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import notebook_text
 
 
@@ -22,6 +24,11 @@ class Handouts:
     assignment: Assignment
     students: tuple[Student, ...]
     new_ids: frozenset[str]
+
+    @property
+    def context(self) -> dict[str, Any]:
+        """The values that the templates of all these exports show: the title, the key, and the wheel's file name."""
+        return {"title": self.assignment.title, "key": self.assignment.key, "wheel": make_wheel()[0]}
 
     def iterate_notebooks(self) -> Generator[tuple[Student, str], None, None]:
         """Yield every notebook, in roster order."""
@@ -45,6 +52,6 @@ def collect_handouts(request: ExportRequest) -> Handouts:
     )
     for failure in failures:
         request.on_left_out(failure)
-    left_out_students = {failure.student for failure in failures}
-    students = tuple(student for student in assignment.roster if student.id not in left_out_students)
+    left_out_ids = {failure.student for failure in failures}
+    students = tuple(student for student in assignment.roster if student.id not in left_out_ids)
     return Handouts(request, assignment, students, frozenset(new_ids))
