@@ -1,7 +1,7 @@
-"""Export of SCORM 1.2 and SCORM 2004 packages for learning platforms: a web page that reports a score, and a bank.
+"""Export SCORM 1.2 and SCORM 2004 packages for learning platforms: a web page that reports a score, and a bank.
 
-Each student gets one variant of every slot. The browser chooses it by the identifier that the platform provides, and
-it also grades the answers (`qdot.exercises.site`). Therefore the package contains the correct answers.
+Each student gets one variant of every slot. The browser chooses the variant by the identifier that the platform gives
+the student, and it also grades the answers (`qdot.exercises.site`). So the package contains the correct answers.
 """
 
 import json
@@ -15,7 +15,6 @@ from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
-from qdot.exercises.exports.qti import DEFAULT_ATTEMPTS
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
@@ -97,7 +96,7 @@ def _describe_assignment(request: ExportRequest) -> Json:
     """Return the data of an assignment for its page: its slots, with points and partial credit."""
     assignment = request.assignment
     passing_share = None if request.passing_share is None else float(request.passing_share)
-    settings = {"tries": assignment.attempts.best_of or DEFAULT_ATTEMPTS, "pass": passing_share}
+    settings = {"tries": request.attempt_count, "pass": passing_share}
     slots = [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots]
     return {"key": assignment.key, "title": assignment.title, **settings, "places": slots}
 
@@ -105,7 +104,7 @@ def _describe_assignment(request: ExportRequest) -> Json:
 def _list_questions(slot: Slot) -> list[list[str | float]]:
     """Return the questions of a slot: name, points, and the factor for partial credit."""
     credit = {name: 0.0 if rule.rule == "whole" else float(rule.factor) for name, rule in slot.credit}
-    return [[name, points, credit.get(name, 1.0)] for name, points in zip(slot.questions, slot.max_points, strict=True)]
+    return [[name, points, credit.get(name, 1.0)] for name, points in slot.points_by_question.items()]
 
 
 def _make_bank_files(request: ExportRequest) -> _Files:

@@ -137,7 +137,7 @@ _SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, 
 
 
 def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
-    """Yield a sheet for each student on the roster, or for `version_count` versions; `jobs` processes make the sheets."""
+    """Yield a sheet for each student on the roster or for each version; `jobs` processes make the sheets in parallel."""
     if request.version_count:
         sheet_requests = _request_versions(request)
     else:
