@@ -1,4 +1,4 @@
-"""The content of a paper sheet before its layout: a student's problems in Markdown, figures, and answer boxes."""
+"""Make the content of paper sheets, which `paper` lays out: problems in Markdown, figures, and answer boxes."""
 
 import math
 import re
@@ -36,8 +36,8 @@ from qdot.exercises.writing.short_answer import short_answer
 
 FIGURE_HEIGHT = 50
 """Maximum height of a figure in mm."""
-STATEMENT_HEIGHT, MAX_PART_HEIGHT = 78, 92
-"""Height of a statement, and maximum height of a part with its share of the statement, in mm."""
+STATEMENT_HEIGHT, AVERAGE_PART_HEIGHT = 78, 92
+"""Height of a statement, and average height of a part up to which no working space is removed, in mm."""
 WIDTH_BESIDE_FIGURE = 0.58
 """The share of the page's width that a prompt gets if its figure is beside it."""
 PROBLEM_SHEETS = ("handout", "exam")
@@ -47,10 +47,10 @@ VERSION_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 @dataclass(frozen=True)
 class SheetPart:
-    """A part: Markdown and figures. `solution` and `answer` are empty unless the sheet shows them.
+    """A part: its texts in Markdown and its figures. `solution` and `answer` are empty unless the sheet shows them.
 
-    The `figure` is beside the prompt, or above it if `has_wide_figure`. If `has_score_space`, the part has space for
-    its points.
+    The `figure` is beside the prompt, or above the prompt if `has_wide_figure`. If `has_score_space`, the sheet has
+    space to write down the earned points.
     """
 
     label: str
@@ -71,17 +71,20 @@ class SheetPart:
 
     @property
     def height(self) -> int:
-        """Approximate height in mm of a part that is scored on the sheet."""
-        options = 8 * math.ceil(len(self.options.options) / self.options.columns) if self.options else 0
-        box = self.box.total_height if self.box else 0
+        """Approximate height in mm of a part in an exam."""
+        options_height = 8 * math.ceil(len(self.options.options) / self.options.columns) if self.options else 0
+        box_height = self.box.total_height if self.box else 0
         if self.figure is None or self.has_wide_figure or self.box is None or not self.box.is_narrow:
-            return 25 + max(options, FIGURE_HEIGHT if self.figure else 0) + box
-        return 15 + max(FIGURE_HEIGHT, 15 + options + box)
+            return 25 + max(options_height, FIGURE_HEIGHT if self.figure else 0) + box_height
+        return 15 + max(FIGURE_HEIGHT, 15 + options_height + box_height)
 
 
 @dataclass(frozen=True)
 class SheetProblem:
-    """A problem: its statement and parts. The table is beside the figure, and other facts are below both."""
+    """A problem: its statement and parts.
+
+    The statement is `intro`, then `table` beside the figure, then `facts`. All three are Markdown.
+    """
 
     number: int
     title: str
@@ -99,7 +102,10 @@ class SheetProblem:
 
 @dataclass(frozen=True)
 class Sheet:
-    """The sheet of a student or of a version; a version has no `student`. `file_stem` is the stem of its file name."""
+    """The sheet of a student or of a version. `student` is the student's identifier, "" for a version.
+
+    `file_stem` is the file name without its ending.
+    """
 
     file_stem: str
     name: str
@@ -124,7 +130,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _SheetRequest:
-    """A request for the sheet of a student or version. If `problems` is None, the student's problems are generated."""
+    """A sheet to make. If `problems` is None, the student's problems are generated; other fields are as in `Sheet`."""
 
     file_stem: str
     name: str
@@ -133,11 +139,11 @@ class _SheetRequest:
 
 
 _SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, ...]]
-"""A sheet (None if a slot failed), the regenerated problems that are not recorded yet, and the slots that failed."""
+"""A sheet (None if a slot failed), the replaced problems that are not recorded yet, and the slots that failed."""
 
 
 def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
-    """Yield a sheet for each student on the roster or for each version; `jobs` processes make the sheets in parallel."""
+    """Yield a sheet for each student on the roster, or for each version; `jobs` processes make the sheets."""
     if request.version_count:
         sheet_requests = _request_versions(request)
     else:
@@ -150,20 +156,20 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
             request.on_step()
             for failure in failed_slots:
                 request.on_left_out(failure)
-            if replacements:  # recorded before anybody gets the sheet
+            if replacements:  # must be recorded before anybody gets the sheet
                 assignment = record_replacements(assignment, sheet_request.student, replacements)
             if sheet is not None:
                 yield sheet
 
 
 def _request_versions(request: ExportRequest) -> list[_SheetRequest]:
-    """Return versions A, B, … made from the bank's variants, which are repeated if a slot has too few."""
-    versions: dict[str, list[Problem]] = {}
+    """Return versions A, B, … with the variants of a bank. If a slot has too few variants, they are repeated."""
+    variants_by_slot: dict[str, list[Problem]] = {}
     for variant in iterate_bank(replace(request, variant_count=request.version_count, on_step=lambda: None)):
-        versions.setdefault(variant.slot.name, []).append(variant.problem)
+        variants_by_slot.setdefault(variant.slot.name, []).append(variant.problem)
     sheet_requests = []
     for number, letter in enumerate(VERSION_LETTERS[: request.version_count]):
-        problems = tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values())
+        problems = tuple(variants[number % len(variants)] for variants in variants_by_slot.values())
         sheet_requests.append(_SheetRequest(letter, f"Version {letter}", "", problems))
     return sheet_requests
 
@@ -185,17 +191,17 @@ def _make_sheet(request: ExportRequest, sheet_request: _SheetRequest) -> _SheetR
 
 
 def _make_sheet_of_problems(request: ExportRequest, sheet_request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
-    sheet_problems = tuple(_make_sheet_problem(request, n, p) for n, p in enumerate(problems, 1))
+    sheet_problems = tuple(_make_sheet_problem(request, number, problem) for number, problem in enumerate(problems, 1))
     return Sheet(sheet_request.file_stem, sheet_request.name, sheet_request.student, _shrink_boxes(sheet_problems))
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
-    """Return problems with less working space if they would take more than about two pages for five parts."""
+    """Return problems with less working space if a sheet is long: if five parts take more than about two pages."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
-    fixed_height = STATEMENT_HEIGHT * len(problems) + sum(part.height for part in parts)
-    fixed_height -= sum(box.working_space for box in boxes)
-    share = compute_share_that_fits(boxes, fixed_height, MAX_PART_HEIGHT * len(parts))
+    working_space = sum(box.working_space for box in boxes)
+    fixed_height = STATEMENT_HEIGHT * len(problems) + sum(part.height for part in parts) - working_space
+    share = compute_share_that_fits(boxes, fixed_height, AVERAGE_PART_HEIGHT * len(parts))
 
     def shrink_box(part: SheetPart) -> SheetPart:
         return part if part.box is None else replace(part, box=scale_working_space(part.box, share))
@@ -206,7 +212,7 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _split_statement(remove_typing_remarks(statement(problem, ""), problem))
     is_printed = request.sheet in PROBLEM_SHEETS
-    # the working space in an exam depends on the solution's length
+    # In an exam, the working space depends on the length of the solution.
     solutions_by_part = worked_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
     figure = draw_arm(problem, f"p{number}") if is_printed else None
     parts = (
