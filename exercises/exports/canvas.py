@@ -1,4 +1,4 @@
-"""Export of a quiz for Canvas as QTI 1.2. Each student gets one variant from a group for each slot and question."""
+"""Export a quiz for Canvas as QTI 1.2. Canvas picks one variant of each question for each student."""
 
 from collections.abc import Generator, Sequence
 
@@ -11,7 +11,7 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 
 
 def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield one package, which Canvas imports as a quiz and a question bank."""
+    """Yield one package. From the package, Canvas imports a quiz and a question bank."""
     assignment = request.assignment
     quiz_items = list(items.make_items_without_hidden_solutions(request))
     if any(item.single_number_item for item in quiz_items):
@@ -51,6 +51,6 @@ def _name_question_type(form: items.ItemForm) -> str:
 
 
 def _list_shares(count: int) -> list[str]:
-    """Return the percentages of the points for `count` stems, to two decimals; they add up to 100."""
+    """Return the percentage of the points for each of `count` stems to match, with two decimals; the sum is 100."""
     share = round(100 / count, 2)
     return [f"{share:.2f}"] * (count - 1) + [f"{100 - share * (count - 1):.2f}"]

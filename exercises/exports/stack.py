@@ -1,9 +1,9 @@
-"""Export of STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
+"""Export STACK questions in one Moodle XML file: a question for every part of every variant, with question tests.
 
 Each part is a separate question, because STACK limits the time for one question. The variants of a part are separate
-questions in one category, from which a quiz picks one at random. STACK could also pick a variant by a seed, but then
-all variants would share a response tree. Its nodes could not recognise mistakes, because the same answer results from
-different mistakes for different arms.
+questions in one category, from which a quiz picks a variant at random. STACK could also pick a variant by a seed, but
+then all variants would share a response tree. Such a tree could not recognise mistakes, because for different arms,
+different mistakes lead to the same answer.
 """
 
 import base64
@@ -33,7 +33,7 @@ UNPARSED_ANSWER = QuestionTest("answers that STACK can't parse are not graded", 
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A part of a variant as the template needs it: in STACK's terms, with texts as HTML."""
+    """A part of a variant as the template needs the part: in STACK's terms, with texts as HTML."""
 
     stack_part: StackPart
     name: str
@@ -52,13 +52,13 @@ class StackQuestion:
 
 
 def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield the file; report once per slot what STACK can't ask or grades differently."""
+    """Yield the file. For each slot, report once which parts STACK can't ask or grades differently from qdot."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
     for variant, (variant_questions, new_notes) in process_bank(request, _make_questions):
         notes |= new_notes
         for question in variant_questions:
-            questions.setdefault(question.category, []).append(_add_variant_name(request, variant, question))
+            questions.setdefault(question.category, []).append(_add_variant_key(request, variant, question))
     for note in notes:
         request.report(note)
     if not questions:
@@ -75,7 +75,10 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def _make_questions(
     request: ExportRequest, slot: Slot, problem: Problem
 ) -> tuple[list[StackQuestion], dict[str, None]]:
-    """Return the questions that STACK can ask of a problem, without the variant's name, and notes on the slot."""
+    """Return the questions of a problem that STACK can ask, and notes on the slot as keys of a dict.
+
+    The questions do not contain the variant's key yet.
+    """
     notes: dict[str, None] = {}
     return [_make_question(request, slot, problem, part) for part in _make_stack_parts(slot, problem, notes)], notes
 
@@ -111,7 +114,7 @@ def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_p
     )  # fmt: skip
 
 
-def _add_variant_name(request: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:
+def _add_variant_key(request: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:
     """Return a question with the variant's key in its name, id and note."""
     return replace(
         question,
@@ -127,7 +130,7 @@ def _write_html(text: str) -> str:
 
 
 def _write_prompt(problem: Problem, part: Part) -> str:
-    """Return the prompt, without instructions on typing the answer in Python if STACK's input differs."""
+    """Return the prompt, without instructions on how to type the answer if they do not apply to STACK."""
     text = prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered_options or part.answer.is_set) else text
 
