@@ -47,7 +47,7 @@ MAX_UNSIMPLIFIED_CHARACTERS = 20_000
 ZERO_TOLERANCE = 1e-9
 """Smaller answers count as zero. Zero is left out, because many mistakes lead to it."""
 MISTAKES_PER_ANSWER = 3
-"""Number of mistakes to try for each requested wrong answer, because some mistakes lead to answers that are too long."""
+"""Number of mistakes to try for each requested wrong answer, because some mistakes lead to a too long answer."""
 MIN_DIFFERENCE = 3
 """Minimum difference of two wrong numbers, as a multiple of the tolerance."""
 
@@ -95,7 +95,7 @@ def make_domain(problem: Problem) -> Domain:
 
 
 def _select_distinct(correct: np.ndarray, candidates: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
-    """Yield a numeric wrong answer for each mistake that is finite, has the correct shape and differs from all others."""
+    """Yield a numeric wrong answer for each mistake: finite, of the correct shape, and different from all others."""
     accepted_answers, mistake_names = [correct], set[str]()
     for wrong in candidates:
         answer = wrong.answer
