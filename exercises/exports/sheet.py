@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -43,6 +43,8 @@ WIDTH_BESIDE_FIGURE = 0.58
 PROBLEM_SHEETS = ("handout", "exam")
 """Sheets that show the problems, not only the answers."""
 VERSION_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+_TABLE = re.compile(r"^((?:\|.*\n)+)", re.MULTILINE)
+"""Matches a table in Markdown."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ class Sheet:
 
 
 @dataclass(frozen=True)
-class _SheetRequest:
+class _SheetTask:
     """A sheet to make. If `problems` is None, the student's problems are generated; other fields are as in `Sheet`."""
 
     file_stem: str
@@ -144,55 +146,42 @@ _SheetResult = tuple[Sheet | None, Mapping[str, Replacement], tuple[FailedSlot, 
 
 def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
     """Yield a sheet for each student on the roster, or for each version; `jobs` processes make the sheets."""
-    if request.version_count:
-        sheet_requests = _request_versions(request)
-    else:
-        sheet_requests = [_SheetRequest(s.id, s.name, s.id) for s in request.assignment.roster]
     assignment = request.assignment
-    with closing(
-        ordered_map(_make_sheet, sheet_requests, request.jobs, keep_state, (request.without_callbacks,))
-    ) as results:
-        for sheet_request, (sheet, replacements, failed_slots) in zip(sheet_requests, results, strict=True):
+    student_tasks = [_SheetTask(student.id, student.name, student.id) for student in assignment.roster]
+    tasks = _list_versions(request) if request.version_count else student_tasks
+    with closing(ordered_map(_make_sheet, tasks, request.jobs, keep_state, (request.without_callbacks,))) as results:
+        for task, (sheet, replacements, failed_slots) in zip(tasks, results, strict=True):
             request.on_step()
             for failure in failed_slots:
                 request.on_left_out(failure)
             if replacements:  # must be recorded before anybody gets the sheet
-                assignment = record_replacements(assignment, sheet_request.student, replacements)
+                assignment = record_replacements(assignment, task.student, replacements)
             if sheet is not None:
                 yield sheet
 
 
-def _request_versions(request: ExportRequest) -> list[_SheetRequest]:
+def _list_versions(request: ExportRequest) -> list[_SheetTask]:
     """Return versions A, B, … with the variants of a bank. If a slot has too few variants, they are repeated."""
     variants_by_slot: dict[str, list[Problem]] = {}
     for variant in iterate_bank(replace(request, variant_count=request.version_count, on_step=lambda: None)):
         variants_by_slot.setdefault(variant.slot.name, []).append(variant.problem)
-    sheet_requests = []
-    for number, letter in enumerate(VERSION_LETTERS[: request.version_count]):
-        problems = tuple(variants[number % len(variants)] for variants in variants_by_slot.values())
-        sheet_requests.append(_SheetRequest(letter, f"Version {letter}", "", problems))
-    return sheet_requests
+    return [
+        _SheetTask(letter, f"Version {letter}", "", tuple(v[number % len(v)] for v in variants_by_slot.values()))
+        for number, letter in enumerate(VERSION_LETTERS[: request.version_count])
+    ]
 
 
-def _make_sheet(request: ExportRequest, sheet_request: _SheetRequest) -> _SheetResult:
-    if sheet_request.problems is not None:
-        return _make_sheet_of_problems(request, sheet_request, sheet_request.problems), {}, ()
-    student_problems = generate_student_problems(
-        request.assignment, sheet_request.student, partial(certify_with, request.find_failures)
-    )
-    if student_problems.failed_slots:
-        return None, {}, student_problems.failed_slots
-    problems = [certified.problem for certified in student_problems.certified.values()]
-    return (
-        _make_sheet_of_problems(request, sheet_request, problems),
-        student_problems.find_new_replacements(request.assignment),
-        (),
-    )
-
-
-def _make_sheet_of_problems(request: ExportRequest, sheet_request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
+def _make_sheet(request: ExportRequest, task: _SheetTask) -> _SheetResult:
+    problems, replacements = task.problems, dict[str, Replacement]()
+    if problems is None:
+        certify = partial(certify_with, request.find_failures)
+        student_problems = generate_student_problems(request.assignment, task.student, certify)
+        if student_problems.failed_slots:
+            return None, {}, student_problems.failed_slots
+        problems = tuple(certified.problem for certified in student_problems.certified.values())
+        replacements = student_problems.find_new_replacements(request.assignment)
     sheet_problems = tuple(_make_sheet_problem(request, number, problem) for number, problem in enumerate(problems, 1))
-    return Sheet(sheet_request.file_stem, sheet_request.name, sheet_request.student, _shrink_boxes(sheet_problems))
+    return Sheet(task.file_stem, task.name, task.student, _shrink_boxes(sheet_problems)), replacements, ()
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
@@ -210,7 +199,8 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 
 
 def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
-    intro, table, facts = _split_statement(remove_typing_remarks(statement(problem, ""), problem))
+    statement_text = remove_typing_remarks(statement(problem, ""), problem)
+    intro, table, facts = (*_TABLE.split(statement_text, maxsplit=1), "", "")[:3]  # without a table, all is `intro`
     is_printed = request.sheet in PROBLEM_SHEETS
     # In an exam, the working space depends on the length of the solution.
     solutions_by_part = worked_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
@@ -222,32 +212,23 @@ def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -
     return SheetProblem(number, problem.title, intro, table, facts, figure, tuple(parts))
 
 
-def _split_statement(text: str) -> tuple[str, str, str]:
-    """Return the text before the table of a statement, the table, and the text after it."""
-    table = re.search(r"^(?:\|.*\n)+", text, re.MULTILINE)
-    if table is None:
-        return text, "", ""
-    return text[: table.start()], table[0], text[table.end() :]
-
-
 def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
-    solutions, is_printed = request.has_solutions, request.sheet in PROBLEM_SHEETS
-    is_exam, name = request.sheet == "exam" and not solutions, f"p{label.replace('.', '-')}"
+    is_printed, shows_solutions = request.sheet in PROBLEM_SHEETS, request.has_solutions
+    is_exam, figure_name = request.sheet == "exam" and not shows_solutions, f"p{label.replace('.', '-')}"
+    gives_hints = request.sheet == "handout" and not shows_solutions and request.assignment.hints
     text = remove_typing_remarks(prompt(problem, part), problem)
-    figure = draw_prompt_figure(problem, part, name) if is_printed else None
+    figure = draw_prompt_figure(problem, part, figure_name) if is_printed else None
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
-    shown_hints = (
-        hints(problem, part) if request.sheet == "handout" and not solutions and request.assignment.hints else ()
-    )
     earned_share = request.earned_share if request.sheet == "marking" else None
     return SheetPart(
         label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
         prompt=text if options is None else remove_options(text),
-        hints=tuple(remove_typing_remarks(hint, problem) for hint in shown_hints), figure=figure, options=options,
+        hints=tuple(remove_typing_remarks(hint, problem) for hint in (hints(problem, part) if gives_hints else ())),
+        figure=figure, options=options,
         box=make_box(problem, part, solution) if is_exam else None,
-        solution=remove_typing_remarks(solution, problem) if solutions else "",
-        solution_figure=draw_solution_figure(problem, part, f"{name}-solution") if solutions else None,
+        solution=remove_typing_remarks(solution, problem) if shows_solutions else "",
+        solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,
         answer=short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
         has_wide_figure=part.has_drawn_options,
         marking=explain_marking(problem, part, earned_share) if earned_share else None,
