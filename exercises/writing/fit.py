@@ -1,7 +1,8 @@
-r"""Estimate the width of formulas and break wide ones into several lines to fit a page.
+r"""Estimate the width of formulas, and break wide formulas into several lines to fit a page.
 
-A formula with pieces between \qquad, or with several equals signs, gets a line for each. If a line is still too wide,
-products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix are named and shown below it.
+Equations that are separated by \qquad get a line each, and so do the right sides after several equals signs. If a line
+is still too wide, products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix get names,
+which are explained below the matrix.
 """
 
 from collections.abc import Sequence
@@ -13,23 +14,24 @@ from qdot.exercises.formula.layout import Layout, Pieces, row
 
 Lines = list[Pieces]
 EquationSides = list[tuple[Pieces, Pieces]]
+"""Lines of equations, each as its left side (empty on continued lines) and its right side with the equals sign."""
 
 OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
-"""Widths of operators with the space around them; all widths are in em."""
+"""Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
 MAX_OVERWIDTH = 1.2
-"""A formula up to this many times as wide as the line is not broken inside brackets: its letters become smaller."""
+"""A term is broken inside brackets only if it is wider than this many lines; otherwise, it is shrunk to fit."""
 MAX_BRACKET_DEPTH = 4
-"""Maximum depth of nested brackets in which a sum may be broken."""
+"""Maximum depth of nested brackets inside which a sum may be broken."""
 MAX_UNBREAKABLE_SHARE = 0.6
-"""Maximum width of a piece that can't be broken, as a fraction of the line's width."""
+"""Maximum width of an unbreakable piece of an inline formula, as a fraction of the line's width."""
 _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
 def formula_width(formula: Layout, scale: float = 1.0) -> float:
-    r"""Return the estimated width of a formula in em; `scale` scales fractions, which are smaller inside a matrix.
+    r"""Return the estimated width of a formula in em; fractions, which are smaller in a matrix, are scaled by `scale`.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
@@ -79,21 +81,18 @@ def _leaf_width(kind: str, text: str) -> float:
 
 
 def fit_formula(formula: Layout, max_width: float) -> Layout:
-    """Return a displayed formula, broken into lines as far as possible if it is wider than `max_width` (em)."""
+    """Return a displayed formula; if it is wider than `max_width` (em), it is broken into lines as far as possible."""
     if formula_width(formula) <= max_width:
         return formula
     rows = _split_equations(formula, max_width)
-    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
+    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned below each other
     lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
 def _split_equations(formula: Layout, max_width: float) -> EquationSides:
-    """Return the equations in a formula as pairs: the left side, and the right side with its equals sign.
-
-    Equations on the same line of an aligned formula stay together if they fit.
-    """
+    """Return the equations in a formula; equations on the same line of an aligned formula stay together if they fit."""
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
         return [_split_at_equals(piece) for piece in layout.split_at(formula.inner, layout.QQUAD)]
     rows: EquationSides = []
@@ -117,7 +116,7 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 
 def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
-    """Return the lines of one equation whose right side may be `max_width` (em) wide."""
+    """Return the lines of an equation whose right side may be `max_width` (em) wide."""
     if _total_width(right) <= max_width - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
@@ -131,7 +130,7 @@ def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSi
 
 
 def _break_side(side: Pieces, max_width: float) -> Lines:
-    """Return one side of an equation, broken into lines between factors, before signs or inside matrices."""
+    """Return a side of an equation, broken into lines between factors, before signs or inside matrices."""
     if _total_width(side) <= max_width:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
@@ -144,19 +143,19 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
 
 
 def _split_matrices(product_pieces: Pieces) -> Lines:
-    """Split a product of matrices into factors that each end in a matrix; other formulas are a single factor."""
+    """Split a product of matrices into factors that each end with a matrix; return other formulas unsplit."""
     ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)][:-1]
     return [product_pieces[start:end] for start, end in pairwise((0, *ends, len(product_pieces)))]
 
 
 def _find_matrix(piece: Layout) -> Layout | None:
-    """Return the matrix if a piece is a matrix or a power of one, else None."""
+    """Return the matrix if a piece is a matrix or a power of a matrix; otherwise None."""
     base = layout.base_of_script(piece)
     return base if base.kind == "matrix" else None
 
 
 def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
-    """Return a wide fraction as 1 over the denominator times the numerator, in lines; nothing for other formulas."""
+    """Return the lines of a wide fraction, as 1 over the denominator times the numerator; none for other formulas."""
     has_sign = formula_pieces[:1] == (layout.MINUS,)
     sign, rest = formula_pieces[:has_sign], formula_pieces[has_sign:]
     if len(rest) != 1 or rest[0].text != "frac":
@@ -172,7 +171,7 @@ def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
 
 
 def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
-    """Return terms; a term that is too wide is replaced by the terms of the sums in its brackets, and so on."""
+    """Return terms; terms that are too wide are split inside their outer brackets, and then inside inner brackets."""
     narrow_terms: list[Pieces] = []
     for term in terms:
         pieces, parts = term, [term]
@@ -186,7 +185,7 @@ def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]
 
 
 def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
-    """Replace wide brackets that grow by plain ones, because a line can't be broken inside brackets that grow."""
+    """Replace wide brackets that grow with their content by plain brackets, inside which a line can be broken."""
     opened: list[Layout] = []
     for piece in pieces:
         if piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2:
@@ -211,7 +210,10 @@ def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
 
 
 def _name_entries(side: Pieces, max_width: float) -> Lines:
-    """Return a wide matrix with names m_1, m_2 ... for its wide entries, followed by one or more lines for each."""
+    """Return the lines of a wide matrix with names m_1, m_2, … for its wide entries, and of these entries.
+
+    Returns no lines if the side has no matrix or no wide entry.
+    """
     index = next((k for k, piece in enumerate(side) if _find_matrix(piece)), None)
     if index is None:
         return []

@@ -1,12 +1,12 @@
-"""Translate problems and the site: gettext messages are identified by their English text, in a file `locale/CODE.po`.
+"""Translate problems and the site with gettext: a file `locale/CODE.po` has the translation of each English message.
 
-Sentences are written in English and marked as messages (`gettext` in Python, `{% trans %}` in a template). Values to
-fill in have names: "row %(n)s". `make messages` collects them. The files are parsed with polib, which is imported only
+Messages are sentences that are marked by `gettext` in Python and by `{% trans %}` in a template. Values to fill in have
+names, as in "row %(n)s". `make messages` collects the messages. The files are parsed with polib, which is imported only
 for languages other than English.
 
-A problem also contains English words: titles, descriptions of configurations, the sentence on a mistake. These are
-messages because they are registered, or because `translatable_phrases` has a pattern for them. In a pattern, braces
-mark the parts that are copied to the translation: "row {n}".
+A problem also contains English words: titles, descriptions of configurations, sentences on mistakes. These words are
+messages, too. Some are listed where they are defined; for others, `translatable_phrases` has a pattern. In a pattern,
+braces mark the parts that are copied to the translation, as in "row {n}".
 """
 
 import io
@@ -29,9 +29,10 @@ LOCALE = Path(__file__).parents[1] / "locale"
 ARM_HEADING, ARM_IN_SENTENCE, FAMILY, QUESTION, PHRASE, SOURCE = (
     "arm, as a heading", "arm, behind “The figure shows”", "family", "question", "phrase", "source, behind “See”",
 )  # fmt: skip
-"""Contexts of messages whose English text alone is ambiguous."""
+"""Contexts of messages. A context distinguishes messages with the same English text."""
 
 PhraseTranslation = tuple[re.Pattern[str], str]
+"""A regular expression for an English phrase, and the translation with names in braces."""
 
 
 def is_formula_number(reference: str) -> bool:
@@ -51,7 +52,7 @@ def catalogue(language: str) -> "Catalogue":
 
 
 def read_catalogue(path: Path) -> "Catalogue":
-    """Return the messages in a file; polib compiles it, because Python's gettext needs a compiled catalogue."""
+    """Return the messages in a file. Python's gettext needs a compiled catalogue, which polib makes."""
     import polib
 
     return Catalogue(GNUTranslations(io.BytesIO(polib.pofile(str(path)).to_binary())))
@@ -75,7 +76,7 @@ class Catalogue:
     # --- words that problems carry ---
 
     def translate_phrase(self, english: object) -> str:
-        """Translate a phrase by the first pattern that matches; return it unchanged if none does."""
+        """Translate a phrase by the first pattern that matches it; without such a pattern, return it unchanged."""
         text = str(english)
         if self.is_english:
             return text
@@ -107,13 +108,16 @@ class Catalogue:
         return self._translate(mistake_context(name), title)
 
     def mistake_title_in_sentence(self, name: str, title: str) -> str:
-        """Return the title of a mistake inside a sentence; English has a lower-case initial there, German a capital."""
+        """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
         translation = self.mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
         return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
     def mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
-        """Return the sentence on a mistake; `sentence` is English and was made from the pattern `english_pattern`."""
+        """Return the translation of a `sentence` on a mistake, which was made from `english_pattern`.
+
+        The translation ends with a reference to the chapter, `english_source`.
+        """
         match = phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
@@ -127,7 +131,7 @@ class Catalogue:
     def localize_formulas(self, text: str) -> str:
         """Return Markdown with the language's decimal sign in its formulas; code and prose stay unchanged.
 
-        In these formulas, commas between numbers become semicolons, because 0,5, 1 could be two or three numbers.
+        In formulas with a decimal comma, commas between numbers become semicolons, because 0,5, 1 would be ambiguous.
         """
         return text if self._decimal_sign == "." else _FORMULA_OR_CODE.sub(self._localize_formula, text)
 
@@ -149,7 +153,7 @@ class Catalogue:
             return piece[0]
         return _DECIMAL_PATTERN.sub(rf"\1{{{self._decimal_sign}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
 
-    # --- messages without % formatting: their braces are filled in, and a percent sign is literal ---
+    # --- messages with names in braces; a percent sign has no special meaning ---
 
     def _translate(self, context: str, message: str) -> str:
         return self.translations.pgettext(context, message)
@@ -165,7 +169,7 @@ class Catalogue:
 def _translate_by_first_match(
     rows: Iterable[PhraseTranslation], text: str, translate_word: Callable[[str], str] = str
 ) -> str:
-    """Translate a text by the first row that matches it, or return it unchanged.
+    """Translate a text by the first row that matches the text, or return the text unchanged.
 
     `translate_word` is applied to the words that are copied to the translation.
     """

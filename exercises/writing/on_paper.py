@@ -1,4 +1,4 @@
-"""Remove remarks on typing from prompts and statements that are printed on paper."""
+"""Remove from prompts and statements what is useless on paper: remarks on how to type answers, and code."""
 
 import re
 
@@ -24,7 +24,7 @@ _CODE_PATTERN = re.compile(r"`([^`]*)`")
 
 
 def remove_typing_remarks(text: str, problem: Problem) -> str:
-    """Return Markdown without remarks on typing; symbols become formulas, other code becomes plain text."""
+    """Return Markdown without remarks on typing, in which typed symbols become formulas and other code plain text."""
     for pattern, replacement in _REMARKS_ON_TYPING:
         text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters

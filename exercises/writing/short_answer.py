@@ -1,4 +1,4 @@
-"""Write the answer to a part without its derivation, in Markdown with LaTeX, as in an answer key."""
+"""Write the reference answer to a part without its derivation, for answer keys; the text is Markdown with LaTeX."""
 
 import re
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _TEXT_FIELDS = ("letters", "words", "remark")
 
 
 def short_answer(problem: Problem, part: Part) -> str:
-    """Return the reference answer: a displayed formula, numbers with their units, conditions, or letters."""
+    """Return the reference answer: a displayed formula, numbers with units, conditions, or letters."""
     fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_TEXT_FIELDS, "")
     answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
     fields |= answer_fields
@@ -27,7 +27,7 @@ def short_answer(problem: Problem, part: Part) -> str:
 
 @dataclass(frozen=True)
 class _AnswerFields(AnswerVisitor[dict[str, Any]]):
-    """The fields that the template shows for each form of answer."""
+    """For each type of answer, the fields that the template shows."""
 
     problem: Problem
     part: Part
@@ -45,15 +45,15 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
     def numbers(self, answer: Number) -> dict[str, Any]:
         values = zip(answer.reference, answer.units, strict=True)
-        return {"values": [_number_text(value, answer.tolerance) + _unit_latex(unit) for value, unit in values]}
+        return {"values": [_format_number(value, answer.tolerance) + _write_unit(unit) for value, unit in values]}
 
     def conditions(self, answer: answer_types.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
 
     def choice(self, answer: Choice) -> dict[str, Any]:
-        has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options
         details = self.part.details
-        has_words = has_words and not (isinstance(details, Options) and details.offered[answer.correct].is_tall)
+        is_tall = isinstance(details, Options) and details.offered[answer.correct].is_tall
+        has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options and not is_tall
         words = option_text(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 
@@ -61,8 +61,8 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         return {"letters": answer.letters}
 
 
-def _number_text(value: object, tolerance: float) -> str:
-    """Return a number as precisely as it is compared: in full if it must match exactly, else to three digits."""
+def _format_number(value: object, tolerance: float) -> str:
+    """Return a number as text: with all digits if answers must match it exactly, otherwise to three digits."""
     return str(value) if tolerance < 1e-6 else three_digits(value)
 
 
@@ -75,10 +75,10 @@ def plain_unit(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³")
 
 
-def _unit_latex(unit: str) -> str:
-    r"""Return the LaTeX of a unit after its number.
+def _write_unit(unit: str) -> str:
+    r"""Return the LaTeX of a unit that follows a number.
 
-    >>> _unit_latex("m^2/s")
+    >>> _write_unit("m^2/s")
     '\\,\\text{m}^{2}\\text{/s}'
     """
     pieces = re.split(r"\^(\d)", unit)

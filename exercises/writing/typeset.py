@@ -1,6 +1,7 @@
-r"""Typeset a student's answer from its tree, with terms and factors in the given order and without simplification.
+r"""Typeset a student's answer from its expression tree, with terms and factors in the student's order.
 
-Names and sines are written as in all other formulas: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
+Nothing is simplified. Names and sines are written in the textbook's notation: \theta_{1}, \dot{d}_{2}, and s_{12} for
+sin(theta1 + theta2).
 """
 
 import re
@@ -16,10 +17,10 @@ from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
 from qdot.exercises.writing.latex import symbol_latex
 
 MAX_DEPTH = 30
-"""Maximum depth of formulas that are typeset; deeper ones would be unreadable."""
+"""Maximum depth of trees that are typeset; deeper formulas would be unreadable."""
 
 _RELATION_LEVEL, _SUM_LEVEL, _PRODUCT_LEVEL, _FACTOR_LEVEL, _ATOM_LEVEL = range(5)
-"""Binding strength of a piece: an atom can be raised to a power directly, a factor needs brackets for that."""
+"""How strongly a piece binds, from weak to strong. Only an atom needs no brackets as the base of a power."""
 
 _FUNCTIONS = {
     "asin": Layout("word", "arcsin"), "acos": Layout("word", "arccos"), "atan": Layout("word", "arctan"),
@@ -51,8 +52,8 @@ def typeset(
 ) -> Layout:
     r"""Return the layout of an answer. Raises TooDeep.
 
-    `prismatic` has the numbers of the prismatic joints, whose rates are \dot d. The conditions in a list are
-    `are_alternatives`, or hold simultaneously. `units` has the units of the entries of a numeric vector.
+    `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d. If `are_alternatives`, the
+    conditions in a list are alternatives; otherwise, all hold. `units` has the unit of each entry of a numeric vector.
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.printers.latex import latex_text
@@ -63,14 +64,14 @@ def typeset(
 
 
 class _Typesetter:
-    """Typesets trees: long sums and products by a loop along their left operands, everything else by recursion."""
+    """Typesets trees by recursion. A loop handles the left operands of sums and products, which may be many."""
 
     def __init__(self, prismatic: tuple[str, ...], are_alternatives: bool, units: Sequence[str]) -> None:
         self.prismatic, self.units, self.depth = prismatic, units, 0
         self.separator = _OR_WORD if are_alternatives else (layout.COMMA, layout.QQUAD)
 
     def typeset_answer(self, node: Node) -> Pieces:
-        rows = _matrix_rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
+        rows = _find_rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
             return self.typeset_node(node).pieces
         units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
@@ -85,14 +86,14 @@ class _Typesetter:
         self.depth -= 1
         return typeset_piece
 
-    def operand(self, node: Node, level: int) -> Pieces:
+    def typeset_operand(self, node: Node, level: int) -> Pieces:
         """Return a typeset operand, in brackets if it binds less strongly than `level`."""
         typeset_piece = self.typeset_node(node)
         if typeset_piece.level >= level:
             return typeset_piece.pieces
         return layout.bracket(typeset_piece.pieces, _TALL)
 
-    def name(self, node: Node) -> _TypesetPiece:
+    def typeset_name(self, node: Node) -> _TypesetPiece:
         name = str(node.value)
         if name in _CONSTANTS:
             return _TypesetPiece((Layout("letter", _CONSTANTS[name]),), _ATOM_LEVEL)
@@ -102,62 +103,73 @@ class _Typesetter:
         text = "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)
         return _TypesetPiece((Layout("text", text),), _ATOM_LEVEL)
 
-    def sum(self, node: Node) -> _TypesetPiece:
+    def typeset_sum(self, node: Node) -> _TypesetPiece:
         if node.kind == "neg":
-            return _TypesetPiece((layout.MINUS, *self.operand(node.args[0], _PRODUCT_LEVEL)), _SUM_LEVEL)
+            return _TypesetPiece((layout.MINUS, *self.typeset_operand(node.args[0], _PRODUCT_LEVEL)), _SUM_LEVEL)
         terms: list[Pieces] = []
         while node.kind in ("+", "-"):
             sign = layout.PLUS if node.kind == "+" else layout.MINUS
-            terms.append((sign, *self.operand(node.args[1], _PRODUCT_LEVEL)))
+            terms.append((sign, *self.typeset_operand(node.args[1], _PRODUCT_LEVEL)))
             node = node.args[0]
-        return _TypesetPiece(layout.join_pieces((), [self.operand(node, _SUM_LEVEL), *reversed(terms)]), _SUM_LEVEL)
+        return _TypesetPiece(
+            layout.join_pieces((), [self.typeset_operand(node, _SUM_LEVEL), *reversed(terms)]), _SUM_LEVEL
+        )
 
-    def product(self, node: Node) -> _TypesetPiece:
-        if (degrees := _degrees(node)) is not None:
+    def typeset_product(self, node: Node) -> _TypesetPiece:
+        if (degrees := _find_degrees(node)) is not None:
             pieces = layout.raise_pieces_to(self.typeset_node(degrees).pieces, layout.DEGREE)
             return _TypesetPiece(pieces, _FACTOR_LEVEL)
-        numerator, denominator = _factors(node)
+        numerator, denominator = _split_factors(node)
         if not denominator:
-            return _TypesetPiece(self.row(numerator), _PRODUCT_LEVEL)
+            return _TypesetPiece(self.typeset_factors(numerator), _PRODUCT_LEVEL)
         other_factors = [factor for factor in numerator if factor.kind != "number"]
         is_small = all(factor.value == "pi" for factor in other_factors) and _are_numbers(denominator)
         if not is_small and _are_numbers(denominator):  # 4*sin(theta1)/25 has its fraction before the sine
             numbers = [factor for factor in numerator if factor.kind == "number"] or [algebra.ONE]
-            coefficient = layout.fraction(self.row(numbers), self.row(denominator), is_small=True)
-            return _TypesetPiece((coefficient, layout.THIN, *self.row(other_factors, is_alone=False)), _PRODUCT_LEVEL)
+            coefficient = layout.fraction(
+                self.typeset_factors(numbers), self.typeset_factors(denominator), is_small=True
+            )
+            return _TypesetPiece(
+                (coefficient, layout.THIN, *self.typeset_factors(other_factors, is_alone=False)), _PRODUCT_LEVEL
+            )
         if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
             numerator = [factor for factor in numerator if factor != algebra.ONE] or numerator[:1]
-        return _TypesetPiece((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR_LEVEL)
+        return _TypesetPiece(
+            (layout.fraction(self.typeset_factors(numerator), self.typeset_factors(denominator), is_small),),
+            _FACTOR_LEVEL,
+        )
 
-    def row(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
+    def typeset_factors(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
         """Return factors side by side; a single factor needs no brackets if `is_alone`."""
         if len(factors) == 1 and is_alone:
             return self.typeset_node(factors[0]).pieces
-        factor_pieces = [self.operand(factor, _FACTOR_LEVEL) for factor in factors]
+        factor_pieces = [self.typeset_operand(factor, _FACTOR_LEVEL) for factor in factors]
         pieces = list(factor_pieces[0])
         for before, factor in pairwise(factor_pieces):
             pieces += (*_factor_separator(before, factor[0]), *factor)
         return tuple(pieces)
 
-    def power(self, node: Node) -> _TypesetPiece:
+    def typeset_power(self, node: Node) -> _TypesetPiece:
         base, exponent = node.args
-        exponent_layout = row(*self.exponent(exponent))
+        exponent_layout = row(*self.typeset_exponent(exponent))
         is_whole = len(exponent_layout.inner) == 1 and exponent_layout.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
-            return self.call(base, exponent_layout)
-        return _TypesetPiece(layout.raise_pieces_to(self.operand(base, _ATOM_LEVEL), exponent_layout), _FACTOR_LEVEL)
+            return self.typeset_call(base, exponent_layout)
+        return _TypesetPiece(
+            layout.raise_pieces_to(self.typeset_operand(base, _ATOM_LEVEL), exponent_layout), _FACTOR_LEVEL
+        )
 
-    def exponent(self, node: Node) -> Pieces:
+    def typeset_exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
             return layout.join_pieces((Layout("sign", "/"),), [self.typeset_node(arg).pieces for arg in node.args])
         return self.typeset_node(node).pieces
 
-    def call(self, node: Node, superscript: Layout = layout.EMPTY) -> _TypesetPiece:
+    def typeset_call(self, node: Node, superscript: Layout = layout.EMPTY) -> _TypesetPiece:
         word = str(node.value)
-        if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
+        if word in ("sin", "cos") and (joints := _list_joint_digits(node.args[0])):
             symbol = script(Layout("letter", word[0]), row(*number(joints)), superscript)
             return _TypesetPiece((symbol,), _FACTOR_LEVEL if superscript.inner else _ATOM_LEVEL)
-        arguments = self.list_items(node.args)
+        arguments = self.typeset_list(node.args)
         if word == "sqrt":
             return _TypesetPiece((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR_LEVEL)
         if word == "abs":
@@ -166,48 +178,48 @@ class _Typesetter:
         function_name = script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
         return _TypesetPiece((function_name, *layout.bracket(arguments, _TALL)), _FACTOR_LEVEL)
 
-    def list_items(self, nodes: Sequence[Node], separator: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
+    def typeset_list(self, nodes: Sequence[Node], separator: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
         return layout.join_pieces(separator, (self.typeset_node(node).pieces for node in nodes))
 
     # --- lists and conditions ---
 
-    def collection(self, node: Node) -> _TypesetPiece:
+    def typeset_collection(self, node: Node) -> _TypesetPiece:
         if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
             separator = _AND_WORD if node.kind == "dict" else self.separator
-            return _TypesetPiece(self.list_items(node.args, separator), _RELATION_LEVEL)
-        if (rows := _matrix_rows(node)) is not None:
+            return _TypesetPiece(self.typeset_list(node.args, separator), _RELATION_LEVEL)
+        if (rows := _find_rows(node)) is not None:
             entry_rows = [[self.typeset_node(entry).pieces for entry in entries] for entries in rows]
             return _TypesetPiece((layout.matrix(entry_rows),), _ATOM_LEVEL)
         brackets = "[]" if node.kind == "list" else "{}"
-        return _TypesetPiece((layout.fence(brackets, self.list_items(node.args)),), _ATOM_LEVEL)
+        return _TypesetPiece((layout.fence(brackets, self.typeset_list(node.args)),), _ATOM_LEVEL)
 
-    def relation(self, node: Node) -> _TypesetPiece:
+    def typeset_relation(self, node: Node) -> _TypesetPiece:
         if node.kind in ("and", "or"):
             word = _AND_WORD if node.kind == "and" else _OR_WORD
-            return _TypesetPiece(self.list_items(node.args, word), _RELATION_LEVEL)
+            return _TypesetPiece(self.typeset_list(node.args, word), _RELATION_LEVEL)
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} means that theta2 is 0 or pi
             values = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             values = right if right.kind == "set" else values
-            return _TypesetPiece(self.list_items((left, values), _ELEMENT_SIGN), _RELATION_LEVEL)
-        return _TypesetPiece(self.list_items((left, right), (layout.EQUALS,)), _RELATION_LEVEL)
+            return _TypesetPiece(self.typeset_list((left, values), _ELEMENT_SIGN), _RELATION_LEVEL)
+        return _TypesetPiece(self.typeset_list((left, right), (layout.EQUALS,)), _RELATION_LEVEL)
 
 
 _TYPESETTERS: dict[str, Callable[[_Typesetter, Node], _TypesetPiece]] = {
-    **dict.fromkeys(("number", "decimal"), lambda _, node: _number(node)),
+    **dict.fromkeys(("number", "decimal"), lambda _, node: _typeset_number(node)),
     "blank": lambda _self, _node: _TypesetPiece((Layout("letter", "□"),), _ATOM_LEVEL),
-    "name": _Typesetter.name,
-    "^": _Typesetter.power,
-    "call": _Typesetter.call,
-    **dict.fromkeys(("neg", "+", "-"), _Typesetter.sum),
-    **dict.fromkeys(("*", "/"), _Typesetter.product),
-    **dict.fromkeys(("list", "set", "dict"), _Typesetter.collection),
-    **dict.fromkeys(("eq", "in", "pair", "and", "or"), _Typesetter.relation),
+    "name": _Typesetter.typeset_name,
+    "^": _Typesetter.typeset_power,
+    "call": _Typesetter.typeset_call,
+    **dict.fromkeys(("neg", "+", "-"), _Typesetter.typeset_sum),
+    **dict.fromkeys(("*", "/"), _Typesetter.typeset_product),
+    **dict.fromkeys(("list", "set", "dict"), _Typesetter.typeset_collection),
+    **dict.fromkeys(("eq", "in", "pair", "and", "or"), _Typesetter.typeset_relation),
 }
 
 
 def _factor_separator(previous_factor: Pieces, next_start: Layout) -> Pieces:
-    """Return the separator of two factors: a dot before a number, a space beside a name and after tall brackets."""
+    """Return the separator of two factors: a dot before a number; a space beside a name and after tall brackets."""
     previous_piece, next_piece = previous_factor[-1], layout.base_of_script(next_start)
     previous_start = layout.base_of_script(previous_factor[0])
     if next_piece.kind == "number" or (next_start.kind == "fraction" and previous_piece.kind == "number"):
@@ -219,8 +231,8 @@ def _are_numbers(factors: Sequence[Node]) -> bool:
     return all(factor.kind == "number" for factor in factors)
 
 
-def _factors(node: Node) -> tuple[list[Node], list[Node]]:
-    """Return the factors in the numerator and in the denominator of a product, in their order."""
+def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:
+    """Return the factors in the numerator and those in the denominator of a product, in the student's order."""
     numerator, denominator = list[Node](), list[Node]()
     pending = [(node, numerator)]
     while pending:  # from right to left, reversed at the end
@@ -234,8 +246,8 @@ def _factors(node: Node) -> tuple[list[Node], list[Node]]:
     return numerator[::-1], denominator[::-1]
 
 
-def _joint_sum(angle: Node) -> str:
-    """Return "12" for theta1 + theta2, and "" for an angle that can't be written like c_{12}."""
+def _list_joint_digits(angle: Node) -> str:
+    """Return "12" for theta1 + theta2; "" for an angle whose cosine can't be written like c_{12}."""
     digits: list[str] = []
     while True:
         term = angle.args[1] if angle.kind == "+" else angle
@@ -248,8 +260,8 @@ def _joint_sum(angle: Node) -> str:
         angle = angle.args[0]
 
 
-def _matrix_rows(node: Node) -> list[list[Node]] | None:
-    """Return the entries of a list that is parsed as a matrix or vector, or None for anything else."""
+def _find_rows(node: Node) -> list[list[Node]] | None:
+    """Return the rows of entries if a node is parsed as a matrix or vector; otherwise None."""
     if node.kind != "list" and not (node.kind == "set" and node.args and node.args[0].kind == "set"):
         return None
     try:
@@ -259,15 +271,15 @@ def _matrix_rows(node: Node) -> list[list[Node]] | None:
     return rows if rows != [[node]] else None
 
 
-def _degrees(node: Node) -> Node | None:
-    """Return the number of degrees of an angle in degrees, which is parsed as 30*pi/180, or None for others."""
+def _find_degrees(node: Node) -> Node | None:
+    """Return 30 if a node is an angle of 30 degrees, which is parsed as 30*pi/180; None if it is no such angle."""
     if node.kind != "/" or node.args[1] != _HALF_TURN or node.args[0].kind != "*":
         return None
     number, pi = node.args[0].args
     return number if number.kind in ("number", "decimal") and pi == _PI else None
 
 
-def _number(node: Node) -> _TypesetPiece:
+def _typeset_number(node: Node) -> _TypesetPiece:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
         fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), is_small=True)

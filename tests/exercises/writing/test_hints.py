@@ -197,14 +197,14 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
 
 def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
     x, y = sp.symbols("x y")
-    assert HintContext.column(sp.Matrix([[x, y], [1, 0]])) == 2
-    assert HintContext.column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
-    assert HintContext.column(sp.Matrix([[x, -x]])) is None
-    assert HintContext.entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
-    assert HintContext.entry(sp.Matrix([x, -x, 3])) is None
+    assert HintContext.find_column(sp.Matrix([[x, y], [1, 0]])) == 2
+    assert HintContext.find_column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
+    assert HintContext.find_column(sp.Matrix([[x, -x]])) is None
+    assert HintContext.find_entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
+    assert HintContext.find_entry(sp.Matrix([x, -x, 3])) is None
     minors = [("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]
-    assert HintContext.minor(minors) == ("columns 1, 3", x)
-    assert HintContext.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
+    assert HintContext.find_minor(minors) == ("columns 1, 3", x)
+    assert HintContext.find_minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
     assert HintContext.reveals_entry(sp.Matrix([x, 0.5012]), sp.Float(-0.5))
     assert HintContext.reveals_entry(sp.Matrix([[y, -x]]), x)
     assert not HintContext.reveals_entry(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
