@@ -166,15 +166,15 @@ class _ExpressionLayout:
         return (degrees, *rest_pieces)
 
     def lay_out_number(self, value: sp.Expr) -> _SignedTerm:
-        negative, size = bool(value.is_negative), abs(value)
+        is_negative, size = bool(value.is_negative), abs(value)
         if size.is_Float:
-            return _SignedTerm(negative, _lay_out_float(size))
+            digits, _, power = f"{float(size):.10g}".partition("e")
+            return _SignedTerm(is_negative, layout.scientific(digits, int(power)) if power else number(digits))
         if not size.is_Rational:
             return _SignedTerm(False, self.lay_out_factor(value))
-        digits = decimal_text(size)
-        if digits is not None:
-            return _SignedTerm(negative, number(digits))
-        return _SignedTerm(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
+        if (decimal_digits := decimal_text(size)) is not None:
+            return _SignedTerm(is_negative, number(decimal_digits))
+        return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
     def split_coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a numeric coefficient adds to the numerator and to the denominator of its term.
@@ -187,10 +187,8 @@ class _ExpressionLayout:
             return self.lay_out_number(value).pieces, ()
         digits, inverse_digits = decimal_text(value), decimal_text(1 / value)
         if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
-            numerator, denominator = quotient
-            return (() if numerator == 1 else self.lay_out_number(numerator).pieces), self.lay_out_number(
-                denominator
-            ).pieces
+            numerator, denominator = map(self.lay_out_number, quotient)
+            return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
         if value.q > _MAX_DENOMINATOR or not (rest.is_number or rest.atoms(sp.Pow) & _list_roots(rest)):
             is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
             if inverse_digits is not None and is_short:
@@ -226,11 +224,6 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
 def _list_roots(expression: sp.Expr) -> set[sp.Expr]:
     """Return the factors of a term that are roots of numbers."""
     return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
-
-
-def _lay_out_float(value: sp.Float) -> Pieces:
-    digits, _, power = f"{float(value):.10g}".partition("e")
-    return layout.scientific(digits, int(power)) if power else number(digits)
 
 
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
