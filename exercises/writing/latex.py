@@ -290,12 +290,10 @@ def _lay_out_scalar(
     expression: sp.Expr, prismatic: tuple[str, ...], angles: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
-    return _expression_layout(prismatic, lengths).lay_out(use_constant_angles(multiply_numbers(expression), angles))
+    return _get_expression_layout(prismatic, lengths).lay_out(use_constant_angles(multiply_numbers(expression), angles))
 
 
-@lru_cache(maxsize=16)
-def _expression_layout(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _ExpressionLayout:
-    return _ExpressionLayout(prismatic, lengths)
+_get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)
 
 
 MAX_LINE_WIDTH = 44.0
