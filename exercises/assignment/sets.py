@@ -9,7 +9,7 @@ from functools import cached_property
 
 from qdot.exercises.common.errors import unknown_name
 from qdot.exercises.short_questions import ASKED
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.render import find_template_folder
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ProblemSet:
     @cached_property
     def text(self) -> str:
         """The set's [[problem]] tables for assignment.toml."""
-        return (template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
+        return (find_template_folder() / "init" / "sets" / f"{self.name}.toml").read_text(encoding="utf-8")
 
     @property
     def problems(self) -> int:
@@ -46,7 +46,9 @@ class ProblemSet:
 
 SETS = {
     name: ProblemSet(name, **about)
-    for name, about in tomllib.loads((template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")).items()
+    for name, about in tomllib.loads(
+        (find_template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")
+    ).items()
 }
 """All sets by name."""
 DEFAULT_SET = next(iter(SETS))

@@ -29,8 +29,8 @@ from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.formula.sympy_text import expression_text, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import prompt, statement
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.problem_texts import write_prompt, write_statement
+from qdot.exercises.writing.render import find_template_folder
 
 STORE_FOLDER = ".qdot"
 
@@ -53,12 +53,12 @@ class StoredProblems:
 
     def statement(self, slot: str, problem: Problem) -> str:
         """Return the statement of a problem as HTML."""
-        return self.texts[slot] if slot in self.texts else statement_html(problem)
+        return self.texts[slot] if slot in self.texts else write_statement_html(problem)
 
     def prompt(self, slot: str, problem: Problem, part: str) -> str:
         """Return the prompt of a part as HTML."""
         name = f"{slot}-{part}"
-        return self.texts[name] if name in self.texts else to_html(prompt(problem, problem[part]))
+        return self.texts[name] if name in self.texts else to_html(write_prompt(problem, problem[part]))
 
     def part_figure(self, slot: str, problem: Problem, part: str) -> str:
         """Return the figure of a part, "" if it has none."""
@@ -67,19 +67,19 @@ class StoredProblems:
         return self.figures.get(name, "") if is_stored else part_svg(problem.chain, problem[part], name)
 
 
-def statement_html(problem: Problem) -> str:
+def write_statement_html(problem: Problem) -> str:
     """Return the statement of a problem as HTML: the table of its arm and other given values."""
-    return to_html(statement(problem, "", explains_typing=False))
+    return to_html(write_statement(problem, "", explains_typing=False))
 
 
 def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
     """Store the problems of a student with their figures; do nothing if the disk is full or read-only."""
     figures, texts = {}, {}
     for slot, problem in problems:
-        figures[slot], texts[slot] = figure_svg(problem.chain, slot), statement_html(problem)
+        figures[slot], texts[slot] = figure_svg(problem.chain, slot), write_statement_html(problem)
         for part in problem.parts:
             name = f"{slot}-{part.name}"
-            texts[name] = to_html(prompt(problem, part))
+            texts[name] = to_html(write_prompt(problem, part))
             if part_figure := part_svg(problem.chain, part, name):
                 figures[name] = part_figure
     answers = [part.answer for _, problem in problems for part in problem.parts]
@@ -148,17 +148,17 @@ def store_path(assignment: Assignment, student: str) -> Path:
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
     signed_data = repr(
-        (code_digest(), assignment.notebook_digest_of(student), assignment.marking_digest, student)
+        (compute_package_digest(), assignment.notebook_digest_of(student), assignment.marking_digest, student)
     ).encode()
     return hmac.new(assignment.secret.encode(), signed_data + b"\0" + payload, hashlib.sha256).hexdigest()
 
 
 @cache
-def code_digest() -> str:
+def compute_package_digest() -> str:
     """Return a digest of the code and the library versions that determine problems and figures."""
     digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
     package_folder = Path(__file__).resolve().parents[1]
     sources = [path for kind in ("py", "txt", "json", "toml") for path in package_folder.rglob(f"*.{kind}")]
-    for path in sorted([*sources, *template_folder().rglob("*.svg.j2")]):
+    for path in sorted([*sources, *find_template_folder().rglob("*.svg.j2")]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -12,8 +12,8 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.languages import ENGLISH, catalogue
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
+from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.wording import Wording
 
 FILES = {"example": "examples.toml", "erratum": "errata.toml"}
@@ -67,7 +67,7 @@ class Example:
 @cache
 def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples with their solutions."""
-    words = catalogue(language)
+    words = load_catalogue(language)
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
     solved: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("example")):
@@ -98,7 +98,7 @@ class Erratum:
 @cache
 def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
     """Return the errors in the printed chapter, with their corrections, from errata.toml."""
-    words = catalogue(language)
+    words = load_catalogue(language)
 
     def translate(text: str) -> str:
         return words.localize_formulas(words.pgettext("erratum", text))
@@ -115,7 +115,7 @@ def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
 def _solve(chain: Chain, name: str, language: str) -> str:
     answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
     part = Part(name, name, answer, details=details)
-    return worked_solution(Problem(ProblemId(chain.name, 0), _with_family_title(chain), (part,)), part, language)
+    return write_solution(Problem(ProblemId(chain.name, 0), _with_family_title(chain), (part,)), part, language)
 
 
 def _with_family_title(chain: Chain) -> Chain:

@@ -12,10 +12,10 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.short_questions.options import Options
-from qdot.exercises.writing.fit import formula_width
+from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import option_text
-from qdot.exercises.writing.short_answer import plain_unit
+from qdot.exercises.writing.problem_texts import write_option
+from qdot.exercises.writing.short_answer import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""
@@ -111,7 +111,7 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
         return None
     if answer.offered_options == TRUE_FALSE:
         return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), 4)
-    texts = [option_text(problem, part, index) for index in range(len(answer.offered_options))]
+    texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(part.details, Options):
         texts = [_SINGLE_ENTRY_MATRIX.sub(r"$\1$", text) for text in texts]
     max_width = max(map(_measure_width, texts)) + TICK_WIDTH
@@ -126,7 +126,7 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
 
 
 def _measure_width(text: str) -> float:
-    formula_widths = (formula_width(parse_latex(latex)) for latex in re.findall(r"\$([^$]+)\$", text))
+    formula_widths = (estimate_width(parse_latex(latex)) for latex in re.findall(r"\$([^$]+)\$", text))
     return sum(formula_widths) + CHARACTER_WIDTH * len(re.sub(r"\$[^$]+\$", "", text))
 
 
@@ -169,7 +169,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
             return _make_number_box(problem, part, answer, working_space)
     rows, columns = answer.shape or (1, 1)
     entries = [] if answer.is_numeric else list(answer.as_matrix())
-    max_width = max((formula_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
+    max_width = max((estimate_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
     line_count = max(1, min(3, math.ceil(HANDWRITING_WIDTH * max_width * columns / BOX_WIDTH)))
     # All cells are as high as the cell of the longest entry.
     return AnswerBox(working_space, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1))
@@ -179,6 +179,6 @@ def _make_number_box(problem: Problem, part: Part, answer: Number, working_space
     chain, question = problem.chain, ASKED[part.kind]
     typed_labels = (tex(sp.Symbol(name), chain) for name in question.typed_names(chain))
     labels = tuple(question.entry_names(chain, part) or typed_labels)
-    units = tuple(map(plain_unit, answer.units))
+    units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)
     return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

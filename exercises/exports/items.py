@@ -27,7 +27,13 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import (
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
 from qdot.exercises.writing.render import render
 
 MAX_WRONG_VALUES = 6
@@ -226,10 +232,10 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
         question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
     title, figure = ASKED[part.kind].title, draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
-    body = (draw_arm(problem), statement(problem, "", explains_typing=False), *figures, question)
+    body = (draw_arm(problem), write_statement(problem, "", explains_typing=False), *figures, question)
     category = request.assignment.title, f"{slot.name} {slot.family.name}", title
     solution = _write_solution(problem, part, numeric_part)
-    item_hints = hints(problem, part) if request.assignment.hints else ()
+    item_hints = write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
@@ -271,7 +277,7 @@ _TYPING_PHRASES = (
 
 def write_question_alone(problem: Problem, part: Part) -> str:
     """Return a prompt without its options and without the line that says how to type the answer."""
-    return _ANSWER.sub("", _OPTION.sub("", prompt(problem, part))).strip()
+    return _ANSWER.sub("", _OPTION.sub("", write_prompt(problem, part))).strip()
 
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
@@ -287,7 +293,7 @@ def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> t
 def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> ChoiceForm | MatchingForm:
     """Return the options of an answer as a choice, or as stems and options to match."""
     answer = part.answer
-    texts = [option_text(problem, part, index) for index in range(len(part.answer.offered_options))]
+    texts = [write_option(problem, part, index) for index in range(len(part.answer.offered_options))]
     if isinstance(answer, Matching):
         correct = [len(answer.items)] * len(texts)
         for number, index in enumerate(answer.correct):
@@ -304,7 +310,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
 
 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
-    text = worked_solution(problem, part)
+    text = write_solution(problem, part)
     if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
         rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
@@ -368,7 +374,7 @@ def _write_numeric_question(
     problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[NumberField, ...], entry_count: int
 ) -> str:
     """Return the question that asks for some fields of an answer with `entry_count` entries."""
-    text = prompt(problem, part)
+    text = write_prompt(problem, part)
     answer_line = _ANSWER.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:

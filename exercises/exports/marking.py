@@ -27,8 +27,8 @@ from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_F
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.writing.fit import fit_formula, formula_width
-from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.fit import estimate_width, fit_formula
+from qdot.exercises.writing.short_answer import write_short_answer
 
 MAX_MISTAKES = 4
 """Maximum number of known mistakes that a sheet lists for a part."""
@@ -59,7 +59,7 @@ class MarkingInstructions:
 
 def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> MarkingInstructions:
     """Return the instructions for a part; `earned_share` returns the share of the points for a typed answer."""
-    correct_answer = _keep_if_legible(short_answer(problem, part)) or "see the key"
+    correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
     legend = correct_answer[: max(0, correct_answer.find("$$"))]  # explains s1, c12 …; only the first line shows it
     wrong_lines = _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, earned_share)
@@ -70,7 +70,7 @@ def explain_marking(problem: Problem, part: Part, earned_share: EarnedShare) -> 
 def _keep_if_legible(answer: str) -> str:
     """Return an answer in Markdown, or "" if its formulas would be too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    widths = (formula_width(fit_formula(formula, FORMULA_WIDTH)) for formula in formulas)
+    widths = (estimate_width(fit_formula(formula, FORMULA_WIDTH)) for formula in formulas)
     return answer if all(width <= MAX_WIDTH_RATIO * FORMULA_WIDTH for width in widths) else ""
 
 
@@ -93,7 +93,7 @@ def _list_mistakes(problem: Problem, part: Part, earned_share: EarnedShare) -> I
         wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
         typed_answer, shown_answer = wrong_part.answer.as_typed(), ""
         if len(typed_answer) <= MAX_CHARACTERS:
-            shown_answer = _keep_if_legible(short_answer(problem, wrong_part))
+            shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part))
         points = _format_points(part, earned_share(problem, part, typed_answer))
         yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
 

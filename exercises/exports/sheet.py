@@ -31,8 +31,8 @@ from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
-from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
-from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
+from qdot.exercises.writing.short_answer import write_short_answer
 
 FIGURE_HEIGHT = 50
 """Maximum height of a figure in mm."""
@@ -199,11 +199,11 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 
 
 def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
-    statement_text = remove_typing_remarks(statement(problem, ""), problem)
+    statement_text = remove_typing_remarks(write_statement(problem, ""), problem)
     intro, table, facts = (*_TABLE.split(statement_text, maxsplit=1), "", "")[:3]  # without a table, all is `intro`
     is_printed = request.sheet in PROBLEM_SHEETS
     # In an exam, the working space depends on the length of the solution.
-    solutions_by_part = worked_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
+    solutions_by_part = write_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}
     figure = draw_arm(problem, f"p{number}") if is_printed else None
     parts = (
         _make_sheet_part(request, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
@@ -216,7 +216,7 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     is_printed, shows_solutions = request.sheet in PROBLEM_SHEETS, request.has_solutions
     is_exam, figure_name = request.sheet == "exam" and not shows_solutions, f"p{label.replace('.', '-')}"
     gives_hints = request.sheet == "handout" and not shows_solutions and request.assignment.hints
-    text = remove_typing_remarks(prompt(problem, part), problem)
+    text = remove_typing_remarks(write_prompt(problem, part), problem)
     figure = draw_prompt_figure(problem, part, figure_name) if is_printed else None
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if is_printed else None
@@ -224,12 +224,12 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     return SheetPart(
         label, ASKED[part.kind].heading(problem.chain), points_text(part.points), part.points,
         prompt=text if options is None else remove_options(text),
-        hints=tuple(remove_typing_remarks(hint, problem) for hint in (hints(problem, part) if gives_hints else ())),
+        hints=tuple(remove_typing_remarks(h, problem) for h in (write_hints(problem, part) if gives_hints else ())),
         figure=figure, options=options,
         box=make_box(problem, part, solution) if is_exam else None,
         solution=remove_typing_remarks(solution, problem) if shows_solutions else "",
         solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,
-        answer=short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
+        answer=write_short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
         has_wide_figure=part.has_drawn_options,
         marking=explain_marking(problem, part, earned_share) if earned_share else None,
     )  # fmt: skip

@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
-from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution, write_statement
 from qdot.exercises.writing.render import render
 
 STACK_VERSION = "2023060500"
@@ -102,14 +102,14 @@ def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_p
     title = ASKED[part.kind].title
     category_names = assignment.title, slot.name, f"{number}. {title}"
     category = make_category_path(list(map(make_moodle_name, category_names)))
-    html_statement, html_prompt = _write_html(statement(problem, "")), _write_html(_write_prompt(problem, part))
-    part_hints = hints(problem, part) if assignment.hints else ()
+    html_statement, html_prompt = _write_html(write_statement(problem, "")), _write_html(_write_prompt(problem, part))
+    part_hints = write_hints(problem, part) if assignment.hints else ()
     prompt_figure = draw_prompt_figure(problem, part, part.name)
     solution_figure = draw_solution_figure(problem, part, f"{part.name}-solution")
     tests = (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else []))
     return StackQuestion(
         stack_part, part.name, part.name, category, _describe_arm(problem), title, html_statement, html_prompt,
-        _write_html(worked_solution(problem, part)), tuple(map(_write_html, part_hints)), draw_arm(problem),
+        _write_html(write_solution(problem, part)), tuple(map(_write_html, part_hints)), draw_arm(problem),
         prompt_figure, solution_figure, tests,
     )  # fmt: skip
 
@@ -131,7 +131,7 @@ def _write_html(text: str) -> str:
 
 def _write_prompt(problem: Problem, part: Part) -> str:
     """Return the prompt, without instructions on how to type the answer if they do not apply to STACK."""
-    text = prompt(problem, part)
+    text = write_prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered_options or part.answer.is_set) else text
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from qdot.exercises.common.extras import DISTRIBUTION
 from qdot.exercises.exports.export_format import make_zip
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.render import find_template_folder
 
 PACKAGE_FOLDER = Path(__file__).parents[2]
 """The folder of the package qdot. In a checkout, its entries `exercises` and `grader` are links."""
@@ -44,7 +44,7 @@ def _read_package_files() -> dict[str, bytes]:
     folders = [(f"qdot/{name}", (PACKAGE_FOLDER / name).resolve()) for name in ("exercises", "grader")]
     names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
     names |= {path: f"qdot/{path.name}" for path in PACKAGE_FOLDER.glob("*") if path.is_file()}
-    templates = template_folder()
+    templates = find_template_folder()
     for path in templates.rglob("*"):
         names[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
     files = {name: path for path, name in names.items() if path.is_file() and not path.name.startswith(".")}

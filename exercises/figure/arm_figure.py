@@ -36,7 +36,7 @@ from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, describe_panels, make_panels_title, make_title
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.short_questions.places import find_options_to_draw
-from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.render import render
 
 __all__ = [
@@ -189,7 +189,7 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
 
     It is empty for an arm without singular configurations or without regular ones.
     """
-    panel, words = singular_panel(chain, language), catalogue(language)
+    panel, words = singular_panel(chain, language), load_catalogue(language)
     if not panel.drawings:
         return ""
     captions = [caption for caption, _ in panel.drawings]

@@ -27,7 +27,7 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.singularities.singularity import Component, singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out
 
 PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
@@ -161,7 +161,7 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> PanelSet:
     The captions number the components of the singular set from 1, with letters if a component has several drawings.
     Nothing is drawn if the arm has no singular configuration for its task, or no regular one.
     """
-    chain, words, components = with_exact_numbers(chain), catalogue(language), singular_set(chain) or ()
+    chain, words, components = with_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     regular = best_poses(chain, scaled_arm.scaled_chain, 1)[0]
     drawn = scaled_arm.scaled_chain

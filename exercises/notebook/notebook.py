@@ -17,7 +17,13 @@ from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, answer_variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.short_questions import ASKED
-from qdot.exercises.writing.problem_texts import answer_code, hints, prompt, statement, worked_solutions
+from qdot.exercises.writing.problem_texts import (
+    write_answer_code,
+    write_hints,
+    write_prompt,
+    write_solutions,
+    write_statement,
+)
 from qdot.exercises.writing.render import render
 
 if TYPE_CHECKING:  # importing it takes as long as generating a problem, and only writing a notebook needs it
@@ -134,9 +140,9 @@ def _problem_cells(
     statement_id = f"{slot}-statement"
     opening = existing_texts.get(statement_id)
     if not opening:
-        opening = statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+        opening = write_statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
     yield _markdown(statement_id, opening)
-    solutions = worked_solutions(problem) if kind == "solution" else {}
+    solutions = write_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
         question_id = f"{slot}-{part.name}-question"
@@ -144,7 +150,7 @@ def _problem_cells(
         code_start = f"{answer_variable(slot, part.name)} = "
         start_length = len(code_start)
         placeholder = part.answer.placeholder(start_length)
-        source = placeholder if kind == "student" else answer_code(problem, part, start_length)
+        source = placeholder if kind == "student" else write_answer_code(problem, part, start_length)
         code = _code(f"{slot}-{part.name}", code_start + source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if part.name in solutions:  # the typeset answer comes before its code
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
@@ -159,7 +165,11 @@ def _problem_cells(
 def _prompt(label: str, slot: str, problem: Problem, part: Part, with_hints: bool) -> str:
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
-    texts = {"prompt": prompt(problem, part), "figure": figure, "hints": hints(problem, part) if with_hints else ()}
+    texts = {
+        "prompt": write_prompt(problem, part),
+        "figure": figure,
+        "hints": write_hints(problem, part) if with_hints else (),
+    }
     title, points = ASKED[part.kind].heading(problem.chain), points_text(part.points)
     return render("notebook/prompt.md.j2", number=label, title=title, points=points, **texts)
 

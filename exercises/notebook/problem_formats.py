@@ -20,12 +20,12 @@ from qdot.exercises.problem.record import Json, robot_json, symbol_json
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
 from qdot.exercises.writing.problem_texts import (
-    answer_code,
-    hints,
-    prompt,
-    statement,
-    worked_solution,
-    worked_solutions,
+    write_answer_code,
+    write_hints,
+    write_prompt,
+    write_solution,
+    write_solutions,
+    write_statement,
 )
 from qdot.exercises.writing.render import render
 
@@ -65,15 +65,15 @@ def _part_views(
 
     Figures are included if `with_figures`.
     """
-    solutions = worked_solutions(problem) if solution else {}
+    solutions = write_solutions(problem) if solution else {}
     views: list[dict[str, object]] = []
     for part in problem.parts:
-        shown_hints = enumerate(hints(problem, part) if hinted else (), 1)
+        shown_hints = enumerate(write_hints(problem, part) if hinted else (), 1)
         view: dict[str, object] = {"name": part.name, "title": ASKED[part.kind].heading(problem.chain)}
-        view |= {"points": points_text(part.points), "prompt": convert(prompt(problem, part))}
+        view |= {"points": points_text(part.points), "prompt": convert(write_prompt(problem, part))}
         view["hints"] = [convert(hint_lead.format(index) + hint) for index, hint in shown_hints]
         view["solution"] = convert(solutions[part.name]) if solution else ""
-        view["code"] = answer_code(problem, part) if solution else ""
+        view["code"] = write_answer_code(problem, part) if solution else ""
         view["figure"] = part_svg(problem.chain, part, part.name) if with_figures else ""
         has_solution_figure = with_figures and solution
         view["solution_figure"] = solution_figure(problem, part, f"{part.name}-solution") if has_solution_figure else ""
@@ -87,7 +87,7 @@ def _footer(problem: Problem) -> str:
 
 def _as_text(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, lambda text: to_text(text).rstrip(), HINT_LEAD)
-    texts = {"title": f"{problem.title} ({problem.id})", "statement": to_text(statement(problem, ""))}
+    texts = {"title": f"{problem.title} ({problem.id})", "statement": to_text(write_statement(problem, ""))}
     figure = textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100)
     return render("notebook/problem.txt.j2", **texts, figure=figure, parts=parts, footer=_footer(problem))
 
@@ -95,13 +95,17 @@ def _as_text(problem: Problem, solution: bool, with_hints: bool) -> str:
 def _as_latex(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
     title, figure = escape_latex(problem.title), escape_latex(alt_text(problem.chain))
-    latex_statement = to_latex(statement(problem, ""))
+    latex_statement = to_latex(write_statement(problem, ""))
     return render("notebook/problem.tex.j2", title=title, statement=latex_statement, figure=figure, parts=parts)
 
 
 def _as_html(problem: Problem, solution: bool, with_hints: bool) -> str:
     parts = _part_views(problem, solution, with_hints, to_html, with_figures=True)
-    texts = {"title": problem.title, "statement": to_html(statement(problem, "")), "figure": figure_svg(problem.chain)}
+    texts = {
+        "title": problem.title,
+        "statement": to_html(write_statement(problem, "")),
+        "figure": figure_svg(problem.chain),
+    }
     return render("notebook/problem.html.j2", **texts, parts=parts, footer=_footer(problem))
 
 
@@ -115,11 +119,11 @@ def _as_notebook(problem: Problem, solution: bool, with_hints: bool) -> str:
 
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
-    """Return the problem as plain data according to docs/schemas/show.json; each part includes its `hints`."""
+    """Return the problem as plain data according to docs/schemas/show.json; each part includes its `write_hints`."""
     content: Json = {"id": str(problem.id), "family": problem.id.family, "seed": problem.id.seed}
     content |= {"variation": problem.id.variation, "engine": problem.id.engine, "title": problem.title}
     symbols = {name: symbol_json(info) for name, info in problem.symbols().items()}
-    content |= {"robot": robot_json(problem.chain), "symbols": symbols, "statement": statement(problem, "")}
+    content |= {"robot": robot_json(problem.chain), "symbols": symbols, "statement": write_statement(problem, "")}
     content["parts"] = [_part_json(problem, part, solution) for part in problem.parts]
     if certificate is not None:
         content["certificate"] = dict(certificate)
@@ -128,11 +132,11 @@ def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any
 
 def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
     content: Json = {"name": part.name, "kind": part.kind, "type": part.type, "shape": part.shape and list(part.shape)}
-    content |= {"prompt": prompt(problem, part), "points": part.points, "needs": list(part.needs)}
-    content |= {"hints": list(hints(problem, part)), **part.answer.options_json(), **part.answer.tolerance_json()}
+    content |= {"prompt": write_prompt(problem, part), "points": part.points, "needs": list(part.needs)}
+    content |= {"hints": list(write_hints(problem, part)), **part.answer.options_json(), **part.answer.tolerance_json()}
     if solution:
         content["reference"] = part.answer.as_json()
-        content["solution"] = worked_solution(problem, part)
+        content["solution"] = write_solution(problem, part)
     return content
 
 

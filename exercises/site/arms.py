@@ -10,7 +10,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.site.page import Page
-from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 
@@ -19,7 +19,7 @@ PATH = "arms.html"
 
 def gallery(bank_families: Collection[str]) -> Page:
     """Return the page with the gallery; `bank_families` are the families in the site's bank."""
-    words = {code: catalogue(code) for code in LANGUAGES}
+    words = {code: load_catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",
         families=FAMILIES,

@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 
 from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
-from qdot.exercises.assignment.store import code_digest
+from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.families import FAMILIES
@@ -27,8 +27,8 @@ from qdot.exercises.short_questions import ASKED
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from qdot.exercises.site.supply import BankProblem
-from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
+from qdot.exercises.writing.render import find_template_folder
 
 FOLDER = "bank"
 
@@ -68,7 +68,7 @@ def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlo
         f"{bank_problem.seed}/{bank_problem.questions}/{bank_problem.question_share}/{bank_problem.variation}/"
         f"{bank_problem.frame_convention}/{problem_id}"
     )
-    digest_input = f"{code_digest()}/{_texts_digest()}/{problem_source}"
+    digest_input = f"{compute_package_digest()}/{_texts_digest()}/{problem_source}"
     made_from = hashlib.sha256(digest_input.encode()).hexdigest()  # the bank must not reveal seeds
     if not solved:
         for ending in SOLUTION_ENDINGS:
@@ -126,9 +126,9 @@ def _is_written(path: Path) -> bool:
 
 @cache
 def _texts_digest() -> str:
-    """Return a digest of the templates and translations, which `code_digest` does not cover."""
+    """Return a digest of the templates and translations, which `compute_package_digest` does not cover."""
     digest = hashlib.sha256()
-    folder = template_folder()
+    folder = find_template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
     for language in LANGUAGES:
@@ -159,7 +159,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
 
     A slot of an instructor's assignment keeps its own title, whatever its name.
     """
-    words = catalogue(language)
+    words = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
     families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
     return _json_text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})

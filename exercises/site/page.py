@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from qdot.exercises.writing.languages import LANGUAGES, catalogue
+from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
 INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
 
@@ -48,4 +48,4 @@ class Page:
 
 def translate_message(message: str) -> dict[str, str]:
     """Return a message in every language except English, for pages that replace the English text."""
-    return {code: catalogue(code).gettext(message) for code in LANGUAGES}
+    return {code: load_catalogue(code).gettext(message) for code in LANGUAGES}

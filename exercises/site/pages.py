@@ -19,7 +19,7 @@ from qdot.exercises.site.chapter import chapter_pages, live_arm
 from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.render import render, template_folder
+from qdot.exercises.writing.render import find_template_folder, render
 
 ENTRIES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
@@ -224,4 +224,4 @@ def manifest(course: str) -> str:
 
 def favicon() -> str:
     """Return the site's icon (SVG)."""
-    return (template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")
+    return (find_template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")

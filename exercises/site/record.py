@@ -23,10 +23,17 @@ from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import answer_code, hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import (
+    write_answer_code,
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
 
 
 def site_record(problem: Problem) -> Json:
@@ -43,7 +50,7 @@ def site_record(problem: Problem) -> Json:
     """
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {"difficulty": difficulty_band(chain), "statement": to_html(statement(problem, ""))}
+    record |= {"difficulty": difficulty_band(chain), "statement": to_html(write_statement(problem, ""))}
     record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **arm_record(problem)}
     parts = [_part(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
@@ -80,16 +87,16 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
-    words = catalogue(language)
+    words = load_catalogue(language)
     title = words.arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
-        shown_hints = [html_with_latex(hint) for hint in hints(problem, part, language)]
+        shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
         texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
-        texts |= {"prompt": to_html(prompt(problem, part, language)), "hints": shown_hints}
+        texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
-    html_statement = to_html(statement(problem, "", language=language))
+    html_statement = to_html(write_statement(problem, "", language=language))
     return {
         "title": title[0].upper() + title[1:],
         "statement": html_statement,
@@ -100,7 +107,7 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
 
 def translated_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
-    solutions = {part.name: html_with_latex(worked_solution(problem, part, language)) for part in problem.parts}
+    solutions = {part.name: html_with_latex(write_solution(problem, part, language)) for part in problem.parts}
     return {"parts": [{"name": name, "solution": solution} for name, solution in solutions.items()]}
 
 
@@ -117,9 +124,9 @@ def solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
-        solution, figure = worked_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
+        solution, figure = write_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
-        parts.append(record | {"typed": answer_code(problem, part)})
+        parts.append(record | {"typed": write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": determinant_factors(problem.chain), "parts": parts}
 
 
@@ -194,14 +201,17 @@ class MistakeSentences:
 
 
 def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
-    chain, question, prompt_text = problem.chain, ASKED[part.kind], prompt(problem, part)
+    chain, question, prompt_text = problem.chain, ASKED[part.kind], write_prompt(problem, part)
     svg = part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
     record |= {"names": typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
     record |= {"columns": list(question.column_names(chain)), "grid": _grid(chain, part), "figure": svg}
     record |= {"alt": part_alt(chain, part) if svg else "", "pose": _given_pose(chain, part)}
-    record |= {"hints": [html_with_latex(hint) for hint in hints(problem, part)], "options": _options(problem, part)}
+    record |= {
+        "hints": [html_with_latex(hint) for hint in write_hints(problem, part)],
+        "options": _options(problem, part),
+    }
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
@@ -231,4 +241,4 @@ def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
     count = len(part.answer.offered_options)
-    return [to_html(option_text(problem, part, index, language)) for index in range(count)] or None
+    return [to_html(write_option(problem, part, index, language)) for index in range(count)] or None

@@ -14,7 +14,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity import Component
 from qdot.exercises.verify.appearance import all_have_kind, samples_on_component, statement_holds
-from qdot.exercises.writing.problem_texts import solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 
@@ -23,7 +23,7 @@ def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
     Raises TooLong.
     """
-    steps = solution_steps(chain)
+    steps = get_solution_steps(chain)
     steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]
     return tuple(steps.singular_components)
 
@@ -31,7 +31,8 @@ def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
 def certified_component(chain: Chain, component: Component) -> SingularComponent:
     """Return a component with its certified kind and description; its conditions stay unchanged."""
     return replace(
-        _certify_component(chain, solution_steps(chain).classify_component(component)), conditions=component.conditions
+        _certify_component(chain, get_solution_steps(chain).classify_component(component)),
+        conditions=component.conditions,
     )
 
 

@@ -34,10 +34,10 @@ from qdot.exercises.solve.special_lengths import (
 )
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.markup import escape_latex, to_latex
-from qdot.exercises.writing.problem_texts import next_solution, solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps, write_next_solution
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.wording import Wording, coordinates_with_unit
+from qdot.exercises.writing.wording import Wording, format_coordinates
 
 SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
@@ -267,7 +267,7 @@ def _describe_numeric_check(chain: Chain, stage: RedundantSingularities) -> str:
 
 
 def _render_so_far(chain: Chain, minors_only: bool) -> str:
-    steps, components = solution_steps(chain), [] if minors_only else solution_steps(chain).components
+    steps, components = get_solution_steps(chain), [] if minors_only else get_solution_steps(chain).components
     return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
@@ -339,7 +339,7 @@ def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
 
 def _conditions_json(chain: Chain) -> dict[str, Any]:
     """Return the singular set as plain data before its configurations have been described."""
-    return {"singular": [*map(_component_json, solution_steps(chain).components)]}
+    return {"singular": [*map(_component_json, get_solution_steps(chain).components)]}
 
 
 # --- step by step ---
@@ -376,7 +376,7 @@ def text_stages(robot: Robot) -> Stages:
     """Yield the derivation in Markdown, block by block: the arm, each section under its name, and remarks."""
     yield "its transformations"
     chain = robot.chain
-    w, steps = Wording(chain), solution_steps(chain)
+    w, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
     shows_same = description is not None and not description.base and description.rows == w.rows
     if shows_same or not w.convention.shows_table:
@@ -451,13 +451,13 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained: set[s
         return ""
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
-    text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
+    text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
     return f"## {len(parts) + 2}. {question.heading(chain)}\n\n{text}"
 
 
 def _render_redundant(chain: Chain, redundant: RedundantSingularities, number: int | None = None) -> str:
     """Return the section on the singular set of a redundant arm; it has no number while it is incomplete."""
-    w, steps = Wording(chain), solution_steps(chain)
+    w, steps = Wording(chain), get_solution_steps(chain)
     return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, redundant=redundant, number=number)
 
 
@@ -500,7 +500,7 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
     if written_arm.base is not None:
         position, rpy = written_arm.base
         angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
-        base = f"at ${coordinates_with_unit(position)}$"
+        base = f"at ${format_coordinates(position)}$"
         base += f", rotated by roll, pitch and yaw of {angles}" if any(rpy) else ""
     convention = written_arm.convention
     return _ArmDescription(convention, [_cells(convention, row) for row in written_arm.rows], base)
@@ -509,7 +509,7 @@ def _describe_arm(robot: Robot) -> _ArmDescription | None:
 def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
     if FRAMES not in convention.features:
         direction, point = row
-        return [f"({', '.join(map(tex, direction))})", "-" if point is None else coordinates_with_unit(point)]
+        return [f"({', '.join(map(tex, direction))})", "-" if point is None else format_coordinates(point)]
     return convention.order_entries(tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3]))
 
 

@@ -107,7 +107,7 @@ def _make_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp
     return sp.Symbol(name)
 
 
-def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
+def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles that may occur in an arm's formulas: of links, of rows of the table, and between two links."""
     runs = _angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
@@ -117,7 +117,7 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
         yield from map(_make_first_joint_positive, differences)
 
 
-def link_angles(chain: Chain) -> list[sp.Expr]:
+def list_link_angles(chain: Chain) -> list[sp.Expr]:
     """Return each link's angle relative to the first of the parallel axes before the link.
 
     If all axes are parallel, this is the angle of x_i in the world frame. The constant of an angle is in (-pi, pi].

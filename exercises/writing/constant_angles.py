@@ -27,7 +27,7 @@ class _SumOfRoots:
 
 
 @lru_cache(maxsize=256)
-def constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
+def list_constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
     """Return the constant angles of an arm's table and base, in order, each reduced to at most 90 degrees."""
     rows = convention_of(chain).rows
     table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta)[1]))

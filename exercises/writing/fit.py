@@ -30,35 +30,35 @@ _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
-def formula_width(formula: Layout, scale: float = 1.0) -> float:
+def estimate_width(formula: Layout, scale: float = 1.0) -> float:
     r"""Return the estimated width of a formula in em; fractions, which are smaller in a matrix, are scaled by `scale`.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
-    >>> formula_width(letter) < formula_width(half) + 0.3 < formula_width(total)
+    >>> estimate_width(letter) < estimate_width(half) + 0.3 < estimate_width(total)
     True
     """
     kind, text, inner = formula
     if kind == "row":
         return _total_width(inner, scale)
     if kind == "script":
-        return formula_width(inner[0]) + SCRIPT_SCALE * max(formula_width(inner[1]), formula_width(inner[2]))
+        return estimate_width(inner[0]) + SCRIPT_SCALE * max(estimate_width(inner[1]), estimate_width(inner[2]))
     if kind == "fraction":
-        return 0.2 + scale * max(formula_width(inner[0], scale), formula_width(inner[1], scale))
+        return 0.2 + scale * max(estimate_width(inner[0], scale), estimate_width(inner[1], scale))
     if kind == "dotted":
-        return formula_width(inner[0])
+        return estimate_width(inner[0])
     if kind in ("matrix", "aligned"):
         cell_size, brackets = (SCRIPT_SCALE, 2 * SIGN_WIDTH) if kind == "matrix" else (1.0, 0.0)
-        rows = ([formula_width(cell, cell_size) for cell in cells.inner] for cells in inner)
+        rows = ([estimate_width(cell, cell_size) for cell in cells.inner] for cells in inner)
         return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return formula_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
+        return estimate_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
     return _leaf_width(kind, text)
 
 
 def is_too_wide_inline(formula: Layout, max_width: float) -> bool:
     """Return whether an inline formula has a piece, such as a fraction, too wide for lines of `max_width` (em)."""
-    return any(formula_width(piece) > MAX_UNBREAKABLE_SHARE * max_width for piece in formula.inner)
+    return any(estimate_width(piece) > MAX_UNBREAKABLE_SHARE * max_width for piece in formula.inner)
 
 
 def is_taller_than_line(formula: Layout) -> bool:
@@ -67,7 +67,7 @@ def is_taller_than_line(formula: Layout) -> bool:
 
 
 def _total_width(pieces: Sequence[Layout], scale: float = 1.0) -> float:
-    return sum(formula_width(piece, scale) for piece in pieces)
+    return sum(estimate_width(piece, scale) for piece in pieces)
 
 
 @lru_cache(maxsize=2048)
@@ -82,7 +82,7 @@ def _leaf_width(kind: str, text: str) -> float:
 
 def fit_formula(formula: Layout, max_width: float) -> Layout:
     """Return a displayed formula; if it is wider than `max_width` (em), it is broken into lines as far as possible."""
-    if formula_width(formula) <= max_width:
+    if estimate_width(formula) <= max_width:
         return formula
     rows = _split_equations(formula, max_width)
     left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned below each other
@@ -188,7 +188,7 @@ def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
     """Replace wide brackets that grow with their content by plain brackets, inside which a line can be broken."""
     opened: list[Layout] = []
     for piece in pieces:
-        if piece.kind == "fenced" and piece.text == "()" and formula_width(piece) > max_width / 2:
+        if piece.kind == "fenced" and piece.text == "()" and estimate_width(piece) > max_width / 2:
             opened += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
         else:
             opened.append(piece)

@@ -40,13 +40,13 @@ def is_formula_number(reference: str) -> bool:
     return re.fullmatch(r"\(\d+\.\d+\)", reference) is not None
 
 
-def mistake_context(name: str) -> str:
+def name_mistake_context(name: str) -> str:
     """Return the context of a mistake's title and sentence."""
     return f"mistake {name}"
 
 
 @cache
-def catalogue(language: str) -> "Catalogue":
+def load_catalogue(language: str) -> "Catalogue":
     """Return the messages of a language."""
     return Catalogue() if language == ENGLISH else read_catalogue(LOCALE / f"{language}.po")
 
@@ -105,7 +105,7 @@ class Catalogue:
 
     def mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
-        return self._translate(mistake_context(name), title)
+        return self._translate(name_mistake_context(name), title)
 
     def mistake_title_in_sentence(self, name: str, title: str) -> str:
         """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
@@ -118,13 +118,13 @@ class Catalogue:
 
         The translation ends with a reference to the chapter, `english_source`.
         """
-        match = phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
+        match = make_phrase_pattern(english_pattern + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
         source = english_source if is_formula_number(english_source) else self._translate(SOURCE, english_source)
         words = {key: self.translate_phrase(word) for key, word in match.groupdict().items()}
         reference = self.gettext("See %(where)s.", where=source)
-        return f"{self._translate(mistake_context(name), english_pattern).format(**words)} {reference}"
+        return f"{self._translate(name_mistake_context(name), english_pattern).format(**words)} {reference}"
 
     # --- numbers ---
 
@@ -138,7 +138,7 @@ class Catalogue:
     def localize_number(self, number: str) -> str:
         """Return a number in a sentence with the decimal sign of the language.
 
-        >>> catalogue("de").localize_number("−0.25 m/s")
+        >>> load_catalogue("de").localize_number("−0.25 m/s")
         '−0,25 m/s'
         """
         return _DECIMAL_PATTERN.sub(rf"\1{self._decimal_sign}\2", number)
@@ -160,10 +160,10 @@ class Catalogue:
 
     @cached_property
     def _phrase_translations(self) -> list[PhraseTranslation]:
-        return [(phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
+        return [(make_phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
 
     def _arm_translations(self, context: str) -> list[PhraseTranslation]:
-        return [(phrase_pattern(name), self._translate(context, name)) for name in ARMS]
+        return [(make_phrase_pattern(name), self._translate(context, name)) for name in ARMS]
 
 
 def _translate_by_first_match(
@@ -185,10 +185,10 @@ _FORMULA_OR_CODE = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.
 
 
 @cache
-def phrase_pattern(phrase: str) -> re.Pattern[str]:
+def make_phrase_pattern(phrase: str) -> re.Pattern[str]:
     """Return a regular expression for a phrase with names in braces; a repeated name must match the same text.
 
-    >>> phrase_pattern("row {n}").fullmatch("row 2")["n"]
+    >>> make_phrase_pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
     pieces, seen_names = [], set()

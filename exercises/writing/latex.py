@@ -16,7 +16,7 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, is_rate_or_component, joint_sum_digits
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
-from qdot.exercises.writing.constant_angles import constant_angles, use_constant_angles
+from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.fit import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
@@ -257,7 +257,7 @@ def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles:
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
     options: _LayoutOptions = ((), (), ())
     if chain is not None:
-        options = prismatic_joints(chain), constant_angles(chain), numeric_lengths(chain)
+        options = list_prismatic_joints(chain), list_constant_angles(chain), list_numeric_lengths(chain)
     expression = sp.sympify(expression)
     if angles is not None:
         expression = angles.use_names(expression)
@@ -267,13 +267,13 @@ def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles:
     return row(layout.matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
 
 
-def prismatic_joints(chain: Chain) -> tuple[str, ...]:
+def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:
     r"""Return the numbers of an arm's prismatic joints, whose rates are \dot d."""
     return tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
 
 
 @lru_cache(maxsize=256)
-def numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
+def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
     """Return the absolute values of the nonzero numeric lengths of an arm."""
     return tuple(dict.fromkeys(abs(size) for size in lengths_of(chain) if size.is_Rational and size != 0))
 

@@ -18,7 +18,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import terminal_width, unicode_math
-from qdot.exercises.writing.fit import fit_formula, formula_width, is_taller_than_line, is_too_wide_inline
+from qdot.exercises.writing.fit import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
     from markdown_it import MarkdownIt
@@ -100,7 +100,7 @@ def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
             mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
         )
     fitted_layout = fit_formula(parse_latex(latex), max_width)
-    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / formula_width(fitted_layout))))
+    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / estimate_width(fitted_layout))))
 
 
 MIN_SPLIT_EQUATIONS = 3
@@ -210,7 +210,7 @@ def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     if is_aligned and len(layout.inner[0].inner) > MAX_UNBROKEN_LINES:
         rows = fitted_latex.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
-    if formula_width(layout) <= max_width:
+    if estimate_width(layout) <= max_width:
         return f"\\[\n{fitted_latex}{punctuation}\n\\]"
     # The width is only estimated, so LaTeX decides whether the formula has to be shrunk.
     return f"\\[\n{_SHRINK_TO_LINE}\n$\\displaystyle {fitted_latex}{punctuation}$}}\n\\]"

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
-from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
@@ -20,7 +20,7 @@ _MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
 _MARKDOWN_SYNTAX = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
-def template_folder() -> Path:
+def find_template_folder() -> Path:
     """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
     for folder in (_PACKAGE_FOLDER / "templates", _PACKAGE_FOLDER.parent / "templates"):
         if folder.is_dir():
@@ -66,25 +66,25 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
 
 
 @cache
-def environment(language: str = ENGLISH) -> jinja2.Environment:
+def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     """Return the Jinja2 environment of a language: undefined names are errors, and values are escaped in markup.
 
     Messages are translated to the language. The filters `phrase` and `mistake` translate words from problems.
     """
     templates = jinja2.Environment(
         extensions=EXTENSIONS,
-        loader=jinja2.FileSystemLoader(template_folder()),
+        loader=jinja2.FileSystemLoader(find_template_folder()),
         undefined=jinja2.StrictUndefined,
         autoescape=lambda name: bool(name and name.endswith(_MARKUP_EXTENSIONS)),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        bytecode_cache=TemplateCache(template_folder()),
+        bytecode_cache=TemplateCache(find_template_folder()),
         optimized=False,  # constant folding makes loading slower by a fifth, and rendering hardly faster
     )
     templates.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
     templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
-    messages = catalogue(language)
+    messages = load_catalogue(language)
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     templates.filters["phrase"] = messages.translate_phrase
     templates.filters["mistake"] = lambda blame: messages.mistake_title_in_sentence(blame.mistake, blame.title)
@@ -104,4 +104,4 @@ def escape_markdown(text: str) -> str:
 
 def render(template: str, **context: Any) -> str:
     """Return the text of a template, a file in templates/, with the values of `context`."""
-    return environment().get_template(template).render(**context)
+    return make_environment().get_template(template).render(**context)

@@ -8,19 +8,19 @@ from qdot.exercises import answer_types
 from qdot.exercises.answer_types import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions.options import Options
-from qdot.exercises.writing.problem_texts import add_angle_legend, option_text, solution_steps
+from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.solution_steps import three_digits
+from qdot.exercises.writing.solution_steps import format_three_digits
 
 _TEXT_FIELDS = ("letters", "words", "remark")
 
 
-def short_answer(problem: Problem, part: Part) -> str:
+def write_short_answer(problem: Problem, part: Part) -> str:
     """Return the reference answer: a displayed formula, numbers with units, conditions, or letters."""
     fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_TEXT_FIELDS, "")
     answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
     fields |= answer_fields
-    steps = solution_steps(problem.chain)
+    steps = get_solution_steps(problem.chain)
     text = render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
     return add_angle_legend(steps, text)
 
@@ -40,7 +40,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     def direction(self, answer: Direction) -> dict[str, Any]:
         remark = {"remark": "Any multiple other than zero is as good."}
         if answer.is_numeric:
-            return {"values": [three_digits(value) for value in answer.reference], **remark}
+            return {"values": [format_three_digits(value) for value in answer.reference], **remark}
         return {"formula": answer.reference, **remark}
 
     def numbers(self, answer: Number) -> dict[str, Any]:
@@ -54,7 +54,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         details = self.part.details
         is_tall = isinstance(details, Options) and details.offered[answer.correct].is_tall
         has_words = answer.options != TRUE_FALSE and not self.part.has_drawn_options and not is_tall
-        words = option_text(self.problem, self.part, answer.correct) if has_words else ""
+        words = write_option(self.problem, self.part, answer.correct) if has_words else ""
         return {"letters": answer.typed_text, "words": words}
 
     def letters(self, answer: answer_types.Letters) -> dict[str, Any]:
@@ -63,13 +63,13 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
 def _format_number(value: object, tolerance: float) -> str:
     """Return a number as text: with all digits if answers must match it exactly, otherwise to three digits."""
-    return str(value) if tolerance < 1e-6 else three_digits(value)
+    return str(value) if tolerance < 1e-6 else format_three_digits(value)
 
 
-def plain_unit(unit: str) -> str:
+def format_unit(unit: str) -> str:
     """Return a unit as plain text.
 
-    >>> plain_unit("m^2/s")
+    >>> format_unit("m^2/s")
     'm²/s'
     """
     return unit.replace("^2", "²").replace("^3", "³")

@@ -28,7 +28,7 @@ from qdot.exercises.singularities.classification import Classification, classify
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, existence_condition
 from qdot.exercises.singularities.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.writing import expansion
-from qdot.exercises.writing.angles import AngleNames, arm_angles, link_angles, name_angles
+from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.hint_context import HintContext
 from qdot.exercises.writing.latex import tex
@@ -104,7 +104,7 @@ class SolutionSteps:
         last_rotation = [self._substitute_numbers(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
         d = self.derivation
         matrices = (d.position, d.geometric, d.p_star, *d.rotations, *last_rotation)
-        return name_angles(arm_angles(self.chain), *matrices)
+        return name_angles(iterate_arm_angles(self.chain), *matrices)
 
     @cached_property
     def hint_context(self) -> HintContext:
@@ -118,12 +118,12 @@ class SolutionSteps:
     @property
     def planar_link_angles(self) -> list[sp.Expr]:
         """The angle of each link with the world's x axis; empty unless the arm is planar without prismatic joints."""
-        return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
+        return list_link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
 
     @property
     def angle_sums(self) -> list[sp.Expr]:
         """The sums of joint variables, without offsets, in the angles of links whose joint axes are parallel."""
-        sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in link_angles(self.chain)]
+        sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in list_link_angles(self.chain)]
         return [angle for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
 
     @staticmethod
@@ -423,7 +423,7 @@ class SolutionSteps:
 
     def format_answer(self, part: Part) -> list[str]:
         """Return the numbers of an answer as text, to three significant digits."""
-        return [three_digits(value) for value in part.answer.as_matrix()]
+        return [format_three_digits(value) for value in part.answer.as_matrix()]
 
 
 def _make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
@@ -445,10 +445,10 @@ def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     return condition if rest.is_Add or coefficient == 1 else rest
 
 
-def three_digits(value: sp.Expr) -> str:
+def format_three_digits(value: sp.Expr) -> str:
     """Return a number as text, to three significant digits; only very small numbers have an exponent.
 
-    >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
+    >>> format_three_digits(sp.Float("0.0752277")), format_three_digits(sp.Float("-12.345"))
     ('0.0752', '-12.3')
     """
     text = "0" if abs(value) < sp.Float("1e-12") else f"{float(value):#.3g}"

@@ -15,7 +15,7 @@ from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singularity import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
-from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
@@ -29,7 +29,7 @@ class Wording:
     """
 
     chain: Chain
-    messages: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
+    messages: Catalogue = field(default_factory=lambda: load_catalogue(ENGLISH))
     solved_kinds: frozenset[str] = frozenset()
 
     @property
@@ -179,7 +179,7 @@ class Wording:
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
         for number, axis in enumerate(axes_of(self.chain)[0], 1):
-            name, point = (r"\omega", coordinates_with_unit(axis.point)) if axis.kind == "R" else ("v", "")
+            name, point = (r"\omega", format_coordinates(axis.point)) if axis.kind == "R" else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
         return rows
@@ -187,7 +187,7 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return coordinates_with_unit(axes_of(self.chain)[1])
+        return format_coordinates(axes_of(self.chain)[1])
 
     # --- the convention ---
 
@@ -215,7 +215,7 @@ class Wording:
     @property
     def base_position(self) -> str:
         """The coordinates of O_0 in the world frame."""
-        return coordinates_with_unit(self.convention.base.position)
+        return format_coordinates(self.convention.base.position)
 
     @property
     def base_orientation(self) -> str:
@@ -240,7 +240,7 @@ class Wording:
     @property
     def point_offset(self) -> str:
         """The coordinates of P in the frame in which P is fixed."""
-        return coordinates_with_unit(self.convention.point.offset)
+        return format_coordinates(self.convention.point.offset)
 
     @property
     def constants(self) -> list[tuple[str, str]]:
@@ -341,7 +341,7 @@ class Wording:
         return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(rest), last=last) if rest else last
 
 
-def coordinates_with_unit(values: Iterable[sp.Expr]) -> str:
+def format_coordinates(values: Iterable[sp.Expr]) -> str:
     """Return the LaTeX of coordinates in metres, as in (-0.6, 0.9, 0) m; without a unit if any is symbolic."""
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     is_numeric = all(sp.sympify(value).is_number for value in values)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import mpmath
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.store import code_digest
+from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version, require_extra
@@ -266,7 +266,7 @@ def drop_assignment() -> None:
 @cache
 def compute_code_digest() -> str:
     """Return a digest of everything on a machine that decides the points: all code, and the libraries' versions."""
-    digest = hashlib.sha256(f"{code_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
+    digest = hashlib.sha256(f"{compute_package_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

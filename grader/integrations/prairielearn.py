@@ -24,8 +24,14 @@ from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
-from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
-from qdot.exercises.writing.short_answer import plain_unit
+from qdot.exercises.writing.problem_texts import (
+    write_hints,
+    write_option,
+    write_prompt,
+    write_solution,
+    write_statement,
+)
+from qdot.exercises.writing.short_answer import format_unit
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
@@ -46,7 +52,7 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     problem = assignment_slot.generate_from_seed(int(seed))
     figure = figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _show_part(problem, part, assignment_hints) for part in problem.parts}
-    text = to_html_for_mathjax(statement(problem, ""))
+    text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
     choices = [part for part in problem.parts if part.answer.offered_options]
     options = {part.name: part.answer.accept(_OptionsVisitor(problem, part)) for part in choices}
@@ -131,8 +137,8 @@ def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
 
 
 def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
-    shown_hints = hints(problem, part) if has_hints else ()
-    question = write_question_alone(problem, part) if part.answer.offered_options else prompt(problem, part)
+    shown_hints = write_hints(problem, part) if has_hints else ()
+    question = write_question_alone(problem, part) if part.answer.offered_options else write_prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(question),
         "figure": part_svg(problem.chain, part, part.name),
@@ -150,7 +156,7 @@ def _input_fields(problem: Problem, part: Part) -> list[PrairieLearnData]:
         return []
     labels = list_entry_labels(problem, part, part.shape)
     inputs = zip(list_input_names(part), labels, units, strict=True)
-    return [{"name": name, "label": f"${label} =$", "unit": plain_unit(unit)} for name, label, unit in inputs]
+    return [{"name": name, "label": f"${label} =$", "unit": format_unit(unit)} for name, label, unit in inputs]
 
 
 @dataclass(frozen=True)
@@ -176,7 +182,7 @@ class _OptionsVisitor(AnswerVisitor[Any]):
         return options
 
     def _html(self, index: int) -> str:
-        return write_line_html(option_text(self.problem, self.part, index))
+        return write_line_html(write_option(self.problem, self.part, index))
 
 
 def _placeholder(part: Part) -> str:
@@ -189,7 +195,7 @@ def _placeholder(part: Part) -> str:
 
 def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
     figure = solution_figure(problem, part, f"{part.name}-solution")
-    return {"solution": to_html_for_mathjax(worked_solution(problem, part)), "figure": figure}
+    return {"solution": to_html_for_mathjax(write_solution(problem, part)), "figure": figure}
 
 
 # --- answers ---

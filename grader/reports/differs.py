@@ -8,7 +8,7 @@ from qdot.exercises.formula.equality import Counterexample, EntryDifference, Set
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
+from qdot.exercises.writing.latex import list_prismatic_joints, symbol_latex
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answers import make_visible
 
@@ -46,7 +46,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
-    symbol_infos, prismatic = problem.symbols(), prismatic_joints(problem.chain)
+    symbol_infos, prismatic = problem.symbols(), list_prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
     names = [name for name in symbol_infos if any(name in configuration for configuration in configurations)]

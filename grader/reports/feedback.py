@@ -19,7 +19,7 @@ from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import worked_solution
+from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL
 from qdot.grader.grading.result import EntryFlags, PartResult, Result
@@ -192,7 +192,7 @@ def _show_parts(
             followed_from=numbers.get(result.followed_from or ""), table=table,
             example=draw_example(problem, part, example, text) if table is not None and example else "",
             prompt=stored.prompt(slot, problem, part.name), figure=stored.part_figure(slot, problem, part.name),
-            solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
+            solution=to_html(write_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
         parts.append(page_part)
     return tuple(parts)

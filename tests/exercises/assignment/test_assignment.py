@@ -25,7 +25,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.writing.problem_texts import prompt
+from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
@@ -492,7 +492,7 @@ def test_the_student_is_told() -> None:
         (THREE, "joint-rates", "three significant digits"),
     ):  # fmt: skip
         asked = problem(policy, name)
-        text = prompt(asked, asked.parts[0])
+        text = write_prompt(asked, asked.parts[0])
         assert said in text and ("Decimals are" in text) == (bool(policy) and name == "jacobian"), name
 
 

@@ -75,7 +75,7 @@ def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: py
     for change in (*changes, {"slots": made.slots[:1]}):
         assert is_made_anew(replace(made, **change), "ada")  # type: ignore[arg-type]
     assert is_made_anew(made, "eve")
-    monkeypatch.setattr(store, "code_digest", lambda: "another")
+    monkeypatch.setattr(store, "compute_package_digest", lambda: "another")
     assert is_made_anew(made, "ada")
 
 

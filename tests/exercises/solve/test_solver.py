@@ -29,7 +29,7 @@ from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_stage
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.problem_texts import solution_steps
+from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
 from tests.repository.test_schemas import errors
 from tests.support import DATA
@@ -497,7 +497,7 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
     monkeypatch.setattr(SolutionSteps, "singular_components", [])
-    solution_steps.cache_clear()
+    get_solution_steps.cache_clear()
     note = solve(chain).note
     assert (
         note is not None

@@ -23,7 +23,7 @@ from qdot.exercises.singularities.singularity import singular_set
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
-from qdot.exercises.writing.problem_texts import hints, prompt
+from qdot.exercises.writing.problem_texts import write_hints, write_prompt
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
@@ -33,7 +33,7 @@ Draw = Callable[[str, int], Problem]
 
 
 def test_every_part_has_three_hints_that_read_well_and_keep_the_answers(problem: Problem) -> None:
-    given = {part.name: hints(problem, part) for part in problem.parts}
+    given = {part.name: write_hints(problem, part) for part in problem.parts}
     for part in problem.parts:
         assert len(set(given[part.name])) == 3, part.name
         for hint in given[part.name]:
@@ -80,7 +80,7 @@ def _keeps(problem: Problem, part: Part, text: str) -> None:
     if isinstance(answer, ConditionSet):
         _solves_nothing(problem.chain, answer, text)
     if isinstance(answer, (Number, Direction)) and not answer.reference.free_symbols:
-        _has_no_digits(answer.reference, text, prompt(problem, part), where)
+        _has_no_digits(answer.reference, text, write_prompt(problem, part), where)
     if isinstance(answer, Direction) and answer.reference.free_symbols:
         assert tex(answer.reference, problem.chain, _angles(problem.chain)) not in text, where
     if isinstance(answer, Matrix):
@@ -170,7 +170,7 @@ def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(c
     assert len(names) > 5
     for name in names:
         problem = asked(name, chain)
-        three, (part,) = hints(problem, problem.parts[0]), problem.parts
+        three, (part,) = write_hints(problem, problem.parts[0]), problem.parts
         for hint in three:
             _reads_well(hint, name)
         _keeps(problem, part, "\n".join(three))
@@ -221,7 +221,7 @@ def test_show_has_hints_when_they_are_asked_for(format: str, drawn: Draw) -> Non
     without, shown = show(problem, True, format), show(problem, True, format, hinted=True)
     if format == "json":  # always has them
         for part, *given in zip(problem.parts, *(json.loads(text)["parts"] for text in (without, shown)), strict=True):
-            assert [one["hints"] for one in given] == [list(hints(problem, part))] * 2
+            assert [one["hints"] for one in given] == [list(write_hints(problem, part))] * 2
         return
     assert "Hint 1" not in without and [shown.count(f"Hint {i}") for i in (1, 2, 3)] == [6] * 3
     assert shown.count("<details") - without.count("<details") == (18 if format in ("html", "ipynb") else 0)

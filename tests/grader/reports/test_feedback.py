@@ -19,8 +19,8 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.equality import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.problem_texts import prompt
-from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.problem_texts import write_prompt
+from qdot.exercises.writing.render import find_template_folder
 from qdot.grader.grading.attempt import make_part_result
 from qdot.grader.grading.marking import WRONG_OR_PARTIAL, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
@@ -162,7 +162,7 @@ def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mi
     assert "Worked solution" not in text
     for slot, problem in assignment.generate_problems("s1"):
         for asked in problem.parts:
-            assert to_html(prompt(problem, asked)) in text, (slot, asked.name)
+            assert to_html(write_prompt(problem, asked)) in text, (slot, asked.name)
     assert len([about for about, _ in page.all("details") if about.get("class") == "asked"]) == 9
 
 
@@ -326,7 +326,7 @@ def _luminance(colour: str) -> float:
 
 
 def test_every_colour_can_be_read_on_every_ground() -> None:
-    css = (template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
+    css = (find_template_folder() / "reports/feedback.css.j2").read_text(encoding="utf-8")
     schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
     assert len(schemes) == 3  # light, dark, print
     for scheme in schemes:
