@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, make_name_error
 
 TASK_ROWS = VELOCITY_NAMES
 """The names of the rows of the 6 x n Jacobian, linear first (6.6)."""
@@ -117,9 +117,9 @@ class Chain:
         if not self.joints:
             raise QdotError(f"{self.name}: an arm needs at least one joint")
         if self.convention not in CONVENTIONS:
-            raise unknown_name("convention", self.convention, CONVENTIONS)
+            raise make_name_error("convention", self.convention, CONVENTIONS)
         if self.twist_order not in TWIST_ORDERS:
-            raise unknown_name("order of a twist", self.twist_order, TWIST_ORDERS)
+            raise make_name_error("order of a twist", self.twist_order, TWIST_ORDERS)
         wrong = [row for row in self.task if row not in TASK_ROWS]
         if wrong or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, ZERO_TOLERANCE, Axis, Pose, make_pose
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import read_text
 
 JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
@@ -110,7 +110,7 @@ class _Reader:
         parents = {self._link(joint, "parent") for joint in self.joints}
         end_links = [link for link in self.links if link not in parents]
         if tip and tip not in self.links:
-            raise QdotError(f"{self.path}: {unknown_name('link', tip, self.links)}")
+            raise QdotError(f"{self.path}: {make_name_error('link', tip, self.links)}")
         if not tip and len(end_links) != 1:
             command = f"qdot solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
             links = ", ".join(end_links) or "none"

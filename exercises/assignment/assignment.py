@@ -30,7 +30,7 @@ from qdot.exercises.assignment.replacements import Replacements, read_replacemen
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
-from qdot.exercises.common.variation import DEFAULT_VARIATION, canonical_name, name_variation
+from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name, name_variation
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.equality import Rounding
@@ -227,7 +227,7 @@ class Assignment:
 
     def with_variation(self, variation: str) -> "Assignment":
         """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
-        slots = tuple(replace(slot, variation=canonical_name(variation)) for slot in self.slots)
+        slots = tuple(replace(slot, variation=find_canonical_name(variation)) for slot in self.slots)
         for slot in slots:
             try:
                 generation.check_questions(slot.family, slot.questions, slot.band, slot.variation, slot.convention)
@@ -414,7 +414,7 @@ def _read_slot(file: TomlFile, content: AssignmentFile, index: int, variation: s
 
 
 def _read_variation(setting: str | list[str]) -> str:
-    return canonical_name(setting) if isinstance(setting, str) else name_variation(setting)
+    return find_canonical_name(setting) if isinstance(setting, str) else name_variation(setting)
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from string import Template
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
-from qdot.exercises.common.errors import unknown_name
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.problem.credit import CREDIT_FORM
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
@@ -30,4 +30,4 @@ def check_keys(table: Iterable[str], forms: Mapping[str, str]) -> None:
     """Raise QdotError if a table of assignment.toml has a key that is not in `forms`."""
     for name in table:
         if name not in forms:
-            raise unknown_name("key", name, tuple(forms))
+            raise make_name_error("key", name, tuple(forms))

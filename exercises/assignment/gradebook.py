@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import csv_rows, read_table_text
+from qdot.exercises.common.input_file import parse_csv_rows, read_table_text
 
 CANVAS, MOODLE = "Canvas", "Moodle"
 POINTS_ROW_MARKER = "Points Possible"
@@ -95,7 +95,7 @@ def normalize_identifier(text: str) -> str:
 def _parse_rows(text: str) -> NumberedRows:
     """Return the lines that are not empty, each with as many cells as the first."""
     try:
-        rows = list(csv_rows(text))
+        rows = list(parse_csv_rows(text))
     except csv.Error:
         return []  # `read_table`, which reads files that are no exports, reports the error
     width = len(rows[0][1]) if rows else 0

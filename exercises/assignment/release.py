@@ -21,8 +21,8 @@ from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE, Replacemen
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import clean_up_after, flush_disks_after, make_folder, write_atomically
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.common.variation import DEFAULT_VARIATION
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Problem
@@ -148,10 +148,10 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solution_path.exists() else "completed"
-    write_atomically(certificate_path(assignment, student), certificate, mode=0o600, durable=False)
+    write_atomically(certificate_path(assignment, student), certificate, mode=0o600, is_synced=False)
     if existing_text != new_text:
-        write_atomically(released_path, new_text, durable=False)
-    write_atomically(solution_path, solution, mode=0o600, durable=False)
+        write_atomically(released_path, new_text, is_synced=False)
+    write_atomically(solution_path, solution, mode=0o600, is_synced=False)
     return outcome
 
 
@@ -228,11 +228,11 @@ def release_notebooks(
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
     other_paths = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with clean_up_after([*notebooks, *other_paths, assignment.folder / REPLACEMENTS_FILE]), flush_disks_after():
+    with clean_up_after([*notebooks, *other_paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
             waiting_students: list[str] = []
             state = assignment, certifier
-            with closing(ordered_map(release_student, students, jobs, keep_state, (state,))) as results:
+            with closing(map_in_order(release_student, students, jobs, keep_state, (state,))) as results:
                 for result in results:
                     if result.outcome == "replaced":
                         assignment = record_replacements(assignment, result.student, result.replacements)

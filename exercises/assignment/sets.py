@@ -7,7 +7,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 
-from qdot.exercises.common.errors import unknown_name
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.writing.render import find_template_folder
 
@@ -57,5 +57,5 @@ DEFAULT_SET = next(iter(SETS))
 def find_set(name: str) -> ProblemSet:
     """Return the set with this name. Raises QdotError if there is none."""
     if name not in SETS:
-        raise unknown_name("set", name, list(SETS))
+        raise make_name_error("set", name, list(SETS))
     return SETS[name]

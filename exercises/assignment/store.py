@@ -88,7 +88,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     payload = zlib.compress(_pickle_content((problems, figures, texts, entry_texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
-        write_atomically(store_path(assignment, student), text, mode=0o600, durable=False)
+        write_atomically(store_path(assignment, student), text, mode=0o600, is_synced=False)
     except QdotError:
         return
 

@@ -17,23 +17,23 @@ if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
 
 
-def _variation_option(default: str) -> Any:
+def _make_variation_option(default: str) -> Any:
     steps, names = ", ".join(VARIATION_STEPS), complete_names(VARIATION_STEPS, VARIATION_AXES, separator="+")
     text = f"How much arms differ from the chapter's: {steps}, or axes as in lengths+base; default: {default}."
     return typer.Option("--variation", help=text, autocompletion=names)
 
 
-VariationOption = Annotated[str, _variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
-BankVariationOption = Annotated[str, _variation_option("that of assignment.toml")]
-SiteVariationOption = Annotated[str, _variation_option("all steps in turn, or that of assignment.toml")]
+VariationOption = Annotated[str, _make_variation_option(f"that of the problem's id, else {DEFAULT_VARIATION}")]
+BankVariationOption = Annotated[str, _make_variation_option("that of assignment.toml")]
+SiteVariationOption = Annotated[str, _make_variation_option("all steps in turn, or that of assignment.toml")]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
-def printable(text: str) -> str:
+def escape_controls(text: str) -> str:
     r"""Return the text with escapes for terminal controls, marks of writing direction, and lone surrogates.
 
-    >>> print(printable("name\x1b[2J"))
+    >>> print(escape_controls("name\x1b[2J"))
     name\u001b[2J
     """
     return _CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
@@ -41,14 +41,14 @@ def printable(text: str) -> str:
 
 def say(text: str) -> None:
     """Write a result to standard output, followed by a line break if it doesn't end with one."""
-    text = printable(text)
+    text = escape_controls(text)
     sys.stdout.write(text if text.endswith("\n") else text + "\n")
     sys.stdout.flush()
 
 
 def note(text: str) -> None:
     """Write a note for the user to standard error, apart from the results."""
-    sys.stderr.write(printable(text) + "\n")
+    sys.stderr.write(escape_controls(text) + "\n")
 
 
 PROGRESS_INTERVAL = 60.0
@@ -56,7 +56,7 @@ PROGRESS_INTERVAL = 60.0
 
 
 @contextmanager
-def progress(title: str, total: int) -> Iterator["ProgressCounter"]:
+def show_progress(title: str, total: int) -> Iterator["ProgressCounter"]:
     """Show on standard error how many of `total` items the block has done.
 
     A terminal shows a bar with the rate and the remaining time. Any other output, such as a CI log, gets one line a

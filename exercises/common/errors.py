@@ -11,10 +11,10 @@ class QdotError(Exception):
     """
 
 
-def open_files_error(error: BaseException) -> QdotError | None:
+def make_open_files_error(error: BaseException) -> QdotError | None:
     """Return the error to show if this machine's limit of open files was reached; None for any other error.
 
-    >>> print(open_files_error(OSError(errno.EMFILE, "Too many open files")))
+    >>> print(make_open_files_error(OSError(errno.EMFILE, "Too many open files")))
     this process has reached its limit of open files; raise it, as with 'ulimit -n 1024', and run the same command again
     """
     if not isinstance(error, OSError) or error.errno != errno.EMFILE:
@@ -23,13 +23,13 @@ def open_files_error(error: BaseException) -> QdotError | None:
     return QdotError(f"this process has reached its limit of open files; {advice}")
 
 
-def unknown_name(kind: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
+def make_name_error(kind: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
     """Return the error for a name that is not in a list; its message has the list and the most similar name.
 
-    >>> print(unknown_name("family", "scra", ["planar-2r", "scara"]))
+    >>> print(make_name_error("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    similar_name = most_similar(name, known)
+    similar_name = find_most_similar(name, known)
     hint = f" (did you mean {similar_name!r}?)" if similar_name else ""
     return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
 
@@ -58,10 +58,10 @@ def shorten(text: str, max_length: int) -> str:
     return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
-def most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:
+def find_most_similar(name: str, known: list[str] | tuple[str, ...]) -> str:
     """Return the known name that is most similar to an unknown name; "" if no known name is similar.
 
-    >>> most_similar("scra", ["planar-2r", "scara"]), most_similar("x", ["planar-2r", "scara"])
+    >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])
     ('scara', '')
     """
     import difflib

@@ -19,15 +19,15 @@ EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": 
 """The extras of pyproject.toml, and the import names of the libraries that each installs."""
 
 
-def qdot_version() -> str:
+def find_qdot_version() -> str:
     """Return the installed version of qdot."""
     return version(DISTRIBUTION)
 
 
-def install_command(extra: str = "") -> str:
+def make_install_command(extra: str = "") -> str:
     """Return the command that installs qdot, with an extra if one is given.
 
-    >>> install_command("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
+    >>> make_install_command("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
     """
     package = f"{DISTRIBUTION if IS_RELEASED else '.'}{f'[{extra}]' if extra else ''}"
@@ -41,7 +41,7 @@ def explain_missing(extra: str, feature: str, module: str = "") -> str:
     if not missing_modules:
         return ""
     folder_hint = "" if IS_RELEASED else " (in the folder of qdot's source)"
-    words = f"install it with: {install_command(extra)}{folder_hint}"
+    words = f"install it with: {make_install_command(extra)}{folder_hint}"
     return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {words}"
 
 

@@ -27,7 +27,7 @@ def is_changed_by_windows(name: str) -> bool:
     return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
 
 
-def write_error(path: Path, error: OSError) -> QdotError:
+def make_write_error(path: Path, error: OSError) -> QdotError:
     """Return the error for a file or folder that can't be written."""
     return QdotError(f"{path} can't be written: {error.strerror or error}")
 
@@ -37,14 +37,14 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise write_error(path, error) from None
+        raise make_write_error(path, error) from None
 
 
-def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, durable: bool = True) -> None:
+def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, is_synced: bool = True) -> None:
     """Write `content` to a temporary file and rename it to `path`; on failure, `path` is unchanged. Raises QdotError.
 
-    If `durable`, the content and then the new name are synced to the disk before this returns, so that both survive a
-    power failure. Files that a rerun regenerates need not be `durable` (see `flush_disks_after`).
+    If `is_synced`, the content and then the new name are synced to the disk before this returns, so that both survive a
+    power failure. Files that a rerun regenerates need not be `is_synced` (see `sync_disks_after`).
 
     If `path` is a symbolic link, its target is written. A device, a pipe or /dev/stdout is written directly, because a
     rename would replace it for every program on the machine.
@@ -55,9 +55,9 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, dur
             with path.open("wb") as file:
                 file.write(data)
         else:
-            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, durable)
+            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, is_synced)
     except OSError as error:
-        raise write_error(path, error) from None
+        raise make_write_error(path, error) from None
 
 
 def _must_be_written_in_place(path: Path) -> bool:
@@ -72,29 +72,29 @@ def _must_be_written_in_place(path: Path) -> bool:
     return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in folders)
 
 
-def _write_and_rename(path: Path, data: bytes, mode: int, durable: bool) -> None:
+def _write_and_rename(path: Path, data: bytes, mode: int, is_synced: bool) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = _open_temporary(path)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
-            if durable:
+            if is_synced:
                 os.fsync(file.fileno())
             Path(name).chmod(mode)
             if IS_POSIX:
                 Path(name).replace(path)  # while it is locked, so that no other process removes it as a leftover
         if not IS_POSIX:
             Path(name).replace(path)
-        if durable:
-            _flush_names(path.parent)
+        if is_synced:
+            _sync_folder(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
             Path(name).unlink()
         raise
 
 
-def _flush_names(folder: Path) -> None:
+def _sync_folder(folder: Path) -> None:
     """Sync a folder, so that a rename in it survives a power failure; the rename is atomic even without this."""
     with contextlib.suppress(OSError):  # some file systems can't sync a folder
         handle = os.open(folder, os.O_RDONLY)
@@ -105,7 +105,7 @@ def _flush_names(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def flush_disks_after() -> Iterator[None]:
+def sync_disks_after() -> Iterator[None]:
     """After the block, sync all disks once, so that the files written in it survive a power failure.
 
     Syncing each file would take longer than writing it.
@@ -123,7 +123,7 @@ def flush_disks_after() -> Iterator[None]:
 def _open_temporary(path: Path) -> tuple[int, str]:
     """Return the handle and name of a new file beside `path`, locked as long as this process has it open."""
     while True:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_make_prefix(path), suffix=".tmp")
         with contextlib.suppress(OSError):  # the file system has no locks, so nobody can lock the file
             lock(handle)
         if os.fstat(handle).st_nlink:
@@ -131,7 +131,7 @@ def _open_temporary(path: Path) -> tuple[int, str]:
         os.close(handle)  # another process removed it before it was locked
 
 
-def _prefix(path: Path) -> str:
+def _make_prefix(path: Path) -> str:
     return f".{path.name[:40]}."
 
 
@@ -183,7 +183,7 @@ def remove_leftovers(paths: Iterable[Path]) -> None:
     """Remove the temporary files that killed processes left for these paths; files in use are locked, and stay."""
     prefixes: dict[Path, set[str]] = {}
     for path in paths:
-        prefixes.setdefault(path.parent, set()).add(_prefix(path))
+        prefixes.setdefault(path.parent, set()).add(_make_prefix(path))
     for folder, known_prefixes in prefixes.items():
         with contextlib.suppress(OSError):
             for path in folder.iterdir():

@@ -18,7 +18,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, count_noun, most_similar, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, find_most_similar, make_name_error
 
 KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
@@ -118,7 +118,7 @@ class TomlFile:
 
     def _describe_location(self, key_path: KeyPath, line_path: KeyPath) -> str:
         """Return the file, the line of `line_path` and the place, in a form such as "joint 2: alpha"."""
-        number = self.line_number(line_path)
+        number = self.find_line_number(line_path)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
         for key_or_index in key_path:
             if isinstance(key_or_index, int):
@@ -142,9 +142,9 @@ class TomlFile:
             if key in known:
                 continue
             location = self._describe_location(key_path, (*key_path, key))
-            guess = most_similar(key, (*known, *top_level_keys))
+            guess = find_most_similar(key, (*known, *top_level_keys))
             if guess not in top_level_keys or guess in known:
-                raise QdotError(f"{location}: {unknown_name('key', key, tuple(known))}")
+                raise QdotError(f"{location}: {make_name_error('key', key, tuple(known))}")
             start = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
             advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
             raise QdotError(f"{location}: {start} {advice}")
@@ -153,7 +153,7 @@ class TomlFile:
                 location = self._describe_location(key_path, key_path)
                 raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required)}")
 
-    def line_number(self, key_path: KeyPath) -> int | None:
+    def find_line_number(self, key_path: KeyPath) -> int | None:
         """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
         lines = self.text.splitlines()
         headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
@@ -232,11 +232,11 @@ def read_table(
     for messages, and `too_long_hint` explains the probable cause if a row has more cells than the header. The file may
     have any encoding that Excel writes, and commas, semicolons or tabs as separators. Raises QdotError.
     """
-    rows = _rows(path, missing_hint)
+    rows = _read_rows(path, missing_hint)
     if not rows:
         expected_form = f"the first line {example_header!r}, then one line per {first_column}"
         raise QdotError(f"{path}: the file is empty; it needs {expected_form}")
-    header = _header(path, *rows[0], first_column, example_header)
+    header = _parse_header(path, *rows[0], first_column, example_header)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
             cells = count_noun(len(row), "cell")
@@ -247,12 +247,12 @@ def read_table(
     return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
 
 
-def _rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
+def _read_rows(path: Path, missing_hint: str) -> list[tuple[int, list[str]]]:
     """Return the rows of a CSV file that are not empty, each with the line on which it begins. Raises QdotError."""
     text = read_table_text(path, missing_hint)
     row_lines: list[int] = []
     try:
-        return list(csv_rows(text, row_lines))
+        return list(parse_csv_rows(text, row_lines))
     except csv.Error as error:
         hint = "close each double quote, and double it inside a cell" if '"' in text else 'save it as "CSV UTF-8"'
         raise QdotError(f"{path}: line {row_lines[-1]}: qdot can't parse this ({error}); {hint}") from None
@@ -262,7 +262,7 @@ SEPARATORS = ",;\t"
 """Column separators: Excel writes a comma or a semicolon, depending on the country settings, and tabs in text files."""
 
 
-def csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
+def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
     """Yield the rows of a CSV text that are not empty, each with the line on which it begins.
 
     The separator is the one that splits the first line into most cells, or the one in a line "sep=;" before it, which
@@ -274,7 +274,7 @@ def csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tuple[in
     skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first_line.strip("\ufeff"), re.IGNORECASE)
     if match and match[1] in SEPARATORS:
         text, skipped = following_lines, 1
-    separator = match[1] if skipped and match else _separator(first_line)
+    separator = match[1] if skipped and match else _find_separator(first_line)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     row_lines.append(1 + skipped)
     for row in reader:
@@ -290,7 +290,7 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     return text.getvalue()
 
 
-def _separator(header: str) -> str:
+def _find_separator(header: str) -> str:
     """Return the separator that splits a line into the most cells, or the first of several such separators."""
 
     def cells(separator: str) -> int:
@@ -302,7 +302,7 @@ def _separator(header: str) -> str:
     return max(SEPARATORS, key=cells)
 
 
-def _header(path: Path, line: int, row: list[str], first_column: str, example_header: str) -> list[str]:
+def _parse_header(path: Path, line: int, row: list[str], first_column: str, example_header: str) -> list[str]:
     """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
     if header[0] != first_column:

@@ -46,7 +46,7 @@ MIN_ITEMS_FOR_CHUNKS = 500
 """Minimum number of items for sending them to the processes in chunks."""
 
 
-def ordered_map(
+def map_in_order(
     work: Callable[[State, Item], Result], items: Sequence[Item], jobs: int, setup: Setup[State],
     arguments: tuple[Any, ...], result_if_lost: Callable[[Item], Result] | None = None,
 ) -> Generator[Result, None, None]:  # fmt: skip

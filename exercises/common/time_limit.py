@@ -4,6 +4,7 @@ Only this process's processor time (user and system) counts, not the time in whi
 """
 
 import ctypes
+import os
 import re
 import threading
 import time
@@ -17,8 +18,9 @@ from qdot.exercises.common.errors import QdotError
 DEFAULT_SECONDS, MIN_SECONDS, MAX_SECONDS = 60.0, 0.1, 1e8
 """Seconds of processor time for a derivation: the default, the minimum and the maximum."""
 
-RESEND_INTERVAL = 0.2
-"""Seconds after which the exception is raised again, because it may get lost, for example in a destructor."""
+CHECK_INTERVAL = 0.05
+"""Seconds between two checks of the limits. If a limit is exceeded, each check raises the exception, because it may get
+lost, for example in a destructor."""
 
 
 class OutOfTime(BaseException):
@@ -67,33 +69,58 @@ def end_watchdog(watchdog: "Watchdog") -> None:
 
 
 class Watchdog:
-    """A thread that watches the clock and, after `seconds`, raises OutOfTime in the thread that created the watch.
+    """Raises OutOfTime in the thread that created it after `seconds` of processor time, until `end` is called.
 
-    The exception is raised between two Python instructions, and again every `RESEND_INTERVAL` seconds until `end` is
-    called.
+    The exception is raised between two Python instructions. One thread, started when needed, serves all watchdogs of
+    the process, because most tasks are shorter than starting a thread.
     """
 
     def __init__(self, seconds: float) -> None:
         self._deadline = time.process_time() + seconds
-        self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread = threading.get_ident()
-        threading.Thread(target=self._watch, daemon=True).start()
+        with _state.lock:
+            if not _state.is_checking:
+                threading.Thread(target=_check_watchdogs, args=(_state,), daemon=True).start()
+                _state.is_checking = True
+            _state.watchdogs.add(self)
 
-    def _watch(self) -> None:
-        while not self._ended.wait(self._remaining_seconds() or RESEND_INTERVAL):
-            with self._lock:
-                if not self._remaining_seconds() and not self._ended.is_set():
-                    self._raise(ctypes.py_object(OutOfTime))
-
-    def _remaining_seconds(self) -> float:
-        return max(0.0, self._deadline - time.process_time())
+    def raise_if_late(self) -> None:
+        """Raise OutOfTime in the thread of the watchdog if the time is over."""
+        if time.process_time() >= self._deadline:
+            self._raise(ctypes.py_object(OutOfTime))
 
     def _raise(self, exception_type: "ctypes.py_object[type[OutOfTime]] | None") -> None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), exception_type)
 
     def end(self) -> None:
         """Stop watching, and cancel an exception that is pending."""
-        with self._lock:
-            if not self._ended.is_set():
-                self._ended.set()
+        with _state.lock:
+            if self in _state.watchdogs:
+                _state.watchdogs.remove(self)
                 self._raise(None)
+
+
+class _State:
+    """The active watchdogs of this process, and whether a thread checks them."""
+
+    def __init__(self) -> None:
+        self.lock, self.watchdogs, self.is_checking = threading.Lock(), set[Watchdog](), False
+
+
+_state = _State()
+
+
+def _check_watchdogs(state: _State) -> None:
+    """Check the watchdogs regularly; return when none is left."""
+    while True:
+        time.sleep(CHECK_INTERVAL)
+        with state.lock:
+            for watchdog in state.watchdogs:
+                watchdog.raise_if_late()
+            if not state.watchdogs:
+                state.is_checking = False
+                return
+
+
+if hasattr(os, "register_at_fork"):  # a forked process has no other threads
+    os.register_at_fork(after_in_child=_state.__init__)  # type: ignore[misc]

@@ -6,7 +6,7 @@ such axes, and each step includes the axes of the step before.
 
 from collections.abc import Sequence
 
-from qdot.exercises.common.errors import QdotError, unknown_name
+from qdot.exercises.common.errors import QdotError, make_name_error
 
 VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
 """The properties that may vary, in the order in which they are sampled. A family has some of them (`families.base`)."""
@@ -24,26 +24,26 @@ DEFAULT_VARIATION = "zeros"
 """The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""
 
 
-def variation_axes(variation: str) -> tuple[str, ...]:
+def list_variation_axes(variation: str) -> tuple[str, ...]:
     """Return the axes of variation of a step, or of a text such as "lengths+base". Raises QdotError for unknown names.
 
     If a step and an axis have the same name, the name alone means the step, and the name with a + before it means the
     axis.
 
-    >>> variation_axes("zeros"), variation_axes("+zeros"), variation_axes("base+lengths")
+    >>> list_variation_axes("zeros"), list_variation_axes("+zeros"), list_variation_axes("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
     """
     is_step = variation in VARIATION_STEPS
     return VARIATION_STEPS[variation] if is_step else _check_axes(variation.removeprefix("+").split("+"))
 
 
-def canonical_name(variation: str) -> str:
+def find_canonical_name(variation: str) -> str:
     """Return the canonical name of a variation: the step's name, or else its axes in order. Raises QdotError.
 
-    >>> canonical_name("zeros+lengths"), canonical_name("base+lengths"), canonical_name("+zeros")
+    >>> find_canonical_name("zeros+lengths"), find_canonical_name("base+lengths"), find_canonical_name("+zeros")
     ('zeros', 'lengths+base', '+zeros')
     """
-    return _name(variation_axes(variation))
+    return _name_axes(list_variation_axes(variation))
 
 
 def name_variation(names: Sequence[str]) -> str:
@@ -52,10 +52,10 @@ def name_variation(names: Sequence[str]) -> str:
     >>> name_variation(["zeros"]), name_variation([])
     ('+zeros', 'chapter')
     """
-    return _name(_check_axes(names))
+    return _name_axes(_check_axes(names))
 
 
-def _name(axes: tuple[str, ...]) -> str:
+def _name_axes(axes: tuple[str, ...]) -> str:
     text = "+".join(axes)
     name = f"+{text}" if text in VARIATION_STEPS else text
     return next((step for step, step_axes in VARIATION_STEPS.items() if step_axes == axes), name)
@@ -64,7 +64,7 @@ def _name(axes: tuple[str, ...]) -> str:
 def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in VARIATION_AXES:
-            raise unknown_name("variation", name, list(dict.fromkeys((*VARIATION_STEPS, *VARIATION_AXES))))
+            raise make_name_error("variation", name, list(dict.fromkeys((*VARIATION_STEPS, *VARIATION_AXES))))
         if names.count(name) > 1:
             raise QdotError(f"variation: {name} occurs twice")
     return tuple(name for name in VARIATION_AXES if name in names)

@@ -18,7 +18,7 @@ from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, ma
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
-from qdot.exercises.site.pages import Assets, favicon, find_assets
+from qdot.exercises.site.pages import Assets, favicon_text, find_assets
 from qdot.exercises.site.supply import problems_of_variants
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
@@ -44,7 +44,7 @@ def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     for slot in assignment.slots:
         _note_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
-    files = _make_bank_files(request) | scripts | {"icon.svg": favicon()}
+    files = _make_bank_files(request) | scripts | {"icon.svg": favicon_text()}
     for version, name in PACKAGE_NAMES.items():
         page = _render_page(request, version, assets)
         manifest = render(
@@ -124,8 +124,8 @@ def _make_bank_files(request: ExportRequest) -> _Files:
         for _ in range(len(assignment.slots) * request.variant_count - len(bank_problems)):
             request.on_step()
         files = _read_bank(Path(folder), assignment.hints)
-    files[f"{bank.FOLDER}/index.json"] = bank.index_text(entries, titles, level)
-    return files | {f"{bank.FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
+    files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(entries, titles, level)
+    return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
 
 
 def _read_bank(folder: Path, has_hints: bool) -> _Files:

@@ -14,7 +14,7 @@ from qdot.exercises.assignment.certified_problems import (
     record_replacements,
 )
 from qdot.exercises.assignment.replacements import Replacement
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.boxes import (
     AnswerBox,
@@ -149,7 +149,7 @@ def make_sheets(request: ExportRequest) -> Generator[Sheet, None, None]:
     assignment = request.assignment
     student_tasks = [_SheetTask(student.id, student.name, student.id) for student in assignment.roster]
     tasks = _list_versions(request) if request.version_count else student_tasks
-    with closing(ordered_map(_make_sheet, tasks, request.jobs, keep_state, (request.without_callbacks,))) as results:
+    with closing(map_in_order(_make_sheet, tasks, request.jobs, keep_state, (request.without_callbacks,))) as results:
         for task, (sheet, replacements, failed_slots) in zip(tasks, results, strict=True):
             request.on_step()
             for failure in failed_slots:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import VARIATION_AXES, variation_axes
+from qdot.exercises.common.variation import VARIATION_AXES, list_variation_axes
 
 Variation = Callable[[Chain, Stream], Chain]
 """An axis of variation: a function that changes one property of an arm at random, with numbers from the stream."""
@@ -60,7 +60,7 @@ def describe_variation(family: Family, variation: str) -> str:
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot_argument="mine.toml"), "zeros")
     'the same arm for all, as no length is chosen at random'
     """
-    if not family.robot_argument or set(family.variations) - set(variation_axes(variation)):
+    if not family.robot_argument or set(family.variations) - set(list_variation_axes(variation)):
         return f"variation {variation}"
     no_variation = "the same arm for all, as no length is chosen at random"
     return "lengths in the ranges of [draw]" if family.variations else no_variation

@@ -22,7 +22,7 @@ from qdot.exercises.figure.plane import is_drawn_flat, numeric_lengths, scale_pr
 from qdot.exercises.figure.pose import best_poses, compute_skeleton, make_drawable_chain, score_poses, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
-from qdot.exercises.formula.printers.unicode import unicode_math
+from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.singularities.singularity import Component, singular_set
@@ -253,7 +253,7 @@ def _find_best_configuration(chain: Chain, scaled: _ScaledArm, component: Compon
 
 def _format_expression(expression: sp.Expr, chain: Chain) -> str:
     """Return an expression as one line of Unicode text."""
-    return unicode_math(lay_out(expression, chain))
+    return unicode_text(lay_out(expression, chain))
 
 
 def _format_joint_value(value: sp.Expr, is_length: bool, chain: Chain) -> str:

@@ -18,8 +18,8 @@ from qdot.exercises.formula.program import (
     PRECISE_DIGITS,
     Program,
     compile_program,
-    constant_value,
     evaluate,
+    evaluate_constant,
     evaluate_precisely,
 )
 from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
@@ -67,19 +67,19 @@ class _CompiledPiece:
             values[joint] = np.where(is_valid, assigned.real, 0.0)
         return is_valid
 
-    def residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
+    def compute_residuals(self, values: Configurations) -> tuple[np.ndarray, np.ndarray]:
         """Return the expressions' values, nan unless they are real, and the sizes of their terms."""
         zeros, size = evaluate(self.vanishing, values, _count_points(values))
         return np.where(np.abs(zeros.imag) < SEARCH_TOLERANCE, zeros.real, np.nan), size
 
-    def derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
+    def compute_derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
         """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
 
         If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
         step = 1e-6
         shifts = [(joint, side * step) for side in (1, -1) for joint in self.free_joints]
-        shifted_zeros = self.residuals(_shift_joints(values, shifts))[0]
+        shifted_zeros = self.compute_residuals(_shift_joints(values, shifts))[0]
         shifted_zeros = shifted_zeros.reshape(-1, 2, len(self.free_joints), _count_points(values))
         shifted_zeros = shifted_zeros**2 if square_residuals else shifted_zeros
         return np.asarray((shifted_zeros[:, 0] - shifted_zeros[:, 1]).transpose(2, 0, 1) / (2 * step))
@@ -104,24 +104,24 @@ class _CompiledPiece:
     def _iterate(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
         last_steps = np.full(_count_points(values), np.inf)
         # The size of the terms at random configurations; near a zero they may be small, as the only term of sin(theta).
-        typical_sizes = _reduce_without_warning(np.nanmedian, self.residuals(values)[1])
+        typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values)[1])
         for _ in range(_MAX_STEPS):
-            residual, _ = self.residuals(values)
+            residual, _ = self.compute_residuals(values)
             if not self.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
                 break
-            derivatives = self.derivatives(values, square_residuals)
+            derivatives = self.compute_derivatives(values, square_residuals)
             if square_residuals:
                 residual = residual**2
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             derivatives[~is_finite] = 0.0
-            steps = _minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
+            steps = _compute_minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
             largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
             steps *= np.minimum(1.0, 0.7 / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
             self._move(values, steps)
         if not square_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
-        residual, _ = self.residuals(values)
+        residual, _ = self.compute_residuals(values)
         largest_residual = 1e-7 if square_residuals else _CONVERGED_RESIDUAL
         with np.errstate(all="ignore"):
             is_near = np.all(np.abs(residual) <= largest_residual * typical_sizes, axis=0)
@@ -140,9 +140,9 @@ class _CompiledPiece:
         if len(self.vanishing.outputs) != 1 or self.vanishing.has_branches or not self.free_joints:
             return last_steps
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
-        start_residual = np.abs(self.residuals(values)[0][0])
+        start_residual = np.abs(self.compute_residuals(values)[0][0])
         for _ in range(8):
-            gradient = self._complex_step_gradient(values)
+            gradient = self._compute_gradient(values)
             is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
             if not is_flat.any():  # nothing moves, now or later
                 last_steps = np.full(count, np.inf)
@@ -150,7 +150,7 @@ class _CompiledPiece:
             hessian = np.empty((count, joint_count, joint_count))
             for k, joint in enumerate(self.free_joints):
                 forward, backward = (
-                    self._complex_step_gradient({**values, joint: values[joint] + side * 1e-5}) for side in (1, -1)
+                    self._compute_gradient({**values, joint: values[joint] + side * 1e-5}) for side in (1, -1)
                 )
                 hessian[:, :, k] = (forward - backward) / 2e-5
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
@@ -160,13 +160,13 @@ class _CompiledPiece:
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
             self._move(values, steps)
         with np.errstate(all="ignore"):
-            is_improved = np.abs(self.residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
+            is_improved = np.abs(self.compute_residuals(values)[0][0]) <= start_residual + 1e-15 * typical_size
             is_polished = (last_steps < _POLISHED_STEP) & is_improved
         for joint, column in start_values.items():
             values[joint] = np.where(is_polished, values[joint], column)
         return np.where(is_polished, last_steps, np.inf)
 
-    def _complex_step_gradient(self, values: Configurations) -> np.ndarray:
+    def _compute_gradient(self, values: Configurations) -> np.ndarray:
         """Return the gradient of one expression, (count, joints), to the last digit.
 
         The complex step Im f(x + ih) / h subtracts nothing, so that no digits cancel.
@@ -181,19 +181,19 @@ class _CompiledPiece:
 
         At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
         """
-        residual = np.abs(self.residuals(values)[0][0])
+        residual = np.abs(self.compute_residuals(values)[0][0])
         if not self.free_joints:
             return np.asarray(residual <= 0.0)
-        gradient_norm = np.linalg.norm(self.derivatives(values)[:, 0], axis=1)
+        gradient_norm = np.linalg.norm(self.compute_derivatives(values)[:, 0], axis=1)
         with np.errstate(all="ignore"):
-            rounding_error = 1e-14 * self._typical_term_size(values)
+            rounding_error = 1e-14 * self._compute_typical_term_size(values)
             return np.asarray((residual <= tolerance * gradient_norm) | (residual <= rounding_error))
 
-    def _typical_term_size(self, values: Configurations) -> float:
+    def _compute_typical_term_size(self, values: Configurations) -> float:
         """Return the median size of an expression's terms at random configurations; at its zeros they may vanish."""
         stream, count = Stream("typical"), _count_points(values)
         random = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in self.free_joints}
-        return float(_reduce_without_warning(np.nanmedian, self.residuals({**values, **random})[1][:1])[0, 0])
+        return float(_reduce_without_warning(np.nanmedian, self.compute_residuals({**values, **random})[1][:1])[0, 0])
 
 
 def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
@@ -255,7 +255,7 @@ def _reduce_without_warning(function: Callable[..., Any], rows: np.ndarray) -> n
         return np.asarray(function(rows, axis=1, keepdims=True))
 
 
-def _minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     """Return the minimum-norm Gauss-Newton steps (points x joints) for residuals (conditions x points)."""
     if derivatives.shape[1] > 1:
         return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
@@ -294,7 +294,7 @@ class ConfigurationSpace:
             is_valid &= compiled.assign_joints(values)
         return {name: column[is_valid] for name, column in values.items()}
 
-    def smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
+    def compute_smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
         """Return the smallest value of a piece's conditions at random configurations, relative to their terms.
 
         It is large if the conditions have no zero at all.
@@ -337,13 +337,13 @@ class ConfigurationSpace:
 
         Conditions on joints without such a number are ignored; the search checks them.
         """
-        values = {str(atom.joint): constant_value(atom.expression) for atom in piece if atom.joint is not None}
+        values = {str(atom.joint): evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
         typed = {joint: value for joint, value in values.items() if value is not None}
         return any(all(self._satisfies(atom, typed, symbols) for atom in expected) for expected in containing_pieces)
 
     def _satisfies(self, atom: Atom, typed_values: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
         if atom.joint is not None:
-            expected = constant_value(atom.expression)
+            expected = evaluate_constant(atom.expression)
             if expected is None or atom.joint not in typed_values:
                 return True
             is_angle = self.domain.roles.get(atom.joint) == "angle"
@@ -421,7 +421,7 @@ def compare_sets(
     for index, (piece, is_contained) in enumerate(zip(claimed, sound, strict=True)):
         # No configuration was found on the piece, although its conditions come close to zero: don't accept it as sound.
         stream = Stream(f"{seed}/miss/{index}")
-        if is_contained is None and space.smallest_residual(piece, used, stream) < _NEAR_MISS_RESIDUAL:
+        if is_contained is None and space.compute_smallest_residual(piece, used, stream) < _NEAR_MISS_RESIDUAL:
             sound[index] = False
     nonempty_pieces = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
     covered, missing = check_inclusion(reference, nonempty_pieces, "reference")

@@ -97,7 +97,7 @@ def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
     return np.asarray(values)
 
 
-def default_role(name: str) -> str:
+def choose_default_role(name: str) -> str:
     """Return the default role of a name: theta* is an angle, a*, d* and L* are lengths, all others are signed."""
     if name.startswith("theta"):
         return "angle"
@@ -180,7 +180,7 @@ def compare_entries(
     constants = domain.fixed_values()
     exact_results = exact.compare(student_program, reference_program, constants, seed)
     double_names = {name for name, value in constants.items() if value is None}
-    allowances = [_allowed_errors(node, rounding, double_names) for node in student_entries]
+    allowances = [_find_allowed_errors(node, rounding, double_names) for node in student_entries]
     is_certain = [
         entry.is_equal is True or (entry.is_equal is False and not any(allowance))
         for entry, allowance in zip(exact_results, allowances, strict=True)
@@ -220,14 +220,14 @@ def _choose_point_count(student_program: Program, is_certain: Sequence[bool]) ->
     return max(POINT_COUNT, min(POINT_COUNT_BRANCHING, _MAX_VALUES // len(student_program.steps)))
 
 
-def decimal_tolerance(node: Node) -> float:
+def choose_decimal_tolerance(node: Node) -> float:
     """Return the relative error allowed for a formula whose decimals are printed doubles; 0 for any other formula."""
     return DOUBLE_TOLERANCE if count_decimal_digits(node) >= PRINTED_DOUBLE_DIGITS else 0.0
 
 
-def _allowed_errors(node: Node, rounding: Rounding | None, double_names: AbstractSet[str]) -> tuple[float, float]:
+def _find_allowed_errors(node: Node, rounding: Rounding | None, double_names: AbstractSet[str]) -> tuple[float, float]:
     """Return the relative error (to the size of the reference's terms) and the absolute error allowed for an entry."""
-    floats = DOUBLE_TOLERANCE if double_names and find_names(node) & double_names else decimal_tolerance(node)
+    floats = DOUBLE_TOLERANCE if double_names and find_names(node) & double_names else choose_decimal_tolerance(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
 
@@ -260,7 +260,7 @@ class _NumericComparison:
         self.evaluated_steps = [(each, program.evaluate_steps(each, values, point_count)) for each in programs]
         results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
         (self.student_values, size), (self.reference_values, expected_size) = results
-        self.scale = _term_scales(expected_size)
+        self.scale = _compute_term_scales(expected_size)
         with np.errstate(all="ignore"):
             parts, amounts = np.array(allowances).T
             self.allowed_error = parts[:, None] * self.scale + amounts[:, None]
@@ -274,7 +274,7 @@ class _NumericComparison:
     @cached_property
     def region_numbers(self) -> np.ndarray:
         """The number of each point's region."""
-        return program.number_regions(self.evaluated_steps, self.point_count)
+        return program.assign_regions(self.evaluated_steps, self.point_count)
 
     @property
     def defined_count(self) -> int:
@@ -375,7 +375,7 @@ class _NumericComparison:
         return example
 
 
-def _term_scales(magnitudes: np.ndarray) -> np.ndarray:
+def _compute_term_scales(magnitudes: np.ndarray) -> np.ndarray:
     """Return the scale of each entry: the size of its terms, or the largest scale at that point if the size is 0."""
     largest = magnitudes.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
@@ -388,7 +388,7 @@ def _round_to_six_digits(value: float) -> float:
 
 def show_difference(student_value: Any, expected_value: Any) -> tuple[float | str, float | str]:
     """Return two different values, written with enough digits to show the difference."""
-    shown = json_number(complex(student_value)), json_number(complex(expected_value))
+    shown = to_json_number(complex(student_value)), to_json_number(complex(expected_value))
     if shown[0] != shown[1]:
         return shown
     precise_values = [mpmath.mpmathify(value) for value in (student_value, expected_value)]
@@ -401,7 +401,7 @@ def show_difference(student_value: Any, expected_value: Any) -> tuple[float | st
     return shown
 
 
-def json_number(value: complex) -> float | str:
+def to_json_number(value: complex) -> float | str:
     """Return a value for JSON: a float with six digits, or words if it is complex or not a number."""
     if not np.isfinite(value):
         return "not a finite number"

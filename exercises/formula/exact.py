@@ -99,17 +99,17 @@ def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction |
     for op, operands, constant in steps:
         sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
         if op in _TRIGONOMETRIC_FUNCTIONS:
-            step = _trigonometric_step(op, angles[operands[0]])
+            step = _make_trigonometric_step(op, angles[operands[0]])
         elif op == "sqrt":
-            step = _square_root_step(angles[operands[0]])
+            step = _make_square_root_step(angles[operands[0]])
         else:
-            size = _algebraic_size(op, constant, sizes) if len(sizes) == len(operands) else None
+            size = _compute_size(op, constant, sizes) if len(sizes) == len(operands) else None
             step = ((op, operands, constant), size) if size is not None else None
         modular.append(None if step is None or max(step[1]) > _MAX_SIZE else step)
     return ModularProgram(tuple(modular), program.outputs)
 
 
-def _algebraic_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
+def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     if op == "number":
         return 0.0, _log2(constant.numerator), 0.0, _log2(constant.denominator)
     if op == "name" and constant != "E":
@@ -140,7 +140,7 @@ def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None])
 _TRIGONOMETRIC_FUNCTIONS = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _trigonometric_step(op: str, angle: AngleOrImaginary | None) -> SizedStep | None:
+def _make_trigonometric_step(op: str, angle: AngleOrImaginary | None) -> SizedStep | None:
     """Return the step for a trigonometric function of a real angle, or for an exponential of an imaginary one."""
     if angle is None or angle[1] != (op == "exp"):
         return None
@@ -160,7 +160,7 @@ _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0),
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _square_root_step(angle: AngleOrImaginary | None) -> SizedStep | None:
+def _make_square_root_step(angle: AngleOrImaginary | None) -> SizedStep | None:
     """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
     if angle is None or set(angle[0]) - {""} or angle[1]:
         return None
@@ -192,7 +192,7 @@ class _Point:
         """Return the value of a name."""
         if name not in self.values:
             stream = self.stream.substream(name) if self.values_by_name else self.stream
-            self.values[name] = 1 + field.random_below(stream, self.field.prime - 1)
+            self.values[name] = 1 + field.choose_below(stream, self.field.prime - 1)
         return self.values[name]
 
     def phase(self, phase: Phase) -> int:
@@ -232,7 +232,7 @@ def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
     if op == "sum":
         return sum(count * arg for count, arg in zip(data, args, strict=True))
     if op in _TRIGONOMETRIC_FUNCTIONS:
-        return _trigonometric_value(op, point.phase(data), point.field)
+        return _evaluate_trigonometric_function(op, point.phase(data), point.field)
     if op == "neg":
         return -args[0]
     if op == "name":
@@ -250,7 +250,7 @@ def _evaluate_step(op: str, args: list[Any], data: Any, point: _Point) -> int:
     return value
 
 
-def _trigonometric_value(op: str, phase: int, field: Field) -> int:
+def _evaluate_trigonometric_function(op: str, phase: int, field: Field) -> int:
     """Return a function of an angle from `phase`, exp(i angle)."""
     if op == "exp":
         return phase
@@ -371,12 +371,12 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     >>> double == same, double == single
     (True, False)
     """
-    modular, seeded_field = make_modular_program(program, {}), _field_from_seed(seed)
+    modular, seeded_field = make_modular_program(program, {}), _choose_seeded_field(seed)
     points = (_Point(seeded_field, Stream(f"{seed}/{k}"), values_by_name=True) for k in range(FINGERPRINT_POINTS))
     columns = zip(*(evaluate_modular(modular, point) for point in points), strict=True)
     return [None if modular.size(entry) is None else column for entry, column in enumerate(columns)]
 
 
 @lru_cache(maxsize=16)
-def _field_from_seed(seed: str) -> Field:
+def _choose_seeded_field(seed: str) -> Field:
     return choose_field(Stream(f"{seed}/field"))

@@ -51,7 +51,7 @@ def choose_field(stream: Stream) -> Field:
     """Return a field with a random prime and root; all primes and all roots are equally likely."""
     low = (1 << PRIME_BITS) // ROOT_ORDER
     while True:
-        prime = ROOT_ORDER * (low + 1 + random_below(stream, low - 1)) + 1
+        prime = ROOT_ORDER * (low + 1 + choose_below(stream, low - 1)) + 1
         if all(prime % q for q in _SMALL_PRIMES) and is_prime(prime):
             return Field(prime, _choose_root(prime, stream))
 
@@ -79,11 +79,11 @@ class SharedField:
 
 def _choose_root(prime: int, stream: Stream) -> int:
     while True:
-        root = pow(1 + random_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
+        root = pow(1 + choose_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
         if all(pow(root, ROOT_ORDER // q, prime) != 1 for q in (2, 3, 5)):
             return root
 
 
-def random_below(stream: Stream, limit: int) -> int:
+def choose_below(stream: Stream, limit: int) -> int:
     """Return a random integer from 0 to limit - 1; probabilities differ by a factor of less than 1 + 2^-40."""
     return ((stream.integer_below(1 << 63) << 63) | stream.integer_below(1 << 63)) % limit

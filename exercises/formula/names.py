@@ -124,7 +124,7 @@ def _angles_of_digits(digits: str, known_symbols: frozenset[str], letter: str = 
 
 
 @lru_cache(maxsize=256)
-def _word_pattern(known_symbols: frozenset[str]) -> re.Pattern[str]:
+def _compile_word_pattern(known_symbols: frozenset[str]) -> re.Pattern[str]:
     words = sorted({*known_symbols, *FUNCTIONS, "pi"}, key=lambda word: (-len(word), word))
     return re.compile("|".join([*map(re.escape, words), _SHORTHAND_WITHOUT_SPACE]))
 
@@ -135,7 +135,7 @@ def _split_joined_names(name: str, known_symbols: frozenset[str]) -> tuple[NameP
         return ()
     pieces: list[NamePart] = []
     position = 0
-    for match in _word_pattern(known_symbols).finditer(name):
+    for match in _compile_word_pattern(known_symbols).finditer(name):
         if match.start() != position:
             return ()
         word, position = match.group(), match.end()

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.formula.sympy_text import expression_text
 
-Key = tuple[object, ...]
+SortKey = tuple[object, ...]
 
 NAMED_ANGLE_PATTERN = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol for an angle; its index lists the joints whose angles it contains."""
@@ -23,14 +23,14 @@ _RATE_PATTERN = re.compile(r"qd\d+")
 
 
 @lru_cache(maxsize=4096)
-def natural_sort_key(name: str) -> Key:
+def natural_sort_key(name: str) -> SortKey:
     """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
     match = re.fullmatch(r"(.*?)(\d*)", name)
     assert match is not None
     return (match.group(1), int(match.group(2) or -1))
 
 
-def _trig_key(trig: sp.Expr) -> Key:
+def _make_trig_key(trig: sp.Expr) -> SortKey:
     """Return a key that sorts sines and cosines by their last joint, then by their number of joints, cosines first."""
     joints = sorted(joint for s in trig.args[0].free_symbols for joint in find_joints(s))
     return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), expression_text(trig))
@@ -39,14 +39,14 @@ def _trig_key(trig: sp.Expr) -> Key:
 def find_joints(symbol: sp.Symbol) -> list[int]:
     """Return the joint that a symbol belongs to, or the joints whose angles are summed in a named angle."""
     named = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [number_in_name(symbol)]
+    return [int(digit) for digit in named.group(1)] if named else [find_number_in_name(symbol)]
 
 
 @lru_cache(maxsize=4096)
-def _term_key(term: sp.Expr) -> Key:
+def _make_term_key(term: sp.Expr) -> SortKey:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
-    moving_keys = sorted(_rate_or_component_key(s) for s in term.free_symbols if is_rate_or_component(s))
-    trig_keys = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
+    moving_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
+    trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
     names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
     is_joint_first = not any(name[0] == "theta" for name in names)
     if not trig_keys and not moving_keys and names:
@@ -60,21 +60,21 @@ def is_rate_or_component(symbol: sp.Symbol) -> bool:
     return bool(_RATE_PATTERN.fullmatch(symbol.name) or COMPONENT_PATTERN.fullmatch(symbol.name))
 
 
-def _rate_or_component_key(symbol: sp.Symbol) -> Key:
+def _make_motion_key(symbol: sp.Symbol) -> SortKey:
     if not COMPONENT_PATTERN.fullmatch(symbol.name):
-        return (0, number_in_name(symbol))
+        return (0, find_number_in_name(symbol))
     return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
 
 
-def _factor_key(factor: sp.Expr) -> Key:
+def _make_factor_key(factor: sp.Expr) -> SortKey:
     r"""Return a key that sorts factors: number, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
         return (0, expression_text(factor))
     if base.is_Symbol:
-        return (6, _rate_or_component_key(base)) if is_rate_or_component(base) else (1, natural_sort_key(base.name))
+        return (6, _make_motion_key(base)) if is_rate_or_component(base) else (1, natural_sort_key(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
-        return (3 if joint_sum_digits(base.args[0]) is not None else 5, _trig_key(base))
+        return (3 if find_joint_sum_digits(base.args[0]) is not None else 5, _make_trig_key(base))
     if base.is_Add and all(map(is_rate_or_component, base.free_symbols)):
         return (6, (2, expression_text(base)))  # like a rate, after all other factors
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
@@ -108,7 +108,7 @@ def order_product(expression: sp.Expr) -> Product:
     number, rest = expression.as_coeff_Mul()
     is_negative = bool(number.is_negative)
     numerator, denominator = list[sp.Expr](), list[sp.Expr]()
-    for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
+    for factor in sorted(sp.Mul.make_args(rest), key=_make_factor_key):
         if factor.is_Pow and factor.exp.could_extract_minus_sign():
             denominator.append(1 / factor)
         elif factor != 1:
@@ -135,7 +135,7 @@ def _may_start_with_minus(factor: sp.Expr) -> bool:
 @lru_cache(maxsize=4096)
 def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return (is subtracted, term) for the terms of a sum in order; if `flip_signs`, all signs are changed."""
-    in_order = sorted(sp.Add.make_args(expression), key=_term_key)
+    in_order = sorted(sp.Add.make_args(expression), key=_make_term_key)
     signed_terms = [_split_sign(term, flip_signs) for term in in_order]
     if any(map(_contains_motion, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
@@ -180,7 +180,7 @@ def decimal_text(value: sp.Expr) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def joint_sum_digits(angle: sp.Expr) -> str | None:
+def find_joint_sum_digits(angle: sp.Expr) -> str | None:
     """Return "12" for theta1 + theta2, and None for an angle that the shorthand c12 can't express."""
     digits = []
     for term in sp.Add.make_args(angle):
@@ -191,7 +191,7 @@ def joint_sum_digits(angle: sp.Expr) -> str | None:
     return "".join(sorted(digits))
 
 
-def number_in_name(symbol: sp.Symbol) -> int:
+def find_number_in_name(symbol: sp.Symbol) -> int:
     """Return the number in a symbol's name, or 0."""
     digits = re.sub(r"\D", "", symbol.name)
     return int(digits) if digits else 0

@@ -19,7 +19,7 @@ from qdot.exercises.formula.metres import METRE, remove_metres
 from qdot.exercises.formula.names import ARITY, FUNCTIONS, SHORTHAND, NamePart, normalize_name, split_name
 from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.products import evaluate_matrices
-from qdot.exercises.formula.trees import EQUATION_CHAIN, Node, ParseError, combine_from_left, find_names, list_of_rows
+from qdot.exercises.formula.trees import EQUATION_CHAIN, Node, ParseError, combine_from_left, find_names, make_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, compile_pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -147,7 +147,7 @@ class _Parser:
         if not rows[0]:  # semicolons alone
             raise ParseError("the text is empty")
         if len(rows) > 1 and any(len(row) > 1 for row in rows):
-            return list_of_rows(rows)
+            return make_rows(rows)
         items = [entry for row in rows for entry in row]  # of a; b, too
         if any(item.kind == "pair" for item in items):  # x: a, y: b
             return self.make_dictionary(items)
@@ -492,7 +492,7 @@ class _Parser:
         items = rows[0]
         if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
             is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
-            return Node("list", tuple(row[0] for row in rows)) if is_column else list_of_rows(rows)
+            return Node("list", tuple(row[0] for row in rows)) if is_column else make_rows(rows)
         if kind == "group":
             return items[0] if len(items) == 1 and not has_comma else Node("list", tuple(items))
         return self.make_dictionary(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
@@ -670,7 +670,7 @@ def _transpose(matrix: Node) -> Node:
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
-    return list_of_rows(zip(*rows, strict=True))
+    return make_rows(zip(*rows, strict=True))
 
 
 def _apply_sign(is_negative: bool, node: Node) -> Node:
@@ -716,7 +716,7 @@ def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
     if not 0 < rows.value * columns.value == len(entries.args):
         return None
     width = int(columns.value)
-    return list_of_rows(entries.args[i : i + width] for i in range(0, len(entries.args), width))
+    return make_rows(entries.args[i : i + width] for i in range(0, len(entries.args), width))
 
 
 def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
@@ -738,7 +738,7 @@ def _make_container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     if meaning == "matrix" and len(args) == 3 and (matrix := _fill_matrix(*args)) is not None:
         return matrix
     if meaning == "diagonal" and len(args) <= MAX_DIAGONAL:
-        return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
+        return make_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meaning == "list":
         return Node("list", args)
     raise parser.parse_error(f"{name} with {len(args)} arguments is not supported")

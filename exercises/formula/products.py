@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from qdot.exercises.formula import trees
 from qdot.exercises.formula.algebra import ONE
-from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fold, list_of_rows
+from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fold, make_rows
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
@@ -34,7 +34,7 @@ def evaluate_matrices(tree: Node) -> Node:
     def carry_out(node: Node, args: Sequence[Node]) -> Node:
         nonlocal total
         is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
-        result = _equate_entries(args) if is_equation else _operate(node, args)
+        result = _equate_entries(args) if is_equation else _carry_out_operation(node, args)
         if node.kind in _OPERATIONS and result.kind == "list":
             total += trees.count_nodes(result, _MAX_NODES - total)
             if total >= _MAX_NODES:
@@ -44,7 +44,7 @@ def evaluate_matrices(tree: Node) -> Node:
     return fold(tree, carry_out)
 
 
-def _operate(node: Node, args: Sequence[Node]) -> Node:
+def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
         args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
     is_list = [arg.kind == "list" for arg in args]
@@ -57,14 +57,14 @@ def _operate(node: Node, args: Sequence[Node]) -> Node:
         return _power(matrices[0], args[1])
     if node.kind in "+-" and all(is_list) and _shape(matrices[0]) == _shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
-        return list_of_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
+        return make_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
     if node.kind == "*" and all(is_list) and len(matrices[0][0]) == len(matrices[1]):
         return _multiply(*matrices)
     if node.kind == "*" and is_list == [False, True]:
         return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
     if node.kind in "*/" and is_list == [True, False]:
         return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
-    raise _impossible_operation(_OPERATIONS[node.kind], matrices, len(args))
+    raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(args))
 
 
 def _matrix_rows(node: Node) -> Rows:
@@ -82,7 +82,7 @@ def _shape(rows: Rows) -> tuple[int, int]:
 
 
 def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
-    return list_of_rows([[function(entry) for entry in row] for row in rows])
+    return make_rows([[function(entry) for entry in row] for row in rows])
 
 
 def _equate_entries(args: Sequence[Node]) -> Node:
@@ -93,7 +93,7 @@ def _equate_entries(args: Sequence[Node]) -> Node:
     shapes = [_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
-        raise _impossible_operation("equation", sides, len(args))
+        raise _make_operation_error("equation", sides, len(args))
     pairs = zip(*([entry for row in rows for entry in row] for rows in sides), strict=True)
     return Node("and", tuple(Node("eq", (b, a) if b.kind == "name" != a.kind else (a, b)) for a, b in pairs))
 
@@ -102,7 +102,7 @@ def _multiply(left: Rows, right: Rows) -> Node:
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
-    return list_of_rows([_dot_product(row, column) for column in columns] for row in left)
+    return make_rows([_dot_product(row, column) for column in columns] for row in left)
 
 
 def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
@@ -112,7 +112,7 @@ def _dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
 def _power(rows: Rows, exponent: Node) -> Node:
     """Return the transpose, or the inverse by cofactors, of a matrix."""
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
-        return list_of_rows(zip(*rows, strict=True))
+        return make_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
     if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _MAX_INVERTED_ROWS:
         limits = f"qdot inverts matrices of at most {_MAX_INVERTED_ROWS} rows, and computes no other power"
@@ -138,7 +138,7 @@ def _apply_cofactor_sign(index: int, node: Node) -> Node:
     return Node("neg", (node,)) if index % 2 else node
 
 
-def _impossible_operation(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
+def _make_operation_error(operation: str, matrices: Sequence[Rows], operand_count: int) -> ParseError:
     shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
     shapes += " and a number" if len(matrices) < operand_count else ""

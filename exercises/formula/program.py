@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.formula.trees import Node, find_names, scalar_expected_error, split_signed_terms
+from qdot.exercises.formula.trees import Node, find_names, make_scalar_expected_error, split_signed_terms
 
 BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
@@ -52,7 +52,7 @@ def compile_program(nodes: Sequence[Node]) -> Program:
     outputs = []
     for node in nodes:
         indices: list[int] = []
-        stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_terms_or_operands(node), False)]
+        stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_split_operands(node), False)]
         while stack:  # no recursion: a long sum is a deep tree
             current, args, signs, is_ready = stack.pop()
             if not args:  # a leaf, as most nodes are
@@ -60,15 +60,15 @@ def compile_program(nodes: Sequence[Node]) -> Program:
             elif is_ready:
                 operands = tuple(indices[len(indices) - len(args) :])
                 del indices[len(indices) - len(args) :]
-                indices.append(add(_sum_step(operands, signs) if signs else _make_step(current, operands)))
+                indices.append(add(_make_sum_step(operands, signs) if signs else _make_step(current, operands)))
             else:
                 stack.append((current, args, signs, True))
-                stack.extend((arg, *_terms_or_operands(arg), False) for arg in reversed(args))
+                stack.extend((arg, *_split_operands(arg), False) for arg in reversed(args))
         outputs.append(indices[0])
     return Program(tuple(steps), tuple(outputs))
 
 
-def _terms_or_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
+def _split_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
     """Return the terms of a nested sum and their signs, or the operands of any other node and no signs."""
     if node.kind not in ("+", "-"):
         return node.args, ()
@@ -76,7 +76,7 @@ def _terms_or_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
     return terms, signs
 
 
-def _sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
+def _make_sum_step(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
     counts: dict[int, int] = {}
     for operand, sign in zip(operands, signs, strict=True):
         counts[operand] = counts.get(operand, 0) + sign
@@ -99,7 +99,7 @@ def _make_step(node: Node, operands: tuple[int, ...]) -> Step:
         return ("power", operands, None)
     if node.kind in ("neg", "*", "/"):
         return (node.kind, operands, None)
-    raise scalar_expected_error(node)
+    raise make_scalar_expected_error(node)
 
 
 _CONSTANTS = {"pi": np.pi, "E": np.e, "I": 1j}
@@ -145,8 +145,8 @@ def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], p
         value = known_values.get(id(node))
         if value is None:
             is_sum, args = node.kind in ("+", "-"), [evaluate_node(arg) for arg in node.args]
-            step = _sum_step((0, 1), (1, 1 if node.kind == "+" else -1)) if is_sum else _make_step(node, ())
-            value = known_values[id(node)] = _step_value(step, args, values, point_count)
+            step = _make_sum_step((0, 1), (1, 1 if node.kind == "+" else -1)) if is_sum else _make_step(node, ())
+            value = known_values[id(node)] = _evaluate_step(step, args, values, point_count)
         return value
 
     with np.errstate(all="ignore"):
@@ -159,8 +159,8 @@ def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], point_cou
     with np.errstate(all="ignore"):
         for step in program.steps:
             args = [results[i] for i in step[1]]
-            value = _step_value(step, [arg for arg, _ in args], values, point_count)
-            results.append((value, _step_magnitude(step, value, args)))
+            value = _evaluate_step(step, [arg for arg, _ in args], values, point_count)
+            results.append((value, _compute_magnitude(step, value, args)))
     return results
 
 
@@ -169,7 +169,7 @@ def select_outputs(program: Program, steps: list[ValueAndMagnitude]) -> tuple[np
     return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
 
 
-def number_regions(
+def assign_regions(
     evaluated_programs: Sequence[tuple[Program, list[ValueAndMagnitude]]], point_count: int
 ) -> np.ndarray:
     """Return the number of each point's region, in which the operands of functions with branches keep their signs."""
@@ -184,11 +184,11 @@ def number_regions(
     return region_numbers
 
 
-def _step_value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
+def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the value of a step from those of its operands."""
     op, _, constant = step
     if op in ("number", "name"):
-        number = _as_float(constant) if op == "number" else _CONSTANTS.get(constant)
+        number = _to_float(constant) if op == "number" else _CONSTANTS.get(constant)
         return np.asarray(values[constant], complex) if number is None else np.full(point_count, number, complex)
     if op == "sum":
         terms = (count * arg for count, arg in zip(constant, args, strict=True))
@@ -200,7 +200,7 @@ def _step_value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray
     return np.asarray(_NUMPY_FUNCTIONS[op](*args), dtype=complex)
 
 
-def _step_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnitude]) -> np.ndarray:
+def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnitude]) -> np.ndarray:
     """Return the magnitude of a step's value: the size of the terms that were added to obtain it."""
     op, _, constant = step
     if not args:
@@ -213,7 +213,7 @@ def _step_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnit
     if op == "integer power":
         if constant > 0:  # defined at x = 0, where the ratio below is not
             return np.asarray(np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx))
-        return np.asarray(np.abs(value) * (1 + abs(constant) * _relative_magnitude(mx, x)))
+        return np.asarray(np.abs(value) * (1 + abs(constant) * _compute_relative_magnitude(mx, x)))
     if len(args) == 1:
         return np.asarray(np.abs(value) + np.abs(_DERIVATIVE_SIZES[op](x)) * mx)
     y, my = args[1]
@@ -222,16 +222,16 @@ def _step_magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndMagnit
     if op == "/":
         return np.asarray(mx * my / np.abs(y) ** 2)
     if op == "power":
-        return np.asarray(np.abs(value) * (1 + np.abs(y) * _relative_magnitude(mx, x) + np.abs(np.log(x)) * my))
+        return np.asarray(np.abs(value) * (1 + np.abs(y) * _compute_relative_magnitude(mx, x) + np.abs(np.log(x)) * my))
     assert op == "atan2"
     return np.asarray(1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2))
 
 
-def _relative_magnitude(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
+def _compute_relative_magnitude(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
     return np.where(magnitude == 0, 1.0, magnitude / np.abs(value))
 
 
-def _as_float(number: Any) -> float:
+def _to_float(number: Any) -> float:
     try:
         return float(number)
     except OverflowError:
@@ -254,7 +254,7 @@ def _limit_trigonometric_argument(function: Callable[[Any], Any]) -> Callable[[A
     return lambda x: limited(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
-def _limited_power(x: Any, y: Any) -> Any:
+def _compute_limited_power(x: Any, y: Any) -> Any:
     if x == 0 or not mpmath.isfinite(x) or not mpmath.isfinite(y):
         return x**y if mpmath.isfinite(x) and mpmath.isfinite(y) else mpmath.nan
     return x**y if abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT else mpmath.nan
@@ -266,7 +266,7 @@ _MPMATH_FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
-    "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _limited_power,
+    "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _compute_limited_power,
 }  # fmt: skip
 
 
@@ -290,7 +290,7 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
                 elif op == "name":
                     results.append(+constants[constant] if constant in constants else _to_mpmath(values[constant]))
                 elif op == "integer power":
-                    results.append(_limited_power(args[0], constant))
+                    results.append(_compute_limited_power(args[0], constant))
                 elif op == "sum":
                     results.append(sum((count * arg for arg, count in zip(args, constant, strict=True)), mpmath.mpf(0)))
                 else:
@@ -305,7 +305,7 @@ PRECISE_TOLERANCE = 1e-40
 """Values of PRECISE_DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
 
 
-def constant_value(node: Node) -> Any:
+def evaluate_constant(node: Node) -> Any:
     """Return the real value of a tree as an mpmath number; None if it has symbols or no real value."""
     if find_names(node):
         return None

@@ -72,13 +72,13 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 def _refuse_two_values(pieces: list[Piece]) -> list[Piece]:
     """Return the pieces unchanged; raise ParseError if every piece gives a joint two values at once."""
-    joints = [_joint_with_two_values(piece) for piece in pieces]
+    joints = [_find_joint_with_two_values(piece) for piece in pieces]
     if pieces and None not in joints:
         raise ParseError(f"{joints[0]} can't have two values at once; write {joints[0]} = 0 or {joints[0]} = pi/3")
     return pieces
 
 
-def _joint_with_two_values(piece: Piece) -> str | None:
+def _find_joint_with_two_values(piece: Piece) -> str | None:
     """Return a joint to which a piece gives two different values, or None."""
     values: dict[str, object] = {}
     multiples = ((atom.joint, find_multiple_of_pi(atom.expression)) for atom in piece if atom.joint is not None)
@@ -132,7 +132,7 @@ def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[
     if joint.kind != "name" or joint.value not in joints:
         differences = (Node("-", (joint, value)) for value in _list_values(values))
         return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
-    cases = [case for value in _list_values(values) for case in _whole_number_cases(value)]
+    cases = [case for value in _list_values(values) for case in _list_whole_number_cases(value)]
     compile_program(cases)  # raises ParseError for anything but a formula
     return [(Atom(case, str(joint.value)),) for case in cases]
 
@@ -147,7 +147,7 @@ def _list_values(values: Node) -> list[Node]:
 def _parse_vanishing_expression(node: Node) -> list[Piece]:
     node = _strip_powers(node)
     compile_program([node])
-    return [(Atom(case),) for case in _whole_number_cases(node)]
+    return [(Atom(case),) for case in _list_whole_number_cases(node)]
 
 
 def _strip_powers(node: Node) -> Node:
@@ -161,7 +161,7 @@ def _strip_powers(node: Node) -> Node:
             return node
 
 
-def _whole_number_cases(node: Node) -> list[Node]:
+def _list_whole_number_cases(node: Node) -> list[Node]:
     """Return the distinct cases of a node with whole numbers k; those of k*pi/6 are complete modulo 2 pi."""
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
@@ -180,7 +180,7 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     return depends_on_joints and any(atom.joint in (o.joint, *find_names(o.expression)) for o in others)
 
 
-def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
+def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the pieces of an answer. Raises ParseError also if checking all of them would take too long."""
     node = remove_noise(node)
     if _count_nodes_of_cases(node) > _MAX_NODES:

@@ -25,24 +25,24 @@ _Cells = list[list[str]]
 _SplitRow = Callable[[str], list[str]]
 
 
-def table_text(text: str, shape: tuple[int, int]) -> str | None:
+def convert_table(text: str, shape: tuple[int, int]) -> str | None:
     r"""Return a table as the text of a list of rows; None for another shape, or if the table is ambiguous.
 
-    >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
-    ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
-    >>> table_text("| a1 | a2 |\n|---|---|\n| 0 | 1 |", (2, 2)), table_text("=a1\n=a2", (2, 1))
+    >>> [convert_table(text, (2, 2)) for text in ("a1\ta2\n0\t1", "[a1 -a2; 0 1]", "a1, 0,5\n0, 1")]
+    ['[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]']
+    >>> convert_table("| a1 | a2 |\n|---|---|\n| 0 | 1 |", (2, 2)), convert_table("=a1\n=a2", (2, 1))
     ('[[a1, a2], [0, 1]]', '[a1, a2]')
-    >>> table_text("a1\n+ a2", (2, 1))
+    >>> convert_table("a1\n+ a2", (2, 1))
     """
     if len(text) > MAX_TABLE_LENGTH:
         return None
-    tables = _possible_tables(_TABLE_NAME.sub("", text), *shape)
+    tables = _split_into_tables(_TABLE_NAME.sub("", text), *shape)
     texts = [_write_cells(cells) for cells in tables if _is_table(cells, shape)]
     is_clear = len(set(texts)) == 1 or not _DECIMAL_COMMA.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
     return texts[0] if texts and is_clear else None
 
 
-def _possible_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
+def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     """Yield the cells of a text for each combination of row separator (lines, semicolons) and entry separator."""
     lines = text.split("\n")
     is_markdown = any(map(_MARKDOWN_RULE.fullmatch, lines))
@@ -90,12 +90,12 @@ def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
     return len(cells) == rows and all(len(row) == columns and all(map(_is_single_entry, row)) for row in cells)
 
 
-def numbers_text(text: str, count: int) -> str | None:
+def convert_numbers(text: str, count: int) -> str | None:
     """Return the text of a list of numbers that are separated by more than a comma, else None.
 
-    >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("0,5,-1,25", 2)
+    >>> convert_numbers("0,5; -1,25", 2), convert_numbers("0,5, -1,25", 2), convert_numbers("0,5,-1,25", 2)
     ('[0.5, -1.25]', '[0.5, -1.25]', None)
-    >>> numbers_text("x = 0,5 und y=-1,25", 2), numbers_text("x = 1 2", 2)
+    >>> convert_numbers("x = 0,5 und y=-1,25", 2), convert_numbers("x = 1 2", 2)
     ('[x = 0.5, y = -1.25]', None)
     """
     if count < 2 or len(text) > MAX_TABLE_LENGTH:
@@ -103,15 +103,15 @@ def numbers_text(text: str, count: int) -> str | None:
     content = convert_units(text, frozenset()).strip(SPACES)
     if content[:1] + content[-1:] in ("()", "[]") or (content[:1] + content[-1:] == "{}" and ";" in content):
         content = content[1:-1]
-    if assignments := _named_numbers(content):
+    if assignments := _find_named_numbers(content):
         return f"[{', '.join(assignments)}]" if len(assignments) == count else None
     entries = [entry.strip(SPACES) for entry in _NUMBER_SEPARATOR.split(content)]
     if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
-    return table_text(text, (count, 1))
+    return convert_table(text, (count, 1))
 
 
-def _named_numbers(text: str) -> list[str]:
+def _find_named_numbers(text: str) -> list[str]:
     """Return named numbers, as in x = 0,5 and y = 1; an empty list if the text contains anything else."""
     numbers, position = list[str](), 0
     while position < len(text):

@@ -41,7 +41,7 @@ EQUATION_CHAIN = "="
 """The value of an "and" node that was typed as a chain of equations, A = B = C."""
 
 
-def equation_sides(node: Node) -> list[Node]:
+def list_equation_sides(node: Node) -> list[Node]:
     """Return the sides of A = B = C; [] for anything else."""
     if node.kind == "eq":
         return list(node.args)
@@ -101,7 +101,7 @@ def combine_from_left(kind: str, nodes: Iterable[Node]) -> Node:
     return reduce(lambda left, right: Node(kind, (left, right)), nodes)
 
 
-def list_of_rows(rows: Iterable[Sequence[Node]]) -> Node:
+def make_rows(rows: Iterable[Sequence[Node]]) -> Node:
     """Return rows of entries as a list of lists."""
     return Node("list", tuple(Node("list", tuple(row)) for row in rows))
 
@@ -158,10 +158,10 @@ def find_statement(node: Node) -> Node | None:
 def refuse_statements(node: Node) -> None:
     """Raise ParseError if a tree is not a single expression."""
     if (statement := find_statement(node)) is not None:
-        raise scalar_expected_error(statement)
+        raise make_scalar_expected_error(statement)
 
 
-def scalar_expected_error(node: Node) -> ParseError:
+def make_scalar_expected_error(node: Node) -> ParseError:
     """Return the error for a node that can't be part of a single expression."""
     advice = "; write the expression alone" if node.kind in ("eq", "and", "or", "in") else ""
     return ParseError(f"expected a single expression, found {_KIND_DESCRIPTIONS.get(node.kind, node.kind)}{advice}")

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from qdot.exercises.common.errors import unknown_name
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_svg
 from qdot.exercises.notebook.notebook import (
     notebook_text,
@@ -52,7 +52,7 @@ def show(
     Planar 2R arm (planar-2r/7)
     """
     if format not in FORMATS:
-        raise unknown_name("format", format, list(FORMATS))
+        raise make_name_error("format", format, list(FORMATS))
     if format == "json":
         return json.dumps(problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
     return FORMATS[format](problem, solution, hinted)

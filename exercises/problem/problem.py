@@ -13,8 +13,8 @@ from qdot.exercises.answer_types import Answer
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.common.errors import QdotError, most_similar
-from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, canonical_name
+from qdot.exercises.common.errors import QdotError, find_most_similar
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.problem.credit import Credit
 
@@ -57,7 +57,7 @@ class ProblemId:
 
     def with_variation(self, variation: str) -> "ProblemId":
         """Return the identity with another variation, if one is given. Raises QdotError if it is unknown."""
-        return replace(self, variation=canonical_name(variation)) if variation else self
+        return replace(self, variation=find_canonical_name(variation)) if variation else self
 
     def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
         """Return the identity with another convention and another order of twists, if they are given.
@@ -104,7 +104,7 @@ def _sort_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
         if not kind:
             mark_name = mark.replace("_", "-")
             known_suffixes = {name: kind for kind, names in _SUFFIXES.items() for name in names}
-            suggestion = ALIASES.get(mark_name) or most_similar(mark, list(known_suffixes))
+            suggestion = ALIASES.get(mark_name) or find_most_similar(mark, list(known_suffixes))
             hint = f" (did you mean the {known_suffixes[suggestion]} {suggestion!r}?)" if suggestion else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{hint}; "
@@ -141,7 +141,7 @@ def find_convention(name: str) -> str:
 def _find_name(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
     if name not in known:
         normalized_name = name.lower().replace("_", "-").replace(" ", "")
-        suggestion = aliases.get(normalized_name) or most_similar(normalized_name, known)
+        suggestion = aliases.get(normalized_name) or find_most_similar(normalized_name, known)
         hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
         raise QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
     return "" if name == known[0] else name

@@ -14,10 +14,10 @@ from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 
-PATH = "arms.html"
+GALLERY_PATH = "arms.html"
 
 
-def gallery(bank_families: Collection[str]) -> Page:
+def make_gallery_page(bank_families: Collection[str]) -> Page:
     """Return the page with the gallery; `bank_families` are the families in the site's bank."""
     words = {code: load_catalogue(code) for code in LANGUAGES}
     body = render(
@@ -25,14 +25,14 @@ def gallery(bank_families: Collection[str]) -> Page:
         families=FAMILIES,
         listing=listing(),
         practised=bank_families,
-        tasks={name: _task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
+        tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
         translate_family=lambda title: {code: words[code].family(title) for code in words},
         translate_question=lambda title: {code: words[code].question(title) for code in words},
     )
-    return Page(PATH, "The arms", body, section="arms", kind="wide")
+    return Page(GALLERY_PATH, "The arms", body, section="arms", kind="wide")
 
 
-def _task(name: str) -> str:
+def _write_task(name: str) -> str:
     """Return the task of a family's arms as MathML."""
     return mathml_text(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))

@@ -1,7 +1,7 @@
 """Write the problem bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
 
 bank/index.json                 the list of problems
-bank/FAMILY/KEY.json            a problem (`record.site_record`)
+bank/FAMILY/KEY.json            a problem (`record.make_site_record`)
 bank/FAMILY/KEY.solutions.json  its worked solutions, loaded on demand, if students may see them
 bank/FAMILY/KEY.de.json         its texts in German, loaded if the page is in German (`languages`)
 bank/FAMILY/KEY.solutions.de.json  its solutions in German
@@ -18,19 +18,19 @@ from pathlib import Path
 from qdot.exercises.assignment.certified_problems import FailedSlot, FindFailures
 from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
+from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
 from qdot.exercises.writing.render import find_template_folder
 
-FOLDER = "bank"
+BANK_FOLDER = "bank"
 
 PROBLEM_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
 SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
@@ -47,7 +47,7 @@ def write_bank(
     certificate. Solutions are written only if `with_solutions`.
     """
     entries, state = [], (folder, find_failures, with_solutions)
-    with closing(ordered_map(_write_problem, problems, jobs, keep_state, (state,))) as records:
+    with closing(map_in_order(_write_problem, problems, jobs, keep_state, (state,))) as records:
         for entry in records:
             if isinstance(entry, FailedSlot):
                 on_failed(entry)
@@ -57,18 +57,18 @@ def write_bank(
     return entries
 
 
-_State = tuple[Path, FindFailures, bool]
+_BankState = tuple[Path, FindFailures, bool]
 
 
-def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlot:
+def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | FailedSlot:
     folder, failures, solved = state
-    path = folder / FOLDER / bank_problem.family / f"{bank_problem.key}.json"
+    path = folder / BANK_FOLDER / bank_problem.family / f"{bank_problem.key}.json"
     problem_id = bank_problem.problem and bank_problem.problem.id
     problem_source = (
         f"{bank_problem.seed}/{bank_problem.questions}/{bank_problem.question_share}/{bank_problem.variation}/"
         f"{bank_problem.frame_convention}/{problem_id}"
     )
-    digest_input = f"{compute_package_digest()}/{_texts_digest()}/{problem_source}"
+    digest_input = f"{compute_package_digest()}/{_compute_texts_digest()}/{problem_source}"
     made_from = hashlib.sha256(digest_input.encode()).hexdigest()  # the bank must not reveal seeds
     if not solved:
         for ending in SOLUTION_ENDINGS:
@@ -79,7 +79,7 @@ def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlo
     problem = bank_problem.find_certified(failures)
     if isinstance(problem, FailedSlot):
         return problem
-    record = site_record(problem)
+    record = make_site_record(problem)
     entry = {
         "family": bank_problem.family, "key": bank_problem.key, "difficulty": difficulty_band(problem.chain),
         "title": record["title"], "questions": [part.kind for part in problem.parts],
@@ -90,20 +90,20 @@ def _write_problem(state: _State, bank_problem: BankProblem) -> Json | FailedSlo
     if solved:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
-        _write_text(path.with_suffix(f".{language}.json"), translated_record(problem, record, language))
+        _write_text(path.with_suffix(f".{language}.json"), translate_record(problem, record, language))
     _write_text(path, {**record, "made_from": made_from, "listed": entry})
     return entry
 
 
 def _write_solutions(path: Path, problem: Problem, key: str) -> None:
-    _write_text(path.with_suffix(".solutions.json"), solutions_record(problem) | {"id": key})
+    _write_text(path.with_suffix(".solutions.json"), make_solutions_record(problem) | {"id": key})
     for language in LANGUAGES:
-        _write_text(path.with_suffix(f".solutions.{language}.json"), translated_solutions(problem, language))
+        _write_text(path.with_suffix(f".solutions.{language}.json"), translate_solutions(problem, language))
 
 
 def _write_text(path: Path, content: Json) -> None:
     """Write a file of the bank without syncing the disk, which is slow, because a rerun can regenerate the file."""
-    write_atomically(path, _json_text(content), durable=False)
+    write_atomically(path, _json_text(content), is_synced=False)
 
 
 def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
@@ -125,8 +125,8 @@ def _is_written(path: Path) -> bool:
 
 
 @cache
-def _texts_digest() -> str:
-    """Return a digest of the templates and translations, which `compute_package_digest` does not cover."""
+def _compute_texts_digest() -> str:
+    """Return a digest of the templates and translations, which `code_digest` does not cover."""
     digest = hashlib.sha256()
     folder = find_template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
@@ -143,7 +143,7 @@ def index_text(entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], 
     """
     asked_names = {asked_name for entry in entries for asked_name in entry["questions"]}
     families = [
-        {"name": name, "title": title, "source": source, "problems": list(_entries_of(entries, name))}
+        {"name": name, "title": title, "source": source, "problems": list(_list_entries(entries, name))}
         for name, title, source in titles
     ]
     questions = [
@@ -165,7 +165,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     return _json_text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 
-def _entries_of(entries: Sequence[Json], family: str) -> Iterator[Json]:
+def _list_entries(entries: Sequence[Json], family: str) -> Iterator[Json]:
     for entry in entries:
         if entry["family"] == family:
             yield {name: value for name, value in entry.items() if name != "family"}

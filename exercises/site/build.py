@@ -12,8 +12,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import pages
-from qdot.exercises.site.bank import FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
-from qdot.exercises.site.page import INDEX, ROBOTS
+from qdot.exercises.site.bank import BANK_FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
+from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
 from qdot.exercises.site.robots import robots_text
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
@@ -21,7 +21,7 @@ from qdot.exercises.writing.languages import LANGUAGES
 NOT_BUILT_MESSAGE = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
-SIZES_FILE = f"{FOLDER}/sizes.json"
+SIZES_FILE = f"{BANK_FOLDER}/sizes.json"
 GALLERY_FOLDER = "docs/families/"
 """The folder with the pictures of the gallery, which is available offline like the other pages."""
 
@@ -71,17 +71,17 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     )
     endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * spec.has_solutions
     problems = {
-        name: {ending: spec.folder / FOLDER / f"{name}{ending}" for ending in endings}
+        name: {ending: spec.folder / BANK_FOLDER / f"{name}{ending}" for ending in endings}
         for name in (f"{entry['family']}/{entry['key']}" for entry in entries)
     }
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
-        ROBOTS: robots_text(),
+        ROBOTS_FILE: robots_text(),
         SIZES_FILE: _sizes_text(problems),
-        INDEX: index_text(entries, spec.titles, spec.feedback),
-        **{f"{FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
-        "icon.svg": pages.favicon(),
-        "manifest.webmanifest": pages.manifest(spec.course),
+        INDEX_FILE: index_text(entries, spec.titles, spec.feedback),
+        **{f"{BANK_FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
+        "icon.svg": pages.favicon_text(),
+        "manifest.webmanifest": pages.manifest_text(spec.course),
     }
     families = [name for name, _, _ in spec.titles]
     for page in pages.make_pages(
@@ -97,8 +97,8 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     for data in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
         version.update(data.encode() if isinstance(data, str) else data)
     for path, data in (offline | drawings).items():
-        write_atomically(spec.folder / path, data, durable=False)
-    write_atomically(spec.folder / "sw.js", pages.worker_text([*offline], version.hexdigest()[:16]))
+        write_atomically(spec.folder / path, data, is_synced=False)
+    write_atomically(spec.folder / "sw.js", pages.service_worker_text([*offline], version.hexdigest()[:16]))
     questions = sum(len(entry["questions"]) for entry in entries)
     return {"problems": len(entries), "questions": questions, "files": len(offline)}
 

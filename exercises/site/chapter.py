@@ -10,7 +10,7 @@ from qdot.exercises.figure.arm_figure import figure_svg, singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page
-from qdot.exercises.site.record import arm_record, determinant_factors
+from qdot.exercises.site.record import list_determinant_factors, make_arm_record
 from qdot.exercises.writing.languages import ENGLISH, LANGUAGES, load_catalogue
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import make_environment
@@ -21,24 +21,24 @@ FORMULA_SHARE = 0.62
 """The share of the page's width that formulas have beside the arm."""
 
 
-def address(number: str) -> str:
+def example_path(number: str) -> str:
     """Return the path of an example's page.
 
-    >>> address("6.1")
+    >>> example_path("6.1")
     'examples/6-1.html'
     """
     return f"examples/{number.replace('.', '-')}.html"
 
 
-def chapter_pages() -> Iterator[Page]:
+def make_chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
-    yield _translated_page(OVERVIEW, _overview, "wide")
+    yield _make_translated_page(OVERVIEW, _write_overview, "wide")
     for index, example in enumerate(examples()):
-        yield _translated_page(address(example.number), partial(_example, index), "wide")
-    yield _translated_page(ERRATA, _errata)
+        yield _make_translated_page(example_path(example.number), partial(_write_example, index), "wide")
+    yield _make_translated_page(ERRATA, _write_errata)
 
 
-def _translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: str = "") -> Page:
+def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: str = "") -> Page:
     """Return a page whose title and body in a language are what `write` returns."""
     translations = {language: write(language) for language in LANGUAGES}
     return Page(path, *write(ENGLISH), section=SECTION, kind=kind, translations=translations)
@@ -47,19 +47,19 @@ def _translated_page(path: str, write: Callable[[str], tuple[str, str]], kind: s
 def _list_examples(language: str) -> list[dict[str, object]]:
     """Return the examples for a list; `is_translated` says whether the words in a figure are in the language."""
     return [
-        {"number": e.number, "title": e.title, "address": address(e.number)} | _card_figure(e, language)
+        {"number": e.number, "title": e.title, "address": example_path(e.number)} | _draw_card_figure(e, language)
         for e in examples(language)
     ]
 
 
-def _overview(language: str) -> tuple[str, str]:
+def _write_overview(language: str) -> tuple[str, str]:
     """Return the title and body of the overview of the examples."""
     template = make_environment(language).get_template("site/examples.html.j2")
     title = load_catalogue(language).gettext("Examples 6.1 to 6.4")
     return title, template.render(examples=_list_examples(language), errata=len(corrections()), errata_at=ERRATA)
 
 
-def _card_figure(example: Example, language: str) -> dict[str, object]:
+def _draw_card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
     is_arm_shown = not example.shows_arm  # an earlier example shows the arm
     if is_arm_shown and example.shows_singularities:
@@ -67,19 +67,19 @@ def _card_figure(example: Example, language: str) -> dict[str, object]:
     return {"figure": figure_svg(example.arm, name), "is_translated": False}
 
 
-def _errata(language: str) -> tuple[str, str]:
+def _write_errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
     template = make_environment(language).get_template("site/errata.md.j2")
-    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_errata_pages(), level="##")
+    text = template.render(errata=list(enumerate(corrections(language), 1)), places=_find_errata_pages(), level="##")
     return load_catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
-def _example(index: int, language: str) -> tuple[str, str]:
+def _write_example(index: int, language: str) -> tuple[str, str]:
     """Return the title and body of an example's page."""
     templates, all_examples = make_environment(language), _list_examples(language)
     example = examples(language)[index]
     arm = example.arm
-    numbers = [number for number, page in _errata_pages().items() if page == address(example.number)]
+    numbers = [number for number, page in _find_errata_pages().items() if page == example_path(example.number)]
     corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
     errata_template = templates.get_template("site/errata-list.md.j2")
     errata_list = errata_template.render(errata=corrections_here, places={}, level="###")
@@ -92,22 +92,22 @@ def _example(index: int, language: str) -> tuple[str, str]:
         steps=[(title, to_html(text, width_share=FORMULA_SHARE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
         errata=to_html(errata_list, width_share=FORMULA_SHARE) if corrections_here else "",
-        arm=json.dumps(live_arm(arm), ensure_ascii=False),
+        arm=json.dumps(make_arm_data(arm), ensure_ascii=False),
         before=all_examples[index - 1] if index else None,
         after=all_examples[index + 1] if index + 1 < len(all_examples) else None,
         errata_at=ERRATA,
     )
 
 
-def live_arm(chain: Chain) -> Json:
+def make_arm_data(chain: Chain) -> Json:
     """Return the data of the interactive arm, with the factors of det J."""
-    return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
+    return make_arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": list_determinant_factors(chain)}
 
 
-def _errata_pages() -> dict[int, str]:
+def _find_errata_pages() -> dict[int, str]:
     """Return the address of the example's page for each correction, by the correction's number."""
     return {
-        number: address(example.number)
+        number: example_path(example.number)
         for number, erratum in enumerate(corrections(), 1)
         for example in examples()
         if erratum.where.startswith(f"Example {example.number}")

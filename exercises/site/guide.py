@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-OWN_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
+REPLACED_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
 """Pages of docs/ that the site has in another form, and their paths there."""
 COMMANDS = "commands"
 GROUPS: dict[str, dict[str, tuple[str, str]]] = tomllib.loads(
@@ -27,18 +27,18 @@ class DocumentationEntry:
 
 def arrange_pages(docs: Path) -> dict[str, list[DocumentationEntry]]:
     """Return the existing pages by group; pages without a group come last, with their own headings."""
-    paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
+    paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in REPLACED_PAGES}
     groups = {
         group: [DocumentationEntry(name, *texts) for name, texts in pages.items() if name in {*paths, COMMANDS}]
         for group, pages in GROUPS.items()
     }
     grouped_names = {entry.name for entries in groups.values() for entry in entries}
     groups[OTHER_PAGES] = [
-        DocumentationEntry(name, _heading(path), "") for name, path in paths.items() if name not in grouped_names
+        DocumentationEntry(name, _find_heading(path), "") for name, path in paths.items() if name not in grouped_names
     ]
     return {group: entries for group, entries in groups.items() if entries}
 
 
-def _heading(path: Path) -> str:
+def _find_heading(path: Path) -> str:
     match = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
     return match.group(1) if match else path.stem

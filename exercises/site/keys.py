@@ -37,7 +37,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import Program, compile_program, constant_value, evaluate, evaluate_precisely
+from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_constant, evaluate_precisely
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
@@ -103,14 +103,14 @@ class _KeyMaker(AnswerVisitor[Json]):
     with_mistakes: bool
 
     def formulas(self, answer: Answer) -> Json:
-        key, points = _formula_key(self.problem, self.part)
+        key, points = _make_formula_key(self.problem, self.part)
         if not self.with_mistakes:
             return key
-        key["mistakes"] = list(_mistakes_in_formulas(self.problem, self.part, points))
+        key["mistakes"] = list(_find_mistakes_in_formulas(self.problem, self.part, points))
         if not answer.counts_up_to_a_factor:
-            if factors := _linear_coefficients(self.problem, self.part, points):
+            if factors := _find_linear_coefficients(self.problem, self.part, points):
                 key["linear"] = factors
-            if mistakes_throughout := list(_mistakes_throughout(self.problem, self.part, points, key)):
+            if mistakes_throughout := list(_find_mistakes_throughout(self.problem, self.part, points, key)):
                 key["throughout"] = mistakes_throughout
         return key
 
@@ -119,23 +119,23 @@ class _KeyMaker(AnswerVisitor[Json]):
         return key | {"type": "direction", "tolerance": answer.tolerance}
 
     def _direction_in_numbers(self) -> Json:
-        key, _ = _formula_key(self.problem, self.part)
+        key, _ = _make_formula_key(self.problem, self.part)
         reference = np.array([entry[0] for entry in key["right"]], dtype=float)
-        unit_vectors = _unit_vectors_of_mistakes(self.problem, self.part, reference)
-        mistakes = _likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
+        unit_vectors = _find_wrong_unit_vectors(self.problem, self.part, reference)
+        mistakes = _select_likeliest_mistakes(unit_vectors, reference / np.linalg.norm(reference))
         return key | {"mistakes": self._mistakes(mistakes)}
 
     def numbers(self, answer: Number) -> Json:
-        mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
-        key = _numbers_key(answer) | {"mistakes": mistakes}
+        mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer))
+        key = _make_numbers_key(answer) | {"mistakes": mistakes}
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
-            precise_mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
+            precise_mistakes = self._mistakes(_find_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
         return key
 
     def conditions(self, answer: ConditionSet) -> Json:
-        return _set_key(self.problem, self.part, answer)
+        return _make_set_key(self.problem, self.part, answer)
 
     def letters(self, answer: Letters) -> Json:
         explanations = self._explain_options() if self.with_mistakes else [[] for _ in answer.options]
@@ -145,8 +145,8 @@ class _KeyMaker(AnswerVisitor[Json]):
         }  # fmt: skip
 
     def _explain_options(self) -> list[list[Json]]:
-        blames_by_option = explain_options(self.problem, self.part, _stream(self.problem, self.part))
-        return [[_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
+        blames_by_option = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
+        return [[_record_mistake(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
     def _mistakes(self, mistakes: Iterator[Json]) -> list[Json]:
         return list(mistakes) if self.with_mistakes else []
@@ -155,9 +155,9 @@ class _KeyMaker(AnswerVisitor[Json]):
 # --- formulas ---
 
 
-def _formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
+def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
     """Return the key of a part without its mistakes, and its configurations."""
-    key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
+    key = make_values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _make_stream(problem, part))
     reference = part.answer.as_matrix()
     symbols_by_entry = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
     without_number = {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
@@ -167,7 +167,7 @@ def _formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]:
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
 
 
-def _linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
+def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
     """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
     nodes = [parse_formula(text, problem.domain().roles) for text in part.answer.formulas()]
     program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
@@ -182,7 +182,7 @@ def _linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> 
     return factors
 
 
-def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
+def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
     """Return the key of formulas in the symbols of the domain, without mistakes.
 
     Raises ValueError if the formulas are defined at too few configurations.
@@ -215,24 +215,24 @@ def _evaluate_entries(program: Program, point: Mapping[str, float], used: Sequen
     return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
-def _mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
+def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
     if not is_derived(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
     working = numeric_working(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
-    known_fingerprints = {_fingerprint(compute_answer(working, part), is_direction)}
-    for wrong in _wrong_answers_of_mistakes(working, part, known_fingerprints):
+    known_fingerprints = {_compute_fingerprint(compute_answer(working, part), is_direction)}
+    for wrong in _predict_wrong_answers(working, part, known_fingerprints):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(wrong.answer):
             continue
-        fingerprint = _fingerprint(wrong.answer, is_direction)
+        fingerprint = _compute_fingerprint(wrong.answer, is_direction)
         is_constant = is_direction and len(set(fingerprint)) == 1  # many mistakes lead to a constant
         if fingerprint not in known_fingerprints and not is_constant:
             known_fingerprints.add(fingerprint)
             yield {**_describe_mistake(wrong), "print": [float(text) for text in fingerprint]}
 
 
-def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
+def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
     """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain().roles))
@@ -240,20 +240,20 @@ def _mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key
     edits = [edit for edit in edit_throughout(rows) if edit[0] in THROUGHOUT_MISTAKES]
     edits.sort(key=lambda edit: THROUGHOUT_MISTAKES.index(edit[0]))
     correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
-    known_fingerprints = {_fingerprint(correct)}
+    known_fingerprints = {_compute_fingerprint(correct)}
     for name, edited_rows in edits[:MAX_THROUGHOUT_MISTAKES]:
         entries = [entry for row in edited_rows for entry in row]
         values = evaluate(compile_program(entries), first_points, FINGERPRINT_POINT_COUNT)[0]
-        if not np.isfinite(values).all() or (fingerprint := _fingerprint(values)) in known_fingerprints:
+        if not np.isfinite(values).all() or (fingerprint := _compute_fingerprint(values)) in known_fingerprints:
             continue
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
         sentence = catalogue.CATALOGUE[name].sentence({"Where": "In your answer"})
-        mistake = _mistake_record(name, sentence, ", ".join(sorted(missing_names)))
+        mistake = _record_mistake(name, sentence, ", ".join(sorted(missing_names)))
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _wrong_answers_of_mistakes(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
+def _predict_wrong_answers(working: Working, part: Part, seen: Collection[object]) -> Iterator[PredictedAnswer]:
     """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
     for wrong in catalogue.predict_wrong_answers(working, part):
         if len(seen) > MAX_MISTAKES:
@@ -270,14 +270,14 @@ NumericMistakes = Iterator[tuple[float, Json, list[float]]]
 """Wrong numbers, each with how likely its mistake is, and the record of the mistake."""
 
 
-def _unit_vectors_of_mistakes(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
+def _find_wrong_unit_vectors(problem: Problem, part: Part, correct: np.ndarray) -> NumericMistakes:
     """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
-    for chance, mistake, values in _derived_mistakes(problem, part):
+    for chance, mistake, values in _find_derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ correct) or 1.0)).tolist()
 
 
-def _likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
+def _select_likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> Iterator[Json]:
     """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
     right_rounded = _round_digits(correct)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
@@ -291,7 +291,7 @@ def _likeliest_mistakes(answers: NumericMistakes, correct: Iterable[float]) -> I
         yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
-def _fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
@@ -305,10 +305,10 @@ def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
 
 
 def _describe_mistake(wrong: PredictedAnswer) -> Json:
-    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.variant.missing_symbols)
+    return _record_mistake(wrong.mistake.name, wrong.sentence, wrong.variant.missing_symbols)
 
 
-def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
+def _record_mistake(mistake: str, sentence: str, missing: str = "") -> Json:
     record = {"name": mistake, "title": catalogue.CATALOGUE[mistake].title, "says": sentence}
     return record | {"missing": missing} if missing else record
 
@@ -316,32 +316,32 @@ def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
 # --- numbers ---
 
 
-def _numbers_key(answer: Number) -> Json:
+def _make_numbers_key(answer: Number) -> Json:
     return {
         "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
         "right": [_to_double(float(value)) for value in answer.reference],
     }  # fmt: skip
 
 
-def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
+def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
     """Return the numeric answers that mistakes lead to, each with its likeliest mistake.
 
     For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
     """
-    answers = chain(_mistaken_answers(problem, part), _speed_mistakes(problem, part))
-    derived_answers = _derived_mistakes(problem, part, precise)
-    return _likeliest_mistakes(chain(answers, derived_answers), map(float, answer.reference))
+    answers = chain(_list_mistaken_answers(problem, part), _list_speed_mistakes(problem, part))
+    derived_answers = _find_derived_mistakes(problem, part, precise)
+    return _select_likeliest_mistakes(chain(answers, derived_answers), map(float, answer.reference))
 
 
-def _mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
+def _list_mistaken_answers(problem: Problem, part: Part) -> NumericMistakes:
     for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(mistaken.answer, Number):
             values = [float(value) for value in mistaken.answer.reference]
-            yield 1.0, _mistake_record(mistake.name, mistake.sentence(mistaken.words)), values
+            yield 1.0, _record_mistake(mistake.name, mistake.sentence(mistaken.words)), values
 
 
-def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
-    derived_part, numbers_of_answer = _derived_part(part)
+def _find_derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> NumericMistakes:
+    derived_part, numbers_of_answer = _find_derived_part(part)
     if derived_part is None:
         return
     for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, precise):
@@ -350,24 +350,24 @@ def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> Nu
             yield catalogue.variant_frequency(wrong), _describe_mistake(wrong), numbers.tolist()
 
 
-def _speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
+def _list_speed_mistakes(problem: Problem, part: Part) -> NumericMistakes:
     """Yield other numbers made from the components of a velocity, if its magnitude is asked for."""
     if part.kind != "speed":
         return
-    derived_part, _ = _derived_part(part)
+    derived_part, _ = _find_derived_part(part)
     assert derived_part is not None
     velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived_part))
     moving = np.abs(velocity[np.abs(velocity) > 1e-9])
     wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in moving]
     for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
-        yield 1.0, _mistake_record(name, catalogue.CATALOGUE[name].sentence({})), [float(value)]
+        yield 1.0, _record_mistake(name, catalogue.CATALOGUE[name].sentence({})), [float(value)]
 
 
 def _evaluate_derivation(problem: Problem, part: Part) -> Working:
     rates = part.details.rates if isinstance(part.details, RateDetails) else {}
     rate_values = {rate.name: np.array([float(value)]) for rate, value in rates.items()}
-    values = sample_configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part)) | rate_values
+    values = sample_configurations(problem.chain, part, problem.domain(), 1, _make_stream(problem, part)) | rate_values
     return numeric_working(problem.chain, values)
 
 
@@ -387,7 +387,7 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 """Mistakes in an answer of joint rates, which no short question asks for."""
 
 
-def _derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
+def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
     """Return the chapter's part from which this part is derived, and the function from its answer to the numbers."""
     if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if is_derived(part) else None), _flatten
@@ -402,15 +402,15 @@ def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
 # --- sets of configurations ---
 
 
-def _set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
-    joints, symbols = _variables(problem)
+def _make_set_key(problem: Problem, part: Part, answer: ConditionSet) -> Json:
+    joints, symbols = _list_variables(problem)
     return {
         "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _sample_pieces(problem, part, answer),
         "conditions": _count_pieces(problem, answer), "mistakes": [],
     }  # fmt: skip
 
 
-def _variables(problem: Problem) -> tuple[list[str], list[str]]:
+def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
     """Return the names of the joint variables, and of all symbols with values in the key: joints and lengths."""
     joints = [q.name for q in problem.chain.q]
     lengths = {name for name, role in problem.domain().roles.items() if role == "length" or not isinstance(role, str)}
@@ -426,12 +426,12 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
-    (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
+    (joints, symbols), domain, stream = _list_variables(problem), problem.domain(), _make_stream(problem, part)
     space, keys = ConfigurationSpace(joints, domain), []
     for text in answer.pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
-            exact_values = {atom.joint: constant_value(atom.expression) for atom in piece if atom.joint is not None}
+            exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
             columns = [
                 [
                     float(f"{sampled_value:.9f}" if exact_values.get(name) is None else exact_values[name]) + 0.0
@@ -446,7 +446,7 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
 # ---
 
 
-def _stream(problem: Problem, part: Part) -> Stream:
+def _make_stream(problem: Problem, part: Part) -> Stream:
     return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
 
 

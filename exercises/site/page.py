@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
-INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
+INDEX_FILE, ROBOTS_FILE = "bank/index.json", "bank/robots.json"
 
 MAX_DEPTH = 7
 """Maximum depth of folders from which the page for missing addresses finds the site."""
@@ -17,7 +17,7 @@ class Page:
 
     `section` is its item in the main menu. `kind` is its layout: "" for running text, "wide", "home", "practice", or
     "docs" with a list of the documentation beside it. `allows_frames` allows it to show pages of the site in frames.
-    `is_anywhere` is for the page that a server shows for missing addresses: it searches the folders above for its
+    `is_error_page` is for the page that a server shows for missing addresses: it searches the folders above for its
     script and styles. `translations` are title and body in other languages, if the site's own catalogue lacks them.
     """
 
@@ -28,18 +28,18 @@ class Page:
     section: str = ""
     kind: str = ""
     allows_frames: bool = False
-    is_anywhere: bool = False
+    is_error_page: bool = False
     translations: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
     def parent_paths(self) -> list[str]:
         """The relative paths of the folders in which the page searches for its script and styles."""
-        return ["../" * count for count in range(MAX_DEPTH if self.is_anywhere else 1)]
+        return ["../" * count for count in range(MAX_DEPTH if self.is_error_page else 1)]
 
     @property
     def data_file(self) -> str:
         """The file of the bank that is loaded together with the script, "" if none."""
-        return {"pages": "", "own": ROBOTS}.get(self.entry, INDEX)
+        return {"pages": "", "own": ROBOTS_FILE}.get(self.entry, INDEX_FILE)
 
     def translated_path(self, language: str) -> str:
         """Return the path of the file with its title and body in another language."""

@@ -14,14 +14,14 @@ from typing import Any
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import figure_svg
-from qdot.exercises.site.arms import gallery
-from qdot.exercises.site.chapter import chapter_pages, live_arm
-from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, arrange_pages
+from qdot.exercises.site.arms import make_gallery_page
+from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
+from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import find_template_folder, render
 
-ENTRIES = {
+SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
@@ -89,10 +89,10 @@ def find_assets() -> Assets | None:
 def read_assets(folder: Path) -> Assets:
     """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they belong to another version."""
     manifest = _read_manifest(folder)
-    entries = {name: manifest[source] for name, source in ENTRIES.items()}
+    entries = {name: manifest[source] for name, source in SCRIPT_SOURCES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
-    styles = {name: _styles(manifest, source) for name, source in ENTRIES.items()}
-    modules = {name: _imports(manifest, source) for name, source in ENTRIES.items()}
+    styles = {name: _list_styles(manifest, source) for name, source in SCRIPT_SOURCES.items()}
+    modules = {name: _list_imports(manifest, source) for name, source in SCRIPT_SOURCES.items()}
     return Assets({name: entry["file"] for name, entry in entries.items()}, modules, styles, files, folder)
 
 
@@ -103,7 +103,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         content = {}
-    missing_sources = [source for source in ENTRIES.values() if source not in content]
+    missing_sources = [source for source in SCRIPT_SOURCES.values() if source not in content]
     if missing_sources:
         raise QdotError(
             f"the site's scripts in {folder} are incomplete or from another version of qdot; these are missing: "
@@ -112,23 +112,23 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     return content
 
 
-def docs_folder() -> Path | None:
+def find_docs_folder() -> Path | None:
     """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
     package_folder = Path(__file__).resolve().parents[1]
     return next((f for f in (package_folder / "site_docs", package_folder.parent / "docs") if f.is_dir()), None)
 
 
-def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
+def _list_imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the static imports of an entry; the page preloads them in parallel with the entry."""
     names = manifest[source].get("imports", ())
-    files = [file for name in names for file in (str(manifest[name]["file"]), *_imports(manifest, name))]
+    files = [file for name in names for file in (str(manifest[name]["file"]), *_list_imports(manifest, name))]
     return list(dict.fromkeys(files))
 
 
-def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
+def _list_styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the styles of an entry and of its static imports."""
     entry = manifest[source]
-    imported_styles = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
+    imported_styles = [style for name in entry.get("imports", ()) for style in _list_styles(manifest, name)]
     return list(dict.fromkeys([*imported_styles, *entry.get("css", ())]))
 
 
@@ -136,12 +136,12 @@ def make_pages(context: PageContext) -> Iterator[Page]:
     """Yield every page."""
     has_docs = context.docs is not None
     robot = planar_2r()
-    arm = json.dumps(live_arm(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
+    arm = json.dumps(make_arm_data(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
     figure = figure_svg(robot, pose=HOME_CONFIGURATION)
     home = render("site/index.html.j2", course=context.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", context.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": live_arm(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": live_arm(scorbot_arm())}
+    arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, "learn", "learn", "practice")
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
@@ -149,16 +149,16 @@ def make_pages(context: PageContext) -> Iterator[Page]:
     yield Page("own.html", "Your own arm", own_arm, "own", "own", "practice")
     course = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course, entry="course", kind="wide", allows_frames=True)
-    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_anywhere=True)
+    yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_error_page=True)
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     yield Page("licences.html", "Licences", to_html(context.licences))
-    yield from chapter_pages()
+    yield from make_chapter_pages()
     if context.docs is not None:
-        yield gallery(context.families)
-        yield from _documentation_pages(context.docs, context.command_reference)
+        yield make_gallery_page(context.families)
+        yield from _make_documentation_pages(context.docs, context.command_reference)
 
 
-def _documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
+def _make_documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
     groups = arrange_pages(docs)
     overview_body = render("site/docs.html.j2", groups=groups, translate=translate_message)
     yield Page("docs/index.html", "Documentation", overview_body, section="docs", kind="wide")
@@ -174,17 +174,17 @@ def _documentation_pages(docs: Path, commands: str) -> Iterator[Page]:
 
 def link_pages(page: str) -> str:
     """Return a page of docs/ with links to other pages of the site, and with anchors at its headings."""
-    page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_address(m[1], m[2] or "")}"', page)
+    page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', page)
     page = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', page)
     return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, page)
 
 
-def _address(name: str, anchor: str) -> str:
-    if name not in OWN_PAGES:
+def _write_address(name: str, anchor: str) -> str:
+    if name not in REPLACED_PAGES:
         return f"{name}.html{anchor}"
     if anchor == "#errata":
         return "../examples/errata.html"
-    return f"../{OWN_PAGES[name]}{anchor}"
+    return f"../{REPLACED_PAGES[name]}{anchor}"
 
 
 def _add_anchor(heading: re.Match[str]) -> str:
@@ -212,16 +212,16 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
     )  # fmt: skip
 
 
-def worker_text(files: Sequence[str], version: str) -> str:
+def service_worker_text(files: Sequence[str], version: str) -> str:
     """Return the service worker, which caches pages, scripts and styles, and every problem that was opened."""
     return render("site/sw.js.j2", files=list(files), version=version)
 
 
-def manifest(course: str) -> str:
+def manifest_text(course: str) -> str:
     """Return the web app manifest for adding the site to a phone's home screen: name, icon, start page."""
     return render("site/manifest.json.j2", name=course or "qdot: velocity kinematics", short=course or "qdot")
 
 
-def favicon() -> str:
+def favicon_text() -> str:
     """Return the site's icon (SVG)."""
     return (find_template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")

@@ -36,7 +36,7 @@ from qdot.exercises.writing.problem_texts import (
 )
 
 
-def site_record(problem: Problem) -> Json:
+def make_site_record(problem: Problem) -> Json:
     """Return the record of a problem, without solutions.
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
@@ -51,18 +51,18 @@ def site_record(problem: Problem) -> Json:
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
     record |= {"difficulty": difficulty_band(chain), "statement": to_html(write_statement(problem, ""))}
-    record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **arm_record(problem)}
-    parts = [_part(problem, part, sentences) for part in problem.parts]
+    record |= {"figure": figure_svg(chain), "alt": alt_text(chain), **make_arm_record(problem)}
+    parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
 
 
-def arm_record(problem: Problem) -> Json:
-    """Return the data of the interactive arm, as in `site_record`: {"robot", "symbols", "pose"}."""
-    robot = {**robot_json(problem.chain), "values": _values(problem.chain)}
-    return {"robot": robot, "symbols": _symbols(problem), "pose": figure_pose(problem.chain)}
+def make_arm_record(problem: Problem) -> Json:
+    """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
+    robot = {**robot_json(problem.chain), "values": _choose_values(problem.chain)}
+    return {"robot": robot, "symbols": _list_symbols(problem), "pose": figure_pose(problem.chain)}
 
 
-def determinant_factors(chain: Chain) -> list[list[str]]:
+def list_determinant_factors(chain: Chain) -> list[list[str]]:
     """Return the factors of det J that depend on the configuration, each as HTML and in the notation for typing.
 
     There are none if J is not square or det J is too long to be factored by hand.
@@ -82,7 +82,7 @@ def determinant_factors(chain: Chain) -> list[list[str]]:
     return factors
 
 
-def translated_record(problem: Problem, record: Json, language: str) -> Json:
+def translate_record(problem: Problem, record: Json, language: str) -> Json:
     """Return the texts of a problem in another language, to replace those in its `record`.
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
@@ -94,7 +94,7 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
         shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
         texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
         texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
-        parts.append(texts | {"options": _options(problem, part, language)})
+        parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
     html_statement = to_html(write_statement(problem, "", language=language))
     return {
@@ -105,7 +105,7 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
     }
 
 
-def translated_solutions(problem: Problem, language: str) -> Json:
+def translate_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
     solutions = {part.name: html_with_latex(write_solution(problem, part, language)) for part in problem.parts}
     return {"parts": [{"name": name, "solution": solution} for name, solution in solutions.items()]}
@@ -117,17 +117,17 @@ def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *mis
     return [name, title, words.mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence), *missing]
 
 
-def solutions_record(problem: Problem) -> Json:
+def make_solutions_record(problem: Problem) -> Json:
     """Return the worked solutions, and the factors of det J, which would reveal some of them.
 
-    {"id", "factors": as in `determinant_factors`, "parts": [{"name", "solution", "figure", "typed"}]}
+    {"id", "factors": as in `list_determinant_factors`, "parts": [{"name", "solution", "figure", "typed"}]}
     """
     parts = []
     for part in problem.parts:
         solution, figure = write_solution(problem, part), solution_figure(problem, part, f"{part.name}-solution")
         record = {"name": part.name, "solution": html_with_latex(solution), "figure": figure}
         parts.append(record | {"typed": write_answer_code(problem, part)})
-    return {"id": str(problem.id), "factors": determinant_factors(problem.chain), "parts": parts}
+    return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
 
 def html_with_latex(text: str) -> str:
@@ -140,7 +140,7 @@ def _latex_element(latex: str, block: bool) -> str:
     return f'<{tag} class="tex">{html.escape(latex)}</{tag}>'
 
 
-def _symbols(problem: Problem) -> Json:
+def _list_symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
     symbols: Json = {}
     for name, info in problem.symbols().items():
@@ -150,13 +150,13 @@ def _symbols(problem: Problem) -> Json:
     return symbols
 
 
-def typed_names(problem: Problem, prompt_text: str) -> list[str]:
+def find_typed_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
     names = (name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
 
 
-def _values(chain: Chain) -> Json:
+def _choose_values(chain: Chain) -> Json:
     """Return values for the symbolic lengths and angles of an arm, as in its figure.
 
     A length that equals another one is changed, because the statement says that all lengths are different.
@@ -200,32 +200,29 @@ class MistakeSentences:
         return index
 
 
-def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
+def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     chain, question, prompt_text = problem.chain, ASKED[part.kind], write_prompt(problem, part)
     svg = part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
-    record |= {"names": typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
-    record |= {"columns": list(question.column_names(chain)), "grid": _grid(chain, part), "figure": svg}
-    record |= {"alt": part_alt(chain, part) if svg else "", "pose": _given_pose(chain, part)}
-    record |= {
-        "hints": [html_with_latex(hint) for hint in write_hints(problem, part)],
-        "options": _options(problem, part),
-    }
+    record |= {"names": find_typed_names(problem, prompt_text), "labels": list(question.list_typed_names(chain, part))}
+    record |= {"columns": list(question.column_names(chain)), "grid": _list_labels(chain, part), "figure": svg}
+    record |= {"alt": part_alt(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
+    record |= {"hints": list(map(html_with_latex, write_hints(problem, part))), "options": _list_options(problem, part)}
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
 
 
-def _grid(chain: Chain, part: Part) -> list[list[str]]:
+def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
     question = ASKED[part.kind]
     rows, columns = question.row_and_column_labels(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.typed_names(chain)
         rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
-    return [[_label(name, chain) for name in rows], [_label(name, chain) for name in columns]]
+    return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 
 
-def _label(name: str, chain: Chain) -> str:
+def _write_label(name: str, chain: Chain) -> str:
     return name if "_" in name else tex(sp.Symbol(name), chain)
 
 
@@ -233,12 +230,12 @@ LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
 """Difference in metres below which two lengths count as equal, and the factor by which one of them is then changed."""
 
 
-def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
+def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
     shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
     return {name: value for name, value in part.details.shown_values(chain).items() if name in shown_symbols} or None
 
 
-def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
+def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
     count = len(part.answer.offered_options)
     return [to_html(write_option(problem, part, index, language)) for index in range(count)] or None

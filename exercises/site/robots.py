@@ -28,42 +28,42 @@ ZERO_VECTOR = ["0", "0", "0"]
 
 def robots_text() -> str:
     """Return the JSON text of all tables: {"plain": [table], "robots": [table with its source]}."""
-    content = {"format": 1, "plain": [*_plain_arms()], "robots": [*_library()]}
+    content = {"format": 1, "plain": [*_make_plain_tables()], "robots": [*_make_library_tables()]}
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"))
 
 
-def _plain_arms() -> Iterator[Json]:
+def _make_plain_tables() -> Iterator[Json]:
     for name in PLAIN_FAMILIES:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
         translations = {code: load_catalogue(code).family(title) for code in LANGUAGES}
-        yield {"key": name, "titles": translations, **_table_of(chain, title)}
+        yield {"key": name, "titles": translations, **_make_table_of_chain(chain, title)}
 
 
-def _table_of(chain: Chain, title: str) -> Json:
+def _make_table_of_chain(chain: Chain, title: str) -> Json:
     """Return a chain's standard DH table with the numeric values that its figure shows; angles are in radians."""
     values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
     rows = []
     for i, joint in enumerate(chain.joints, 1):
-        row = {key: _entry(getattr(joint, key).xreplace(values), i) for key in ROW_KEYS[1:]}
+        row = {key: _write_entry(getattr(joint, key).xreplace(values), i) for key in ROW_KEYS[1:]}
         rows.append({"kind": joint.kind, **row})
-    point = [_entry(value.xreplace(values), 0) for value in chain.point.offset]
-    return _table(title, {"rows": rows, "tool": point, "task": list(chain.task)})
+    point = [_write_entry(value.xreplace(values), 0) for value in chain.point.offset]
+    return _complete_table(title, {"rows": rows, "tool": point, "task": list(chain.task)})
 
 
-def _entry(value: sp.Expr, joint_number: int) -> str:
+def _write_entry(value: sp.Expr, joint_number: int) -> str:
     """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
     joint_names = {sp.Symbol(f"{name}{joint_number}"): sp.Symbol(f"q{joint_number}") for name in ("theta", "d")}
     shortened = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
     return f"{float(shortened):.6g}" if shortened.is_Float else str(shortened)
 
 
-def _table(name: str, fields: Mapping[str, Any]) -> Json:
+def _complete_table(name: str, fields: Mapping[str, Any]) -> Json:
     vectors = dict.fromkeys(("tool", "place", "turn"), ZERO_VECTOR)
     return {"name": name, "convention": "dh", "angles": "radians", **vectors, "task": None, **fields}
 
 
-def _library() -> Iterator[Json]:
+def _make_library_tables() -> Iterator[Json]:
     """Yield the tables of the library's robots, with the entries in their files."""
     for name, robot in robots().items():
         content = read_toml(robot.path).content
@@ -76,4 +76,4 @@ def _library() -> Iterator[Json]:
             **({"place": [*map(str, base["position"])]} if "position" in base else {}),
             **({"turn": [*map(str, base["rpy"])]} if "rpy" in base else {}),
         }
-        yield {"key": name, "source": robot.source, **_table(robot.title, fields)}
+        yield {"key": name, "source": robot.source, **_complete_table(robot.title, fields)}

@@ -20,7 +20,7 @@ from qdot.exercises.assignment.certified_problems import (
     require_certified,
 )
 from qdot.exercises.assignment.replacements import MAX_SEEDS
-from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, canonical_name
+from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -71,7 +71,7 @@ class BankProblem:
         if questions == (QUIZ,):
             questions = select_quiz_questions(self.family, self.frame_convention[0])
         elif self.question_share is not None:
-            names = questions_with_sampled_numbers(self.family, self.frame_convention)
+            names = find_questions_with_sampled_numbers(self.family, self.frame_convention)
             questions = deal_questions(names, *self.question_share)
         identity = ProblemId(self.family, self.seed + (draw - 1) * MAX_ARMS, questions, variation=self.variation)
         return generate(identity.with_convention(*self.frame_convention))
@@ -104,13 +104,13 @@ def problems_of_families(
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
-    steps = [canonical_name(variation)] if variation else list(VARIATION_STEPS)
+    steps = [find_canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
         arms = [
             replace(arm, frame_convention=frame_convention)
             for first_seed, step in enumerate(steps, 1)
-            for arm in _problems_of_step(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
+            for arm in _list_problems(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
         ]
         for arm in sorted(arms, key=lambda arm: arm.seed):
             problems.append(arm)
@@ -119,20 +119,20 @@ def problems_of_families(
     return problems
 
 
-def _problems_of_step(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
+def _list_problems(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
     """Yield a problem of a step for each seed: first distinct arms, then arms that are in the bank already."""
     if not seeds:
         return
-    distinct_seeds, repeated_seeds = _distinct_seeds(family, step, seeds)
+    distinct_seeds, repeated_seeds = _find_distinct_seeds(family, step, seeds)
     yield BankProblem(family, f"{distinct_seeds[0]:03d}", distinct_seeds[0], variation=step)
     for index, seed in enumerate(distinct_seeds[1:]):
-        names = deal_questions(_questions_of_family(family, frame_convention[0]), index, len(distinct_seeds) - 1)
+        names = deal_questions(_list_questions(family, frame_convention[0]), index, len(distinct_seeds) - 1)
         yield BankProblem(family, f"{seed:03d}", seed, names, step)
     for index, seed in enumerate(repeated_seeds):
         yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated_seeds)))
 
 
-def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
+def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
     """Return seeds with distinct arms, and then seeds with repeated arms, in total as many as there are `seeds`.
 
     If needed, larger seeds are searched, too.
@@ -166,14 +166,14 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
 
 
 @lru_cache(maxsize=4)
-def _questions_of_family(family: str, convention: str) -> tuple[str, ...]:
+def _list_questions(family: str, convention: str) -> tuple[str, ...]:
     return find_listing(family, convention).questions
 
 
 @lru_cache(maxsize=4)
-def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
+def find_questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
     """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
-    step, questions = next(iter(VARIATION_STEPS)), _questions_of_family(family, frame_convention[0])
+    step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention[0])
     identities = [ProblemId(family, seed, questions, variation=step) for seed in COMPARED_SEEDS]
     problems = [generate(identity.with_convention(*frame_convention)) for identity in identities]
     parts_of_questions = zip(*(problem.parts for problem in problems), strict=True)

@@ -11,7 +11,7 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.formula.order import number_in_name
+from qdot.exercises.formula.order import find_number_in_name
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.writing import shortening
@@ -101,7 +101,7 @@ def _express_by_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr])
 
 
 def _make_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
-    name = rf"\varphi_{{{''.join(map(str, sorted(number_in_name(symbol) for symbol in angle.free_symbols)))}}}"
+    name = rf"\varphi_{{{''.join(map(str, sorted(find_number_in_name(symbol) for symbol in angle.free_symbols)))}}}"
     while sp.Symbol(name) in angle_by_name:
         name = name.replace(r"\varphi", r"\varphi'", 1)
     return sp.Symbol(name)

@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, is_rate_or_component, joint_sum_digits
+from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, find_joint_sum_digits, is_rate_or_component
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
@@ -142,7 +142,7 @@ class _ExpressionLayout:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
         function_name = script(word, layout.EMPTY, superscript) if superscript.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
-            joint_digits = joint_sum_digits(argument)
+            joint_digits = find_joint_sum_digits(argument)
             if joint_digits is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), superscript),)
             if order.NAMED_ANGLE_PATTERN.fullmatch(str(argument)):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
-from qdot.exercises.formula.printers.unicode import terminal_width, unicode_math
+from qdot.exercises.formula.printers.unicode import terminal_width, unicode_text
 from qdot.exercises.writing.fit import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
@@ -264,7 +264,7 @@ def to_text(text: str) -> str:
 
     def convert_formula(match: re.Match[str]) -> str:
         latex, is_displayed = formulas[int(match.group(1))]
-        formula_text = unicode_math(parse_latex(latex))
+        formula_text = unicode_text(parse_latex(latex))
         return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if is_displayed else formula_text.strip()
 
     def convert_inline(inline: "SyntaxTreeNode") -> str:

@@ -11,7 +11,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from qdot.exercises.formula.order import find_joints, is_rate_or_component, joint_sum_digits
+from qdot.exercises.formula.order import find_joint_sum_digits, find_joints, is_rate_or_component
 
 HasNotation = Callable[[sp.Expr], bool]
 """A function that returns whether formulas can show the sine and cosine of an angle (see `angles`)."""
@@ -111,7 +111,7 @@ def _has_shift(angle: sp.Expr) -> bool:
 
 def is_joint_sum(angle: sp.Expr) -> bool:
     """Return whether an angle or its negative is a sum of joint variables, each with the coefficient 1."""
-    return (joint_sum_digits(angle) or joint_sum_digits(-angle)) is not None
+    return (find_joint_sum_digits(angle) or find_joint_sum_digits(-angle)) is not None
 
 
 def split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:

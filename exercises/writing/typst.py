@@ -14,7 +14,7 @@ from markdown_it.token import Token
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
-from qdot.exercises.formula.printers.typst import typst_math, typst_string
+from qdot.exercises.formula.printers.typst import typst_string, typst_text
 from qdot.exercises.writing import markup
 from qdot.exercises.writing.fit import estimate_width, fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
@@ -48,13 +48,13 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         layout, max_width = parse_latex(latex), width_share * TYPST_WIDTH
         words = typst_string(speak(layout))
         if not is_displayed and not is_too_wide_inline(layout, max_width):
-            return f"#formula({words}, ${typst_math(layout)}$){punctuation}"
+            return f"#formula({words}, ${typst_text(layout)}$){punctuation}"
         fitted_layout = fit_formula(layout, max_width)
         size = min(100, int(100 * max_width / estimate_width(fitted_layout)))
         if is_displayed:
-            return f"#formulas({words}, $ {typst_math(fitted_layout)} $, {size}%){punctuation}"
+            return f"#formulas({words}, $ {typst_text(fitted_layout)} $, {size}%){punctuation}"
         quoted_punctuation = f' "{punctuation[1:]}"' if punctuation else ""
-        return f"#formulas({words}, $ {typst_math(fitted_layout)}{quoted_punctuation} $, {size}%)"
+        return f"#formulas({words}, $ {typst_text(fitted_layout)}{quoted_punctuation} $, {size}%)"
 
     token_writers: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
     body = markup.write_tokens(tokens, markup.MARKUP["typst"], token_writers)

@@ -15,9 +15,9 @@ import typer
 
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT, ReleaseResult, notebook_path, release_notebooks
-from qdot.exercises.common.console import VariationOption, note, progress, say
+from qdot.exercises.common.console import VariationOption, note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
-from qdot.exercises.common.extras import qdot_version
+from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
 from qdot.exercises.problem.problem import ProblemId
@@ -62,7 +62,7 @@ def generate(
         note(message)
     counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
     failed_slots: list[FailedSlot] = []
-    with progress("generating", len(assignment.roster)) as counter:
+    with show_progress("generating", len(assignment.roster)) as counter:
 
         def report_student(result: ReleaseResult) -> None:
             counts[result.outcome] += 1
@@ -130,7 +130,7 @@ def verify(
         dict.fromkeys((task.identity.family for task in tasks), 0),
     )
     printed: set[str] = set()
-    with progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
+    with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
         for task, failures in verified_tasks:
             counter.step()
             failure_counts.update(failure.kind for failure in failures[:1])
@@ -253,7 +253,7 @@ def doctor(as_json: JsonOption = False) -> None:
     from importlib.metadata import version
 
     findings = guarantees.probe()
-    versions = {"qdot": qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
+    versions = {"qdot": find_qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
     environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
         say(json.dumps({**environment, **findings.as_json()}, ensure_ascii=False, indent=2))

@@ -9,7 +9,7 @@ import nbformat
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, release_notebooks
-from qdot.exercises.common.console import note, progress, say
+from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
@@ -132,7 +132,7 @@ def run_demo(folder: Path, jobs: int) -> None:
     assignment = load_assignment(folder)
     jobs = min(jobs, len(students))
     failed_slots: list[FailedSlot] = []
-    with progress("generating", len(students)) as counter:
+    with show_progress("generating", len(students)) as counter:
 
         def count_student(released: ReleaseResult) -> None:
             failed_slots.extend(released.failed_slots)
@@ -140,16 +140,16 @@ def run_demo(folder: Path, jobs: int) -> None:
 
         assignment = release_notebooks(assignment, CERTIFIER, jobs, count_student)
     raise_failed_slots(assignment, failed_slots)
-    with progress("submitting", len(students)) as counter:
+    with show_progress("submitting", len(students)) as counter:
         for student, kind in zip(assignment.roster, list_submission_kinds(), strict=True):
             write_submission(assignment, student.id, kind)
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").by_student
     with lock_folder(assignment.folder):
-        with progress("grading", len(students)) as counter:
+        with show_progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
             results = grade_class(assignment, submissions, jobs, limits, lambda _: counter.step())
-        with progress("writing feedback", len(students)) as counter:
+        with show_progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, list_submission_kinds(), results, strict=True):

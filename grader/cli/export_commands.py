@@ -12,8 +12,8 @@ import typer
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import CORE_COUNT
 from qdot.exercises.assignment.replacements import read_replacements
-from qdot.exercises.common.console import BankVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
+from qdot.exercises.common.console import BankVariationOption, note, say, show_progress
+from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAPER_SIZES, SHEET_KINDS, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
@@ -148,14 +148,14 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
     """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
-            raise unknown_name("export format", name, list(EXPORT_FORMATS))
+            raise make_name_error("export format", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].contains_bank:
             banks = ", ".join(name for name, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
             advice = f"for {name}, set the variation in assignment.toml"
             raise QdotError(f"--variation applies to question banks only ({banks}); {advice}")
     for value, choices, description in ((sheet, SHEET_KINDS, "sheet"), (page, PAPER_SIZES, "page size")):
         if value not in choices:
-            raise unknown_name(description, value, list(choices))
+            raise make_name_error(description, value, list(choices))
 
 
 def _write_exports(order: ExportRequest, targets: Mapping[str, Path]) -> dict[str, str]:
@@ -188,7 +188,7 @@ def _export_one(order: ExportRequest, name: str, target: Path) -> int:
     export_format = EXPORT_FORMATS[name]
     count = 0
     with (
-        progress(f"exporting to {name}", export_format.count_steps(order)) as counter,
+        show_progress(f"exporting to {name}", export_format.count_steps(order)) as counter,
         contextlib.closing(export_format.export(replace(order, on_step=counter.step))) as files,
     ):
         for file in files:

@@ -11,7 +11,7 @@ import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import note, progress, say
+from qdot.exercises.common.console import note, say, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_some
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading.batch import (
@@ -143,11 +143,11 @@ def _grade_class(
             earlier_results = read_previous_results(assignment)
             if not allow_missing:
                 _check_nobody_missing(assignment, source, earlier_results, submission_folder.by_student)
-            with progress("grading", len(assignment.roster)) as counter:
+            with show_progress("grading", len(assignment.roster)) as counter:
                 jobs = min(jobs, len(assignment.roster))
                 by_student = submission_folder.by_student
                 results = grade_class(assignment, by_student, jobs, limits, lambda _: counter.step(), executor=executor)
-            with progress("writing feedback", len(results)) as counter:
+            with show_progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
     groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)

@@ -77,9 +77,9 @@ def make_program(only: str = "") -> "typer.Typer":
         version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version and exit.")] = False,
     ) -> None:
         if version:
-            from qdot.exercises.common.extras import qdot_version
+            from qdot.exercises.common.extras import find_qdot_version
 
-            typer.echo(f"qdot {qdot_version()}")
+            typer.echo(f"qdot {find_qdot_version()}")
             raise typer.Exit
 
     def add(group: typer.Typer, name: str, module: str, function: str) -> None:
@@ -130,7 +130,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that reports its errors in one line, and exits with 2 for errors, or 130 or 143 if stopped."""
     import typer
 
-    from qdot.exercises.common.errors import QdotError, open_files_error
+    from qdot.exercises.common.errors import QdotError, make_open_files_error
 
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
@@ -148,7 +148,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except Exception as error:
             if os.environ.get("QDOT_TRACEBACK"):
                 raise
-            if (cause := open_files_error(error)) is not None:
+            if (cause := make_open_files_error(error)) is not None:
                 _exit_with_message(str(cause), 2)
             cause_text = f"{type(error).__name__}: {error}"
             _exit_with_message(f"qdot failed: {cause_text}. Please report it; set QDOT_TRACEBACK=1 to see where", 2)
@@ -160,9 +160,9 @@ def _exit_with_message(message: str, code: int) -> NoReturn:
     """Print a message on standard error, and exit with a code."""
     import typer
 
-    from qdot.exercises.common.console import printable
+    from qdot.exercises.common.console import escape_controls
 
-    sys.stderr.write(f"qdot: {printable(message)}\n")
+    sys.stderr.write(f"qdot: {escape_controls(message)}\n")
     raise typer.Exit(code)
 
 

@@ -16,7 +16,7 @@ from qdot.exercises.arm.library import robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.console import VariationOption, check_choice, note, progress, say, show_status
+from qdot.exercises.common.console import VariationOption, check_choice, note, say, show_progress, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
@@ -132,7 +132,7 @@ def _derive_questions(family: Family, convention: str) -> None:
     if family.has_varied_structure or not (family.robot_argument or convention):
         return
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    with progress(f"finding the questions for {family.name}", len(QUESTIONS)) as counter:
+    with show_progress(f"finding the questions for {family.name}", len(QUESTIONS)) as counter:
         for question in QUESTIONS.values():
             question.find_obstacle(chain)
             counter.step()

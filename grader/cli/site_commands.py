@@ -11,15 +11,15 @@ import typer
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.assignment.release import CORE_COUNT
-from qdot.exercises.common.console import SiteVariationOption, note, progress, say
-from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
+from qdot.exercises.common.console import SiteVariationOption, note, say, show_progress
+from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest as BankOrder
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
 from qdot.exercises.site.build import SiteSpec, write_site
-from qdot.exercises.site.pages import docs_folder
+from qdot.exercises.site.pages import find_docs_folder
 from qdot.exercises.site.reference import render_reference
 from qdot.exercises.site.supply import (
     ARMS_PER_STEP,
@@ -74,7 +74,7 @@ def build_site(
           variants of your own assignment
     """
     if feedback and feedback not in FEEDBACK:
-        raise unknown_name("level of feedback", feedback, list(FEEDBACK))
+        raise make_name_error("level of feedback", feedback, list(FEEDBACK))
     frames = convention, twist_order
     if assignment is None:
         problems, titles = _problems_of_families(families, variants, variation, frames)
@@ -88,9 +88,9 @@ def build_site(
     level = feedback or default_level
     commands = render_reference(context.find_root().command)
     jobs = min(jobs, len(problems))
-    order = SiteSpec(out, problems, titles, find_failures, jobs, commands, docs_folder(), course, level)
+    order = SiteSpec(out, problems, titles, find_failures, jobs, commands, find_docs_folder(), course, level)
     left_out: list[FailedSlot] = []
-    with progress("building the site", len(problems)) as counter:
+    with show_progress("building the site", len(problems)) as counter:
         totals = write_site(order, counter.step, left_out.append)
     contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
     say(f"{contents} in {out}; to see them: qdot site serve {out}")

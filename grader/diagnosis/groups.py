@@ -23,7 +23,7 @@ from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.exact import fingerprint_results
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.set_parser import parse_claims
+from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.similar import canonical_form
@@ -192,7 +192,7 @@ class _GeneralForm:
         """Return a fingerprint of a set of conditions that doesn't depend on their order."""
         digests = {
             tuple(sorted({repr(self.fingerprint_condition(atom.expression, atom.joint, seed)) for atom in piece}))
-            for piece in parse_claims(tree, joints)
+            for piece in parse_typed_set(tree, joints)
         }
         return tuple(sorted(digests))
 

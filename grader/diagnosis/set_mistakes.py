@@ -16,7 +16,7 @@ from qdot.exercises.arm.arithmetic import compile_expression
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import Piece, parse_claims, parse_pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, node_text
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import (
@@ -58,7 +58,7 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        pieces = parse_claims(assign_values_to_joint(parsed_answer.tree, joints), joints)
+        pieces = parse_typed_set(assign_values_to_joint(parsed_answer.tree, joints), joints)
     except ParseError:
         return None
     marker = _Fingerprinter(problem, seed)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.common.errors import QdotError, open_files_error
+from qdot.exercises.common.errors import QdotError, make_open_files_error
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import group_key
@@ -128,7 +128,7 @@ def grade_safely(grader: Grader, student: str, submission: Submission | None) ->
     except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class
         if isinstance(error, QdotError):
             grader.sandbox.run((), ())
-        if (cause := open_files_error(error)) is not None:
+        if (cause := make_open_files_error(error)) is not None:
             raise cause from None
         return mark_ungraded(grader.assignment, student, submission, describe_error(error))
 

@@ -17,18 +17,18 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.exercises.common.errors import QdotError, open_files_error, unknown_name
+from qdot.exercises.common.errors import QdotError, make_name_error, make_open_files_error
 from qdot.exercises.common.files import (
     clean_up_after,
-    flush_disks_after,
     lock,
     make_folder,
+    make_write_error,
+    sync_disks_after,
     write_atomically,
-    write_error,
 )
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json, from_json
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import map_in_order
 from qdot.grader.grading.attempt import (
     Grader,
     describe_error,
@@ -73,12 +73,12 @@ def grade_class(
     files_of = {student: files.files if files else (None,) for student, files in tasks}
     paths = [marks_path(cache, student, file) for student, files in files_of.items() for file in files]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
-    with clean_up_after(paths), flush_disks_after():
+    with clean_up_after(paths), sync_disks_after():
         if executor:
             graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
-            graded_notebooks = ordered_map(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
+            graded_notebooks = map_in_order(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:
@@ -130,7 +130,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     try:
         file = path.open("a+")  # NFS gives no shared lock on a file that isn't opened for reading
     except OSError as error:
-        raise write_error(path, error) from None
+        raise make_write_error(path, error) from None
     with file:
         _locked_files.add(file.fileno())
         try:
@@ -219,7 +219,7 @@ class _GradingWorker:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marked.is_graded:
             stored_marks = _StoredMarks(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
-            write_atomically(self._path(student, attempt), json.dumps(as_json(stored_marks)), durable=False)
+            write_atomically(self._path(student, attempt), json.dumps(as_json(stored_marks)), is_synced=False)
 
     def _path(self, student: str, attempt: Submission | None) -> Path:
         return marks_path(self._cache_path, student, None if attempt is None else attempt.file)
@@ -241,7 +241,7 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
     except QdotError:
         raise
     except Exception as error:
-        if (cause := open_files_error(error)) is not None:
+        if (cause := make_open_files_error(error)) is not None:
             raise cause from None
         return _mark_failed(worker.assignment, task, describe_error(error))
 
@@ -282,7 +282,7 @@ def find_student(assignment: Assignment, identifier: str) -> Student:
     for student in assignment.roster:
         if student.id == identifier:
             return student
-    raise unknown_name("student", identifier, [student.id for student in assignment.roster][:50])
+    raise make_name_error("student", identifier, [student.id for student in assignment.roster][:50])
 
 
 def parse_time(text: str) -> datetime.datetime:

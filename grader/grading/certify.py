@@ -14,9 +14,9 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import qdot_version
+from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
@@ -76,7 +76,7 @@ def make_record(problem: Problem) -> ProblemRecord:
     checks = (*(check.name for check in certificate.checks), "full marks for the reference")
     return ProblemRecord(
         problem=str(problem.id), questions=tuple(part.name for part in problem.parts), band=problem.id.band,
-        engine=problem.id.engine, qdot=qdot_version(), difficulty=difficulty(problem.chain), checks=checks,
+        engine=problem.id.engine, qdot=find_qdot_version(), difficulty=difficulty(problem.chain), checks=checks,
         **as_json(certificate.digests),
     )  # fmt: skip
 
@@ -201,5 +201,5 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
 
 def verify_all(tasks: Sequence[VerificationTask], jobs: int) -> Generator[TaskAndFailures, None, None]:
     """Verify problems on several processes; yield each in order with its failures, the most serious first."""
-    with closing(ordered_map(_verify_task, tasks, jobs, keep_state, (None,))) as failures:
+    with closing(map_in_order(_verify_task, tasks, jobs, keep_state, (None,))) as failures:
         yield from zip(tasks, failures, strict=True)

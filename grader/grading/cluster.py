@@ -25,7 +25,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import qdot_version, require_extra
+from qdot.exercises.common.extras import find_qdot_version, require_extra
 from qdot.grader.grading.attempt import Grader, grade_safely
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import NotebookMarks
@@ -204,7 +204,7 @@ def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | No
     """
     machine = platform.node()
     if brief.code_digest != compute_code_digest():
-        versions = f"qdot {qdot_version()} and Python {platform.python_version()}"
+        versions = f"qdot {find_qdot_version()} and Python {platform.python_version()}"
         problem = f"its code or libraries ({versions}) differ from those of the grading machine"
         raise QdotError(f"worker {machine}: {problem}; {SAME_VERSIONS_HINT}")
     with _grading_lock:
@@ -266,7 +266,7 @@ def drop_assignment() -> None:
 @cache
 def compute_code_digest() -> str:
     """Return a digest of everything on a machine that decides the points: all code, and the libraries' versions."""
-    digest = hashlib.sha256(f"{compute_package_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
+    digest = hashlib.sha256(f"{compute_package_digest()}/{find_qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -16,9 +16,9 @@ from qdot.exercises.assignment.assignment import Student, read_roster, read_rost
 from qdot.exercises.assignment.gradebook import normalize_identifier
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.assignment.store import STORE_FOLDER as STORE
-from qdot.exercises.common.errors import QdotError, count_noun, unknown_name
+from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import IS_POSIX, write_atomically
-from qdot.exercises.common.input_file import csv_rows, read_table
+from qdot.exercises.common.input_file import parse_csv_rows, read_table
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.overrides import OVERRIDES_FILE
@@ -87,7 +87,7 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
     plans = [plan for assignment in folders if (plan := _plan_for_assignment(assignment, rosters[assignment], student))]
     if not plans:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
-        raise QdotError(f"{folder} has nothing of this student: {unknown_name('student', name, identifiers[:50])}")
+        raise QdotError(f"{folder} has nothing of this student: {make_name_error('student', name, identifiers[:50])}")
     return plans
 
 
@@ -112,7 +112,7 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
     if matching_students:
         return next(iter(matching_students.values()))
     if not identifier or {"/", "\\"} & set(identifier) or identifier.startswith("."):
-        raise unknown_name("student", name, sorted(student.id for student in roster)[:50])
+        raise make_name_error("student", name, sorted(student.id for student in roster)[:50])
     return Student(identifier)
 
 
@@ -189,7 +189,7 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
     encoding = encodings.get(content[:2], "latin-1")  # works for UTF-8, whose other characters have no newline bytes
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
     row_starts: list[int] = []
-    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
+    for _ in parse_csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
         pass
     row_beginnings = [
         max((begin for begin in row_starts if begin <= number), default=0) for number in range(1, len(lines) + 1)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, list_some, unknown_name
+from qdot.exercises.common.errors import QdotError, list_some, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, group_key
 from qdot.grader.grading.marking import map_max_points, share_of_points, sum_points
@@ -152,7 +152,7 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
 
 def _unknown_part(location: str, part: str, all_names: Sequence[str]) -> QdotError:
     part_names = tuple(name for name in all_names if name != TOTAL_PART)
-    return QdotError(f"{location}: {unknown_name('part', part, part_names)}; empty means the student's total")
+    return QdotError(f"{location}: {make_name_error('part', part, part_names)}; empty means the student's total")
 
 
 def _parse_points(location: str, part: str, text: str, max_points: float) -> float:

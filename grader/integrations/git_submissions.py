@@ -26,7 +26,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.exercises.common.console import note, printable, say
+from qdot.exercises.common.console import escape_controls, note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import csv_text
@@ -159,7 +159,7 @@ def _collect_one(
     except (_NothingToGrade, _HostUnreachable, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
         field_name = "left_out" if isinstance(error, _NothingToGrade) else "unreached"
-        return replace(collected_repository, **{field_name: printable(str(error))})
+        return replace(collected_repository, **{field_name: escape_controls(str(error))})
     return collected_repository
 
 
@@ -220,7 +220,7 @@ def _run_git(host: Host, *arguments: str, **environment: str) -> str:
     if process.returncode:
         lines = [line for line in process.stderr.splitlines() if line.strip()]
         last_line = lines[-1] if lines else f"git ended with {process.returncode}"
-        raise _HostUnreachable(printable(next((line for line in lines if ERROR_LINE.match(line)), last_line)))
+        raise _HostUnreachable(escape_controls(next((line for line in lines if ERROR_LINE.match(line)), last_line)))
     return process.stdout
 
 

@@ -16,20 +16,20 @@ from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_claims
-from qdot.exercises.formula.tables import numbers_text, table_text
+from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_typed_set
+from qdot.exercises.formula.tables import convert_numbers, convert_table
 from qdot.exercises.formula.trees import (
     EQUATION_CHAIN,
     Node,
     ParseError,
     as_matrix,
     count_nodes,
-    equation_sides,
     find_names,
     find_statement,
     has_blank,
     iterate_nodes,
-    list_of_rows,
+    list_equation_sides,
+    make_rows,
     node_text,
     refuse_statements,
     replace_names,
@@ -135,7 +135,7 @@ def read_matrix(
     A vector may be typed as a row instead of a column, and its entries may be named by `labels`. The columns of a
     matrix may be typed as vectors with the names in `columns`, and a twist as its two vectors v and ω.
     """
-    parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(table_text, shape=shape)
+    parsed, find_table = _read_entries(text, shape, domain, labels, columns), partial(convert_table, shape=shape)
     return _or_printed_table(parsed, find_table, lambda table: read_matrix(table, shape, domain))
 
 
@@ -149,7 +149,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
     if count == 1 and (text_with_points := replace_decimal_commas(text)) != text:
         return replace(read_numbers(text_with_points, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
-    find_table = partial(numbers_text, count=count)
+    find_table = partial(convert_numbers, count=count)
     return _or_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
 
 
@@ -270,7 +270,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
     if joint := _find_last_in_chain(tree, joints):
         reason = f"a product with {joint} between two equals signs is ambiguous"
         raise _Refusal(f"{reason}; write a comma or 'and' between two conditions", is_ambiguous=True)
-    parse_claims(assign_values_to_joint(tree, joints), joints)
+    parse_typed_set(assign_values_to_joint(tree, joints), joints)
 
 
 def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
@@ -278,7 +278,7 @@ def _find_last_in_chain(tree: Node, joints: Sequence[str]) -> str:
 
     Such a joint may be the beginning of another condition, as in theta1 = 0 theta2 = 0.
     """
-    products = (side for node in iterate_nodes(tree) for side in equation_sides(node)[1:-1] if side.kind == "*")
+    products = (side for node in iterate_nodes(tree) for side in list_equation_sides(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
     return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
 
@@ -480,7 +480,7 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     The name must be either one that the student made up or the only one in `labels`.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
-    sides = equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
+    sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
     if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
         return tree  # det J = a1*a2*sin(theta2) = 0
     for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
@@ -530,7 +530,7 @@ def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
         return tree
     labels, statements = set(map(_normalize_label, expected_names)), list[Node]()
     for node in (tree,) if tree.value == EQUATION_CHAIN else tree.args:
-        *sides, value = equation_sides(node) or (node,)
+        *sides, value = list_equation_sides(node) or (node,)
         are_expected = (side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides)
         is_named = bool(sides) and all(are_expected)
         statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
@@ -576,7 +576,7 @@ def _remove_labels(node: Node, labels: Sequence[str], shape: tuple[int, int] = (
         if set(entries) == set(expected_names) and columns:
             in_order = [entries[label] for label in expected_names]
             if len(expected_names) > rows or columns == 1:
-                return list_of_rows(in_order[i : i + columns] for i in range(0, len(expected_names), columns))
+                return make_rows(in_order[i : i + columns] for i in range(0, len(expected_names), columns))
             return Node("list", tuple(in_order))
     if not entries or not all(map(_is_named, node.args)):
         return node
@@ -618,7 +618,7 @@ def _stack_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], co
     in_order = [vectors[name] for name in expected_names]
     if is_twist:
         return Node("list", tuple(entry for vector in in_order for entry in vector))
-    return list_of_rows(zip(*in_order, strict=True))
+    return make_rows(zip(*in_order, strict=True))
 
 
 _COLUMN_LETTERS = ("j", "s")

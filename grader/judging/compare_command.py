@@ -11,7 +11,7 @@ import numpy as np
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.time_limit import OutOfTime
-from qdot.exercises.formula.equality import Domain, default_role
+from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
 from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
@@ -79,7 +79,7 @@ def _default_domain(reference_nodes: Sequence[Node], student: str, joints: Seque
     symbols = set().union(*(find_names(node) for node in reference_nodes), joints)
     with contextlib.suppress(ParseError):  # the judgement will report what can't be parsed
         symbols |= find_names(parse_formula(student, symbols))
-    return Domain({name: default_role(name) for name in sorted(symbols)})
+    return Domain({name: choose_default_role(name) for name in sorted(symbols)})
 
 
 def compare_line(line: str, number: int) -> dict[str, Any]:

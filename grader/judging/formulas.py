@@ -18,11 +18,11 @@ from qdot.exercises.formula.equality import (
     SetDifference,
     chance_of_missing,
     compare_entries,
-    json_number,
     show_difference,
+    to_json_number,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.set_parser import Atom, Piece, parse_claims, parse_pieces
+from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
@@ -163,7 +163,7 @@ def judge_numbers(
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
         first_wrong, zeros = is_correct.index(False), [abs(expected_value) <= floor for expected_value in reference]
-        answer_value = "blank" if blanks[first_wrong] else json_number(complex(values[first_wrong]))
+        answer_value = "blank" if blanks[first_wrong] else to_json_number(complex(values[first_wrong]))
         example = EntryDifference(first_wrong, {}, answer_value, float(f"{reference[first_wrong]:.4g}"))
         difference = " was left blank" if blanks[first_wrong] else describe_number(example, units[first_wrong])
         reason = f"{_describe_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
@@ -228,7 +228,7 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
     at = {name: np.array([value]) for name, value in example.at.items()}
     scale, value = (complex(pivots[0]) for pivots in evaluate(compile_program([expected, answered]), at, 1)[0])
     if not scale:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
-        return replace(certificate, counterexample=EntryDifference(pivot, example.at, json_number(value), 0.0))
+        return replace(certificate, counterexample=EntryDifference(pivot, example.at, to_json_number(value), 0.0))
     values = show_difference(example.yours / scale, example.expected / scale)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *values, pivot))
 
@@ -283,14 +283,16 @@ def judge_singular(
     reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
     space = ConfigurationSpace(joints, domain, rounding)
     try:
-        claimed_pieces = parse_claims(assign_values_to_joint(parsed.tree, joints), joints)
+        claimed_pieces = parse_typed_set(assign_values_to_joint(parsed.tree, joints), joints)
         judgement = _judge_set(claimed_pieces, reference_pieces, space, seed)
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "conditions"))
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
-        is_better = _judge_set(parse_claims(joined_tree, joints), reference_pieces, space, seed).share > judgement.share
+        is_better = (
+            _judge_set(parse_typed_set(joined_tree, joints), reference_pieces, space, seed).share > judgement.share
+        )
     except ParseError:  # the combined conditions have too many cases
         return judgement
     return replace(judgement, reason=f"{OR_HINT}; {judgement.reason}") if is_better else judgement
@@ -303,7 +305,7 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
     joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
     reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
     try:
-        claimed_pieces = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
+        claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
         return _judge_set(claimed_pieces, reference_pieces, ConfigurationSpace(["angle"], angle_domain), seed, "angle")
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "a set of angles"))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.console import printable
+from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.charts import OUTCOMES
 from qdot.grader.reports.class_view import select_graded
@@ -64,11 +64,11 @@ def _fill_sheet(
         cells = [row[column] for row in rows]
         widths = [len(cell) for cell in cells if isinstance(cell, str)]
         sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in widths)])))
-        sheet.write_string(0, column, printable(name), formats["head"])
+        sheet.write_string(0, column, escape_controls(name), formats["head"])
         form = formats["percent" if name == "percent" else "points"]
         for line, cell in enumerate(cells, 1):
             if isinstance(cell, str) and cell:
-                sheet.write_string(line, column, printable(cell)[:MAX_CELL_LENGTH])
+                sheet.write_string(line, column, escape_controls(cell)[:MAX_CELL_LENGTH])
             elif isinstance(cell, float):
                 sheet.write_number(line, column, cell, form)
     sheet.freeze_panes(1, frozen_columns)

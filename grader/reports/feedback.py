@@ -114,19 +114,25 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     if result.obstacle is not None:
         decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
     notes = [make_visible(note) for note in (*decisions, *result.notes)]
-    unanswered = [part for part in parts if part.result.outcome is Outcome.MISSING]
-    parts_with_own_error = (
-        part for part in parts if part.result.outcome in WRONG_OR_PARTIAL and not part.result.followed_from
-    )
-    parts_to_review = sorted((*parts_with_own_error, *unanswered), key=parts.index)
-    if parts and len(unanswered) == len(parts):
-        notes, parts_to_review = [ALL_UNANSWERED, *notes], []
+    first_parts = [part for problem in problems if (part := _find_first_part(problem))]
+    if parts and all(part.result.outcome is Outcome.MISSING for part in parts):
+        notes, first_parts = [ALL_UNANSWERED, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=page_fingerprint(assignment, student, result), marked=_describe_extent_of_marks(result),
-        obstacle=make_visible(result.obstacle or ""), notes=notes, to_review=parts_to_review,
+        obstacle=make_visible(result.obstacle or ""), notes=notes, first_parts=first_parts,
         overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW, kept_back=_describe_level(assignment.feedback, parts),
     )  # fmt: skip
+
+
+def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
+    """Return the part to correct first: the first one answered wrong, otherwise the first one not answered.
+
+    Later parts often repeat a mistake of that part, so the page does not list them.
+    """
+    wrong_parts = [part for part in problem.parts if part.result.outcome in WRONG_OR_PARTIAL]
+    unanswered_parts = [part for part in problem.parts if part.result.outcome is Outcome.MISSING]
+    return next(iter(wrong_parts + unanswered_parts), None)
 
 
 def _describe_extent_of_marks(result: Result) -> str:

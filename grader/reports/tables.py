@@ -5,7 +5,7 @@ import json
 from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.common.console import printable
+from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.marking import format_points, sum_points
@@ -21,7 +21,7 @@ def results_jsonl(results: Sequence[Result]) -> bytes:
     """Return a line of JSON for each student, as UTF-8 bytes, which need less memory than text for a large class."""
     content = io.BytesIO()
     for result in results:
-        line = printable(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
+        line = escape_controls(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
         content.write(f"{line}\n".encode("utf-8", "replace"))
     return content.getvalue()
 
@@ -142,5 +142,5 @@ def list_staff_notes(result: Result) -> list[str]:
 
 def escape_formula(text: str) -> str:
     """Return a text escaped so that no spreadsheet parses it as a formula, and no terminal as a command."""
-    text = printable(text)
+    text = escape_controls(text)
     return f"'{text}" if text.lstrip()[:1] in FORMULA_FIRST_CHARACTERS else text

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import clean_up_after, flush_disks_after, write_atomically
-from qdot.exercises.common.parallel import keep_state, ordered_map
+from qdot.exercises.common.files import clean_up_after, sync_disks_after, write_atomically
+from qdot.exercises.common.parallel import keep_state, map_in_order
 from qdot.grader.grading.final_result import ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
@@ -40,9 +40,9 @@ def write_reports(
     report_lost = _report_lost_page if jobs > 1 else None
     grades, lines = folder / "grades.csv", results_path(assignment)
     paths = [*(_page_path(folder, student) for student, _ in pages), lines, grades]
-    page_results = ordered_map(_write_or_mark_ungraded, outdated_pages, jobs, keep_state, (assignment,), report_lost)
+    page_results = map_in_order(_write_or_mark_ungraded, outdated_pages, jobs, keep_state, (assignment,), report_lost)
     with clean_up_after(paths):
-        with contextlib.closing(page_results), flush_disks_after():
+        with contextlib.closing(page_results), sync_disks_after():
             for (student, _), result in zip(outdated_pages, page_results, strict=True):
                 if result is None:
                     unwritten.append(student.id)
@@ -76,7 +76,7 @@ def _check_writable(assignment: Assignment, student: Student, result: Result) ->
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
     """Write a student's feedback page. Raises QdotError if it can't be written."""
     page = _page_path(assignment.folder / "graded", student)
-    write_atomically(page, make_feedback_page(assignment, student, result), durable=False)
+    write_atomically(page, make_feedback_page(assignment, student, result), is_synced=False)
 
 
 def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[Student, Result]) -> Result:

@@ -25,14 +25,14 @@ import sys
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.generation import generate
-from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
+from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
 families, first, last = sys.argv[1].split(","), int(sys.argv[2]), int(sys.argv[3])
 for seed in range(first, last):
     for family in families:
         problem = generate(ProblemId(family, seed))
         certify(problem)
-        record = site_record(problem)
-        solutions_record(problem), translated_record(problem, record, "de"), translated_solutions(problem, "de")
+        record = make_site_record(problem)
+        make_solutions_record(problem), translate_record(problem, record, "de"), translate_solutions(problem, "de")
 """
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.common.extras import qdot_version
+from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.problem.problem import ENGINE
 from qdot.grader.cli.reference_pages import compatibility_page
 from qdot.grader.grading.attempt import GRADER_VERSION
@@ -43,7 +43,7 @@ def major(number: str) -> str:
 
 
 def is_promised(archive: Path) -> bool:
-    return archive.name == UNRELEASED or major(about(archive)["qdot"]) == major(qdot_version())
+    return archive.name == UNRELEASED or major(about(archive)["qdot"]) == major(find_qdot_version())
 
 
 @archives

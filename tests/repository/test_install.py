@@ -15,7 +15,7 @@ from packaging.requirements import Requirement
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common import extras
-from qdot.exercises.common.extras import EXTRAS, explain_missing, install_command, require_extra
+from qdot.exercises.common.extras import EXTRAS, explain_missing, make_install_command, require_extra
 from qdot.grader.cli.main import COMMANDS, SITE_COMMANDS, find_needed_part, make_program
 from tests.support import ROOT
 from tests.support.command import fails, run
@@ -37,12 +37,12 @@ INSTALL = re.compile(r"""pip install (['"]?)(?:qdot|qdot-robotics|\.)(?:\[([a-z,
 def test_everybody_is_told_to_install_in_the_same_words(page: Path) -> None:
     """README and docs, as in messages; steps of a CI install as they like."""
     text = re.sub(r"(?m)^.*- run:.*$", "", page.read_text(encoding="utf-8"))
-    assert all(match[0] == install_command(match[2] or "") for match in INSTALL.finditer(text))
+    assert all(match[0] == make_install_command(match[2] or "") for match in INSTALL.finditer(text))
 
 
 def test_after_the_release_the_words_are_the_indexs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extras, "IS_RELEASED", True)
-    assert install_command() == "pip install qdot-robotics"
+    assert make_install_command() == "pip install qdot-robotics"
     monkeypatch.setitem(sys.modules, "typst", None)
     assert (
         explain_missing("pdf", "PDF")
@@ -96,7 +96,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| ([\w-]+) \| [^|]+ \|.*\| 20\d\d-\d\d-\d\d \|$", page)
     assert sorted(rows) == sorted(Requirement(line).name for line in lines)
-    assert all(f"## `{name}`: " in page and f"\n\n    {install_command(name)}\n" in page for name in EXTRAS)
+    assert all(f"## `{name}`: " in page and f"\n\n    {make_install_command(name)}\n" in page for name in EXTRAS)
 
 
 def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:

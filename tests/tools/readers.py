@@ -30,7 +30,7 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import ASKED
 from qdot.exercises.site.keys import make_key
-from qdot.exercises.site.record import arm_record
+from qdot.exercises.site.record import make_arm_record
 from tests.exercises.formula import test_reading as writings
 from tests.support import ROOT
 from tests.support.judging import earned
@@ -84,7 +84,7 @@ def problems_json() -> list[dict[str, Any]]:
     return [
         {
             "id": f"{problem.chain.name} {problem.id}",
-            "robot": arm_record(problem)["robot"],
+            "robot": make_arm_record(problem)["robot"],
             "parts": [part_json(problem, part) for part in problem.parts],
         }
         for problem in problems()

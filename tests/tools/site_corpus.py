@@ -10,11 +10,11 @@ from typing import Any
 
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.equality import Domain, default_role
+from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, node_text
-from qdot.exercises.site.keys import values_key
-from qdot.exercises.site.record import arm_record
+from qdot.exercises.site.keys import make_values_key
+from qdot.exercises.site.record import make_arm_record
 from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
@@ -62,7 +62,7 @@ def forms_text() -> str:
         name = f"{part.name} {form['right']}" if "right" in form else part.name
         parts[name] = part_json(asked, part) | {"name": name}
         answers.append([0, name, form["typed"], *verdict_on(asked, part, form["typed"], f"forms/{form['typed']!a}")])
-    kept = {"id": str(asked.id), "robot": arm_record(asked)["robot"], "parts": list(parts.values())}
+    kept = {"id": str(asked.id), "robot": make_arm_record(asked)["robot"], "parts": list(parts.values())}
     lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [kept], "answers": answers}
     return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
 
@@ -83,14 +83,14 @@ def corpus_case(record: dict[str, Any]) -> dict[str, Any]:
     node = parse_formula(reference)
     rows = as_matrix(node)
     texts = [entry for row in _texts(reference) for entry in row] if kind == "matrix" else [reference]
-    domain = Domain({name: default_role(name) for name in sorted({*find_names(node), *_names_of(student)})})
-    key = values_key(texts, (len(rows), len(rows[0])), domain, Stream(f"corpus/{record['id']}"))
+    domain = Domain({name: choose_default_role(name) for name in sorted({*find_names(node), *_names_of(student)})})
+    key = make_values_key(texts, (len(rows), len(rows[0])), domain, Stream(f"corpus/{record['id']}"))
     return {**found, "key": key}
 
 
 def _names_of(student: str) -> set[str]:
     try:
-        return {name for name in find_names(parse_formula(student)) if default_role(name) != "signed"}
+        return {name for name in find_names(parse_formula(student)) if choose_default_role(name) != "signed"}
     except ParseError:
         return set()
 

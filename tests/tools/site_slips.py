@@ -23,7 +23,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import make_key
-from qdot.exercises.site.record import MistakeSentences, arm_record
+from qdot.exercises.site.record import MistakeSentences, make_arm_record
 from qdot.exercises.writing.problem_texts import write_answer_code
 from tests.tools.readers import part_json
 
@@ -354,7 +354,7 @@ def problem_json(
         typed += [[part.name, name, text] for name, text in every[::step]]
     return {
         "id": str(problem.id),
-        "robot": arm_record(problem)["robot"],
+        "robot": make_arm_record(problem)["robot"],
         "parts": parts,
         "said": said.rows,
         "slips": typed,

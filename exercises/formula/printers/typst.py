@@ -17,11 +17,11 @@ def typst_string(text: str) -> str:
     return f'"{escaped}"'
 
 
-def typst_math(formula: Layout) -> str:
+def typst_text(formula: Layout) -> str:
     r"""Return a formula as Typst mathematics.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> typst_math(parse_latex(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
+    >>> typst_text(parse_latex(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
     'dot(θ)_(1) = − inline(frac(1, 2)) a_(1)'
     """
     return print_layout(formula, _PRINTERS)
@@ -48,7 +48,7 @@ def _print_fenced(piece: Layout, inside: str) -> str:
 
 def _print_table(piece: Layout, *_: str) -> str:
     separator, rows = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
-    table = rows.join(separator.join(map(typst_math, cells.inner)) for cells in piece.inner)
+    table = rows.join(separator.join(map(typst_text, cells.inner)) for cells in piece.inner)
     return table if piece.kind == "aligned" else f'mat(delim: "{piece.text[0]}", {table})'
 
 

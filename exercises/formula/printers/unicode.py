@@ -167,11 +167,11 @@ def _needs_space(previous: str, text: str) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def unicode_math(formula: Layout) -> str:
+def unicode_text(formula: Layout) -> str:
     r"""Return a formula as text, on several lines if it contains a matrix.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> unicode_math(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))
+    >>> unicode_text(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))
     'a₁ c₁₂ − θ̇₂'
     """
     return "\n".join(line.rstrip() for line in print_layout(formula, _PRINTERS).lines)

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.derivation import Derivation, derive
-from qdot.exercises.formula.equality import Domain, compare_entries, default_role
+from qdot.exercises.formula.equality import Domain, choose_default_role, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA
@@ -20,7 +20,7 @@ NAMES = [record["name"] for record in RECORDS]
 PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
 SQUARE = [record["name"] for record in RECORDS if record["name"] in PLAIN and record.get("det")]
 
-ROLES = Domain({name: default_role(name) for name in ("theta1", "theta2", "theta3", "a1", "a2", "a3", "d1")})
+ROLES = Domain({name: choose_default_role(name) for name in ("theta1", "theta2", "theta3", "a1", "a2", "a3", "d1")})
 A, D = sp.symbols("a1 a2 a3"), sp.symbols("d1")
 
 
@@ -99,7 +99,7 @@ def test_a_jacobian_without_an_inverse_says_so(question: str) -> None:
 
 
 def domain_of(arm: Any) -> Domain:
-    return Domain({name: default_role(name) for name in (*arm.record["params"], *arm.record["variables"])})
+    return Domain({name: choose_default_role(name) for name in (*arm.record["params"], *arm.record["variables"])})
 
 
 @pytest.mark.parametrize("name", few_of(NAMES, 5))

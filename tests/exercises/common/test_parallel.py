@@ -12,15 +12,15 @@ import pytest
 
 from qdot.exercises.common import console
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import map_in_order
 from tests.support import ROOT
 
 PROGRAM = """
 import sys
 from pathlib import Path
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import map_in_order
 from tests.exercises.common.test_parallel import Place, pid_or_asleep
-print(next(ordered_map(pid_or_asleep, [0, 60], 2, Place, (Path(sys.argv[1]),))), flush=True)
+print(next(map_in_order(pid_or_asleep, [0, 60], 2, Place, (Path(sys.argv[1]),))), flush=True)
 """
 
 
@@ -55,13 +55,13 @@ def never(item: int) -> int:
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_what_a_process_ended_over_is_done_again_and_nothing_stands_for_it(tmp_path: Path, jobs: int) -> None:
-    assert list(ordered_map(squared, range(4), jobs, Place, (tmp_path,), never)) == [0, 1, 4, 9]
+    assert list(map_in_order(squared, range(4), jobs, Place, (tmp_path,), never)) == [0, 1, 4, 9]
     assert (tmp_path / "told to end").exists()
     assert list(tmp_path.glob("closed by *"))
 
 
 def test_what_a_process_has_set_up_is_closed_when_there_is_no_more_to_do(tmp_path: Path) -> None:
-    pids = set(ordered_map(pid_or_asleep, [0, 0, 0], 2, Place, (tmp_path,)))
+    pids = set(map_in_order(pid_or_asleep, [0, 0, 0], 2, Place, (tmp_path,)))
     closed = {path.name for path in tmp_path.iterdir()}
     assert {f"closed by {pid}" for pid in pids} <= closed and len(closed) == 2
 
@@ -71,7 +71,7 @@ def test_a_line_of_progress_says_how_far_it_is(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    with console.progress("verifying", 5) as counter:
+    with console.show_progress("verifying", 5) as counter:
         for _ in range(4):
             now[0] += 0.4 * console.PROGRESS_INTERVAL
             counter.step()
@@ -79,12 +79,12 @@ def test_a_line_of_progress_says_how_far_it_is(
 
 
 def test_what_ends_two_processes_is_lost_and_the_others_are_not(tmp_path: Path) -> None:
-    assert list(ordered_map(squared, [5, 6, 7, 8], 2, Place, (tmp_path,), lambda item: -item)) == [25, 36, -7, 64]
+    assert list(map_in_order(squared, [5, 6, 7, 8], 2, Place, (tmp_path,), lambda item: -item)) == [25, 36, -7, 64]
 
 
 def test_a_process_that_ends_is_told_where_nothing_is_to_be_done_twice(tmp_path: Path) -> None:
     with pytest.raises(QdotError, match="a worker process died"):
-        list(ordered_map(squared, [1, 2], 2, Place, (tmp_path,)))
+        list(map_in_order(squared, [1, 2], 2, Place, (tmp_path,)))
 
 
 def test_an_idle_process_ends_with_the_one_that_was_killed(tmp_path: Path) -> None:
@@ -108,12 +108,12 @@ MARK = 0
 MARKED = """
 import sys, threading
 from pathlib import Path
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import map_in_order
 from tests.exercises.common import test_parallel
 test_parallel.MARK = 1
 if sys.argv[2] == "beside a thread":
     threading.Thread(target=threading.Event().wait, daemon=True).start()
-print(*ordered_map(test_parallel.mark, [0, 0], 2, test_parallel.Place, (Path(sys.argv[1]),)))
+print(*map_in_order(test_parallel.mark, [0, 0], 2, test_parallel.Place, (Path(sys.argv[1]),)))
 """
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import install_command
+from qdot.exercises.common.extras import make_install_command
 from qdot.exercises.exports import boxes, marking
 from qdot.exercises.exports.boxes import (
     AnswerBox,
@@ -402,7 +402,7 @@ def test_what_can_not_be_written_keeps_no_other_export_format_from_it(
     monkeypatch.setitem(EXPORT_FORMATS, "stack", replace(EXPORT_FORMATS["stack"], export=failing))
     command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "html", "--to", "pdf", "--to", "stack", "--to", "latex")
-    assert install_command("pdf") in said and "stack: nothing can be asked" in said
+    assert make_install_command("pdf") in said and "stack: nothing can be asked" in said
     assert (tmp_path / "html" / "handout" / "ada.html").exists() and not (tmp_path / "pdf").exists()
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
 

@@ -17,9 +17,9 @@ from qdot.exercises.formula.equality import (
     EntryDifference,
     Rounding,
     chance_of_missing,
+    choose_decimal_tolerance,
+    choose_default_role,
     compare_entries,
-    decimal_tolerance,
-    default_role,
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
@@ -33,7 +33,7 @@ CASES = [json.loads(line) for line in (DATA / "corpus.jsonl").read_text(encoding
 def compare(student: str, reference: str, seed: str = "seed") -> Comparison:
     ours, theirs = parse_formula(reference), parse_formula(student)
     used = find_names(ours) | find_names(theirs)
-    return compare_entries([theirs], [ours], Domain({name: default_role(name) for name in used}), seed)
+    return compare_entries([theirs], [ours], Domain({name: choose_default_role(name) for name in used}), seed)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['id']}-{case['tag']}")
@@ -195,7 +195,7 @@ def test_given_numbers_are_fractions_where_they_can_be() -> None:
     ],
 )  # fmt: skip
 def test_only_decimals_as_long_as_doubles_may_be_off(text: str, allowed: float) -> None:
-    assert decimal_tolerance(parse_formula(text)) == allowed
+    assert choose_decimal_tolerance(parse_formula(text)) == allowed
 
 
 @pytest.mark.parametrize("given", [Fraction(1, 3), 0.375])

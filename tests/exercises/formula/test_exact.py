@@ -19,9 +19,9 @@ from qdot.exercises.formula.field import (
     USES_PER_FIELD,
     Field,
     SharedField,
+    choose_below,
     choose_field,
     is_prime,
-    random_below,
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program
@@ -136,7 +136,7 @@ def test_primes_are_told_from_others() -> None:
 def test_primes_are_drawn_from_both_ends_of_their_range(highest: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """With numbers that are counted up from the lowest, or down from the highest, instead of random ones."""
     drawn = count()
-    monkeypatch.setattr(field, "random_below", lambda _, limit: limit - 1 - next(drawn) if highest else next(drawn))
+    monkeypatch.setattr(field, "choose_below", lambda _, limit: limit - 1 - next(drawn) if highest else next(drawn))
     found = choose_field(Stream("none"))
     first = 2**PRIME_BITS // ROOT_ORDER * ROOT_ORDER + ROOT_ORDER + 1
     candidates = (
@@ -150,7 +150,7 @@ def test_primes_are_drawn_from_both_ends_of_their_range(highest: bool, monkeypat
 
 def test_a_root_of_unity_is_no_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     left, drawn = [1440 * 7 - 1, 0, 1], count(2)
-    monkeypatch.setattr(field, "random_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(drawn))
+    monkeypatch.setattr(field, "choose_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(drawn))
     root = field._choose_root(SMALL[-1], Stream("none"))
     assert pow(root, ROOT_ORDER, SMALL[-1]) == 1
     assert all(pow(root, ROOT_ORDER // q, SMALL[-1]) != 1 for q in (2, 3, 5))
@@ -163,8 +163,8 @@ def test_a_long_number_is_drawn_from_two_short_ones() -> None:
             return drawn.pop(0)
 
     drawn = [5, 7, 5, 7]
-    assert random_below(Two("none"), 2**126) == 5 * 2**63 + 7
-    assert random_below(Two("none"), 1000) == (5 * 2**63 + 7) % 1000
+    assert choose_below(Two("none"), 2**126) == 5 * 2**63 + 7
+    assert choose_below(Two("none"), 1000) == (5 * 2**63 + 7) % 1000
 
 
 def test_a_field_is_shared_by_so_many_comparisons_and_then_another_is_drawn() -> None:

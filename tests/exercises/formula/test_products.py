@@ -4,7 +4,7 @@ import pytest
 
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.tables import numbers_text, table_text
+from qdot.exercises.formula.tables import convert_numbers, convert_table
 from qdot.exercises.formula.trees import ParseError, as_matrix
 
 WORKED_OUT = [
@@ -48,27 +48,27 @@ def test_what_means_nothing_or_two_things_is_refused(text: str, said: str) -> No
 def test_tables_are_read_where_every_row_has_what_is_due() -> None:
     for text in ("a\tb\nc\td", "| a   b |\n| c   d |", "a b\nc d", "a, b\nc, d", "a, b,\nc, d", "[a, b\n c, d]",
                  "[a b\n c d]", "J = [a b; c d];", "J =\na b\nc d", "a b; c d"):  # fmt: skip
-        assert table_text(text, (2, 2)) == "[[a, b], [c, d]]", text
-    assert table_text("[a -b; c d]", (2, 2)) == "[[a, -b], [c, d]]"
-    assert table_text("a\n-b", (2, 1)) == "[a, -b]"
+        assert convert_table(text, (2, 2)) == "[[a, b], [c, d]]", text
+    assert convert_table("[a -b; c d]", (2, 2)) == "[[a, -b], [c, d]]"
+    assert convert_table("a\n-b", (2, 1)) == "[a, -b]"
     for goes_on in ("a\n+ b", "a\n- b", "a\n* b", "a\nb\nc", "a, b\nc"):
-        assert table_text(goes_on, (2, 1)) is None
+        assert convert_table(goes_on, (2, 1)) is None
     for not_two in ("[a - b; c d]", "[a b c; d e]", "[a b; c d; e f]", "a b\nc d e", "a, , b\nc, d"):
-        assert table_text(not_two, (2, 2)) is None
+        assert convert_table(not_two, (2, 2)) is None
 
 
 def test_a_blank_beside_a_comma_parts_entries_with_decimal_commas() -> None:
-    assert table_text("0,5*a , b; 2 , 1,5", (2, 2)) == "[[0.5*a, b], [2, 1.5]]"
-    assert table_text("0,5\t1,5\n2\t3", (2, 2)) == "[[0.5, 1.5], [2, 3]]"
-    assert table_text("[0,5*a, b]", (2, 1)) == "[0.5*a, b]"
+    assert convert_table("0,5*a , b; 2 , 1,5", (2, 2)) == "[[0.5*a, b], [2, 1.5]]"
+    assert convert_table("0,5\t1,5\n2\t3", (2, 2)) == "[[0.5, 1.5], [2, 3]]"
+    assert convert_table("[0,5*a, b]", (2, 1)) == "[0.5*a, b]"
     for unclear in ("[1,2 x; 3,4 y]", "[0,5*a,b; 1, 2]"):
-        assert table_text(unclear, (2, 2)) is None
+        assert convert_table(unclear, (2, 2)) is None
 
 
 def test_numbers_have_a_comma_or_stand_apart_by_one() -> None:
-    assert numbers_text("0,5; -1,25", 2) == numbers_text("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
-    assert numbers_text("[0,5 , -1,25]", 2) == numbers_text("[0,5 ,-1,25]", 2) == "[0.5, -1.25]"
-    assert numbers_text("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"
-    assert {numbers_text(size, 2) for size in ("3 x 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
+    assert convert_numbers("0,5; -1,25", 2) == convert_numbers("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
+    assert convert_numbers("[0,5 , -1,25]", 2) == convert_numbers("[0,5 ,-1,25]", 2) == "[0.5, -1.25]"
+    assert convert_numbers("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"
+    assert {convert_numbers(size, 2) for size in ("3 x 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
     for unclear in ("0,5,-1,25", "3 x", "3 x a", "3by6", "0,5, -1,25, 3", "{0.5, -1.25}", "0.5 -1.25"):
-        assert numbers_text(unclear, 2) is None
+        assert convert_numbers(unclear, 2) is None

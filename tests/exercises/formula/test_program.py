@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import compile_program, evaluate, evaluate_precisely, evaluate_steps, number_regions
+from qdot.exercises.formula.program import assign_regions, compile_program, evaluate, evaluate_precisely, evaluate_steps
 from qdot.exercises.formula.trees import Node, ParseError
 
 ONE_ARGUMENT = [
@@ -176,7 +176,7 @@ def test_signs() -> None:
 def regions_of(text: str, points: int, **values: list[Any]) -> list[int]:
     program = compile_program([parse_formula(text)])
     return list(
-        number_regions(
+        assign_regions(
             [(program, evaluate_steps(program, {n: np.array(v) for n, v in values.items()}, points))], points
         )
     )
@@ -198,7 +198,7 @@ def test_a_region_is_where_operands_have_the_same_signs() -> None:
 def test_regions_are_those_of_both_sides() -> None:
     programs = [compile_program([parse_formula(text)]) for text in ("abs(x)", "abs(y)")]
     at = {"x": np.array([1.0, 1.0, -1.0, -1.0, 2.0]), "y": np.array([1.0, -1.0, 1.0, -1.0, 3.0])}
-    found = list(number_regions([(program, evaluate_steps(program, at, 5)) for program in programs], 5))
+    found = list(assign_regions([(program, evaluate_steps(program, at, 5)) for program in programs], 5))
     assert len(set(found[:4])) == 4
     assert found[4] == found[0]
 

@@ -9,8 +9,8 @@ from qdot.exercises.formula.angles import find_multiple_of_pi
 from qdot.exercises.formula.conditions import agree_to_double_precision, vanishes_at
 from qdot.exercises.formula.equality import DOUBLE_TOLERANCE
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import constant_value
-from qdot.exercises.formula.set_parser import parse_claims
+from qdot.exercises.formula.program import evaluate_constant
+from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import ParseError
 
 JOINTS = ("theta1", "theta2", "theta3")
@@ -22,13 +22,13 @@ JOINTS = ("theta1", "theta2", "theta3")
 )
 def test_a_value_is_known_with_fifty_digits(text: str, value: mpmath.mpf) -> None:
     with mpmath.workdps(50):
-        assert abs(constant_value(parse_formula(text)) - mpmath.mpf(value)) < 1e-15
-        assert mpmath.nstr(constant_value(parse_formula("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
+        assert abs(evaluate_constant(parse_formula(text)) - mpmath.mpf(value)) < 1e-15
+        assert mpmath.nstr(evaluate_constant(parse_formula("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
 
 
 @pytest.mark.parametrize("text", ["acos(2)", "1/0", "log(0)", "a1", "theta1", "I", "-I", "1 + I/1000", "1 - I/1000"])
 def test_what_is_no_real_number_has_no_value(text: str) -> None:
-    assert constant_value(parse_formula(text)) is None
+    assert evaluate_constant(parse_formula(text)) is None
 
 
 @pytest.mark.parametrize("off", [1e-3, -1e-3, 1.2e-12, -1.2e-12])
@@ -98,20 +98,20 @@ def test_conditions_that_must_be_searched_may_be_some_hundred_and_values_ten_tim
     def claim(count: int) -> str:
         return "{" + ", ".join(piece.format(k) for k in range(1, count + 1)) + "}"
 
-    assert len(parse_claims(parse_formula(claim(taken)), JOINTS)) == taken
+    assert len(parse_typed_set(parse_formula(claim(taken)), JOINTS)) == taken
     if refused:
         with pytest.raises(ParseError, match=f"with their {refused} cases, are too long"):
-            parse_claims(parse_formula(claim(refused)), JOINTS)
+            parse_typed_set(parse_formula(claim(refused)), JOINTS)
 
 
 def test_each_whole_number_multiplies_the_cases() -> None:
     terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    assert len(parse_claims(parse_formula("theta1 = k*pi"), JOINTS)) == 2
+    assert len(parse_typed_set(parse_formula("theta1 = k*pi"), JOINTS)) == 2
     for tied in (f"{terms} = k + n + m", f"theta3 = 0 and {terms} = k + n + m", f"[{{{terms} - k*n*m}}]"):
         with pytest.raises(ParseError, match="too many integers"):
-            parse_claims(parse_formula(tied), JOINTS)
+            parse_typed_set(parse_formula(tied), JOINTS)
         with pytest.raises(ParseError, match="with their"):  # fewer, and refused later, by their steps
-            parse_claims(parse_formula(tied.replace("m", "1").replace("*1", "")), JOINTS)
+            parse_typed_set(parse_formula(tied.replace("m", "1").replace("*1", "")), JOINTS)
 
 
 @pytest.mark.parametrize(
@@ -126,5 +126,5 @@ def test_each_whole_number_multiplies_the_cases() -> None:
 def test_whole_numbers_of_different_conditions_do_not_multiply(text: str) -> None:
     """Each condition of these has 13 cases of some hundred nodes; all together as one would have 2,197."""
     long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    claimed = parse_claims(parse_formula(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
+    claimed = parse_typed_set(parse_formula(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
     assert claimed

@@ -51,7 +51,7 @@ class Told(ConfigurationSpace):
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         return self.exact
 
-    def smallest_residual(self, piece: Piece, used: set[str], stream: Stream) -> float:
+    def compute_smallest_residual(self, piece: Piece, used: set[str], stream: Stream) -> float:
         return self.miss
 
 

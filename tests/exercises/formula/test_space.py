@@ -165,7 +165,7 @@ def test_zeros_without_a_slope_are_found(text: str, residuals: list[str]) -> Non
 def test_how_near_conditions_come() -> None:
     def miss(text: str) -> float:
         (piece,) = read_pieces(text)
-        return SPACE.smallest_residual(piece, SPACE.collect_names([[piece]]), Stream("miss"))
+        return SPACE.compute_smallest_residual(piece, SPACE.collect_names([[piece]]), Stream("miss"))
 
     assert miss("theta2 = 0") == miss("a1 = 0") == miss("1 = 0") == float("inf")
     assert miss("cos(theta2) = 0") < 0.1

@@ -15,9 +15,9 @@ from qdot.exercises.formula.equality import (
     EntryDifference,
     Rounding,
     chance_of_missing,
+    choose_default_role,
     compare_entries,
-    default_role,
-    json_number,
+    to_json_number,
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program
@@ -38,7 +38,7 @@ def trial(
     )
     used = set().union(*(find_names(node) for node in theirs + ours))
     points = len(next(iter(values.values()))) if values else points
-    at = Domain({name: default_role(name) for name in used}).sample(used, points, Stream("trial"))
+    at = Domain({name: choose_default_role(name) for name in used}).sample(used, points, Stream("trial"))
     at |= {name: np.array(column) for name, column in values.items()}
     programs = compile_program(theirs), compile_program(ours)
     return equality._NumericComparison(programs, [allowed] * len(theirs), at, {}, points)
@@ -49,7 +49,7 @@ def compared(student: str | list[str], reference: str | list[str], rounding: Rou
         [parse_formula(text) for text in ([one] if isinstance(one, str) else one)] for one in (student, reference)
     )
     used = set().union(*(find_names(node) for node in theirs + ours))
-    return compare_entries(theirs, ours, Domain({name: default_role(name) for name in used}), "seed", rounding)
+    return compare_entries(theirs, ours, Domain({name: choose_default_role(name) for name in used}), "seed", rounding)
 
 
 def example(student: str, reference: str) -> EntryDifference:
@@ -99,7 +99,7 @@ def test_no_rounding_is_left_where_nothing_is_added() -> None:
 def test_scales_are_those_of_the_terms_and_of_the_largest_entry_for_a_zero() -> None:
     sizes = [[0.2, 0, 0, 0, np.nan, 0.5], [0.3, 0.5, 0, np.nan, 0.25, np.inf], [4.0, 0.25, 0, 2, 0.5, 0]]
     scales = [[0.2, 0.5, 1, 1, 1, 0.5], [0.3, 0.5, 1, 1, 0.25, 1], [4.0, 0.25, 1, 2, 0.5, 1]]
-    assert equality._term_scales(np.array(sizes)).tolist() == scales
+    assert equality._compute_term_scales(np.array(sizes)).tolist() == scales
 
 
 SIGNS = [f"sqrt((theta{k} - 1)^2)" for k in range(1, 6)]
@@ -275,13 +275,13 @@ def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
 
 
 def test_numbers_are_shown_with_six_digits_or_in_words() -> None:
-    assert json_number(0j) == 0.0
-    assert json_number(-1234.5678 + 0j) == -1234.57
-    assert json_number(1.5 + 2.25j) == "1.5 + 2.25i"
+    assert to_json_number(0j) == 0.0
+    assert to_json_number(-1234.5678 + 0j) == -1234.57
+    assert to_json_number(1.5 + 2.25j) == "1.5 + 2.25i"
     for complex_, real in ((1 + 1.5e-9j, False), (1 - 1.5e-9j, False), (1 + 7e-10j, True), (1e6 - 1e-6j, True)):
-        assert isinstance(json_number(complex_), float) is real
+        assert isinstance(to_json_number(complex_), float) is real
     for undefined in (np.nan, np.inf, complex(0, -np.inf)):
-        assert json_number(complex(undefined)) == "not a finite number"
+        assert to_json_number(complex(undefined)) == "not a finite number"
 
 
 def test_how_many_points_are_tried_and_what_the_bound_is() -> None:
@@ -311,4 +311,4 @@ def test_a_comparison_has_the_method_and_the_points_of_the_entry_that_wants_most
     ],
 )  # fmt: skip
 def test_roles_by_name(name: str, role: str) -> None:
-    assert default_role(name) == role
+    assert choose_default_role(name) == role

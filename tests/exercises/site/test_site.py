@@ -22,8 +22,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site import supply
-from qdot.exercises.site.chapter import ERRATA, chapter_pages
-from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, OWN_PAGES, arrange_pages
+from qdot.exercises.site.chapter import ERRATA, make_chapter_pages
+from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.pages import link_pages, make_pages, read_assets
 from qdot.exercises.site.robots import robots_text
 from qdot.grader.cli import site_commands as command
@@ -83,7 +83,7 @@ def loaded(site: Path, name: str) -> Any:
 
 @pytest.mark.whole
 def test_the_chapters_pages_tell_where_the_book_differs() -> None:
-    found = {page.path: page.body for page in chapter_pages()}
+    found = {page.path: page.body for page in make_chapter_pages()}
     assert len(re.findall("<h2>", found["examples/errata.html"])) == len(corrections())
     for number, count in {"6-1": 2, "6-2": 2, "6-3": 3, "6-4": 0}.items():
         page = found[f"examples/{number}.html"]
@@ -93,7 +93,7 @@ def test_the_chapters_pages_tell_where_the_book_differs() -> None:
 
 
 def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
-    for page in chapter_pages():
+    for page in make_chapter_pages():
         title, body = page.translations["de"]
         assert body.count("<strong>Gedruckt:</strong>") == page.body.count("<strong>Printed:</strong>"), page.path
         assert "Printed" not in body
@@ -112,7 +112,7 @@ def test_a_site_has_all_pages_which_lead_somewhere(
 ) -> None:
     site = Path(shutil.copytree(built, tmp_path / "site"))
     if not has_docs:
-        monkeypatch.setattr(command, "docs_folder", lambda: None)
+        monkeypatch.setattr(command, "find_docs_folder", lambda: None)
     run(*ordered(site))
     assert (site / "docs" / "index.html").exists() == has_docs
     if has_docs:
@@ -311,7 +311,7 @@ def test_every_page_of_the_documentation_has_its_place() -> None:
     groups = arrange_pages(DOCS)
     assert OTHER_PAGES not in groups
     listed = [entry.name for entries in groups.values() for entry in entries]
-    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
+    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(REPLACED_PAGES) | {COMMANDS})
 
 
 def test_the_list_of_arms_has_the_format_that_the_site_reads() -> None:

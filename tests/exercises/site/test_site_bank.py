@@ -18,16 +18,16 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.site.keys import _derived_part, _evaluate_derivation, make_key, weight
+from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, make_key, weight
 from qdot.exercises.site.record import (
-    _given_pose,
-    _grid,
-    arm_record,
-    determinant_factors,
-    site_record,
-    solutions_record,
-    translated_record,
-    typed_names,
+    _find_given_pose,
+    _list_labels,
+    find_typed_names,
+    list_determinant_factors,
+    make_arm_record,
+    make_site_record,
+    make_solutions_record,
+    translate_record,
 )
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_prompt
@@ -63,9 +63,9 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
-            assert used <= set(typed_names(problem, write_prompt(problem, part))), part.name
+            assert used <= set(find_typed_names(problem, write_prompt(problem, part))), part.name
     for part in problem.parts:
-        plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _grid(problem.chain, part)
+        plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _list_labels(problem.chain, part)
         for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):
             assert len(lines) in (0, count), (part.name, order)
             named = re.search(rf"{order} in the order \$([^$]*)\$", plain)
@@ -125,7 +125,7 @@ def test_mistakes_are_told_and_none_of_them_is_right() -> None:
 
 def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
     problem = generate(ProblemId("elbow-3r", 1, ("determinant", "inverse-velocity"), variation="chapter"))
-    record = site_record(problem)
+    record = make_site_record(problem)
     lost = {row[3] for row in record["said"] if row[0] == "factor-lost"}
     assert {"a2", "a3", "theta3", "theta2, theta3"} <= lost
     determinant, rates = (part["key"] for part in record["parts"])
@@ -133,7 +133,7 @@ def test_of_a_factor_and_of_lengths_that_are_missing_it_is_told_which() -> None:
     assert [row[3] for row in everywhere if row[0] == "lengths-missing"] == ["a1, a2, a3", "a1", "a2", "a3"]
     assert len({tuple(values) for _, *values in rates["throughout"]}) == len(rates["throughout"])
     assert "linear" not in determinant
-    german = translated_record(problem, record, "de")["said"]
+    german = translate_record(problem, record, "de")["said"]
     assert [row[3:] for row in german] == [row[3:] for row in record["said"]]
     assert any(row[2].startswith("In deiner Antwort: ") for row in german)
 
@@ -169,7 +169,7 @@ def test_behind_a_single_number_of_many_digits_more_mistakes_are_told() -> None:
         assert len(key["precise"]) > 20
         assert not {tuple(one["values"]) for one in key["precise"]} & {tuple(one["values"]) for one in key["mistakes"]}
     assert {"sine-for-cosine", "link-left-out"} <= {one["name"] for one in speed["precise"]}
-    kept = site_record(problem)["parts"][1]["key"]["precise"]
+    kept = make_site_record(problem)["parts"][1]["key"]["precise"]
     assert all(isinstance(index, int) for index, _ in kept)
 
 
@@ -178,7 +178,7 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
     """With no mistake in it, the derivation gives its answer."""
     problem = generate(ProblemId("elbow-3r", 1, (name,)))
     (part,) = problem.parts
-    derived, of_answer = _derived_part(part)
+    derived, of_answer = _find_derived_part(part)
     assert derived is not None
     right = of_answer(compute_answer(_evaluate_derivation(problem, part), derived)).tolist()
     assert right == pytest.approx([float(value) for value in part.answer.as_matrix()])
@@ -191,8 +191,8 @@ def test_the_page_knows_the_steps_in_their_order() -> None:
 
 def test_a_record_says_what_a_page_needs() -> None:
     problem = generate(ProblemId("planar-2r", 7, ("position", "jacobian", "singular-angles")))
-    record = site_record(problem)
-    assert record == site_record(problem)
+    record = make_site_record(problem)
+    assert record == make_site_record(problem)
     assert "<math" in record["statement"] and 'class="tex"' not in record["statement"]
     assert 'class="tex"' in record["parts"][0]["hints"][0]
     assert [part["names"] for part in record["parts"]] == [[], [], []]
@@ -204,7 +204,7 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert len(position["points"]) == 16 and (position["rows"], position["columns"]) == (2, 1)
     text = json.dumps(record["parts"][1]["key"])
     assert "sin" not in text and "theta1*" not in text  # numbers, no formula
-    solved = solutions_record(problem)
+    solved = make_solutions_record(problem)
     assert "factors" in solved and "factors" not in record
     assert [part["name"] for part in solved["parts"]] == ["position", "jacobian", "singular-angles"]
     assert solved["parts"][2]["figure"].startswith("<svg")
@@ -224,7 +224,7 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
     for part in problem.parts:
         if part.kind in OF_ALL_POSES:
             continue
-        pose = _given_pose(problem.chain, part)
+        pose = _find_given_pose(problem.chain, part)
         text = write_prompt(problem, part).split("- **A.**")[0]
         said = {f"{letter}{index}": float(value) for letter, index, value in LENGTH.findall(text)}
         said |= {f"theta{index}": np.radians(float(value)) for index, value in ANGLE.findall(text)}
@@ -241,7 +241,7 @@ OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
 def test_a_letter_is_drawn_with_no_length_of_the_table() -> None:
     for variation, seed in product(VARIATION_STEPS, range(1, 9)):
         problem = generate(ProblemId("planar-2r", seed, ("position",), variation=variation))
-        values = {round(value, 6) for value in arm_record(problem)["robot"]["values"].values()}
+        values = {round(value, 6) for value in make_arm_record(problem)["robot"]["values"].values()}
         lengths = {length for joint in problem.chain.joints for length in (joint.a, joint.d) if length.is_number}
         assert not values & {round(float(length), 6) for length in lengths}, (variation, seed)
 
@@ -250,7 +250,7 @@ def test_a_letter_is_drawn_with_no_length_of_the_table() -> None:
 def test_the_factors_of_a_record_make_up_its_determinant(family: str) -> None:
     chain = generate(ProblemId(family, 3, ("position",))).chain
     names = {str(symbol): symbol for symbol in (*chain.q, *chain.parameters)}
-    factors = [sp.sympify(typed, names) for _, typed in determinant_factors(chain)]
+    factors = [sp.sympify(typed, names) for _, typed in list_determinant_factors(chain)]
     determinant = derive(chain).jacobian.det()
     quotient = determinant / sp.Mul(*factors)
     letters = {symbol: 0.3 + 0.1 * k for k, symbol in enumerate(sorted(chain.parameters, key=str))}
@@ -260,4 +260,4 @@ def test_the_factors_of_a_record_make_up_its_determinant(family: str) -> None:
 
 
 def test_an_arm_without_determinant_has_no_factors() -> None:
-    assert determinant_factors(generate(ProblemId("planar-3r", 7, ("position",))).chain) == []
+    assert list_determinant_factors(generate(ProblemId("planar-3r", 7, ("position",))).chain) == []

@@ -16,8 +16,8 @@ from qdot.exercises.site.supply import (
     QUIZ,
     BankProblem,
     deal_questions,
+    find_questions_with_sampled_numbers,
     problems_of_families,
-    questions_with_sampled_numbers,
 )
 from tests.support.suites import few_families, few_of, several
 
@@ -73,7 +73,7 @@ def test_few_arms_are_asked_everything() -> None:
 def test_an_arm_that_is_there_already_is_asked_what_comes_in_other_numbers(family: str) -> None:
     if FAMILIES[family].has_varied_structure:
         pytest.skip("its arms are never there already")
-    names = questions_with_sampled_numbers(family)
+    names = find_questions_with_sampled_numbers(family)
     assert names and "position" not in names and "determinant" not in names
     assert set(names) < set(find_listing(family).questions)
     again = [one for one in arms(family, ALL) if one.variation == "chapter" and one.question_share is not None]

@@ -16,7 +16,7 @@ from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.bank import titles_text
-from qdot.exercises.site.record import site_record, translated_record, translated_solutions
+from qdot.exercises.site.record import make_site_record, translate_record, translate_solutions
 from qdot.exercises.writing import languages, translatable_phrases
 from qdot.exercises.writing.languages import (
     LANGUAGES,
@@ -248,8 +248,8 @@ def test_all_words_of_a_problem_are_messages(scratch: str, family: str, drawn: C
 
 def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog) -> None:
     problem = generate("planar-2r/7@chapter", ["jacobian", "singularity-type"])
-    record = site_record(problem)
-    own = translated_record(problem, record, scratch)
+    record = make_site_record(problem)
+    own = translate_record(problem, record, scratch)
     assert own["title"] == accented(record["title"])
     assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
     titles = json.loads(titles_text(scratch, [("scara", FAMILIES["scara"].title, "")]))
@@ -295,8 +295,8 @@ def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
 
 def test_a_translated_record_fits_its_problem_and_holds_nothing_of_the_key() -> None:
     problem = generate(ProblemId("planar-2r", 7, ("jacobian", "rank", "singularity-type")))
-    record = site_record(problem)
-    own, solved = translated_record(problem, record, "de"), translated_solutions(problem, "de")
+    record = make_site_record(problem)
+    own, solved = translate_record(problem, record, "de"), translate_solutions(problem, "de")
     names = [part["name"] for part in record["parts"]]
     assert [part["name"] for part in own["parts"]] == [part["name"] for part in solved["parts"]] == names
     for row, english in zip(own["said"], record["said"], strict=True):

@@ -14,7 +14,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.variation import variation_axes
+from qdot.exercises.common.variation import list_variation_axes
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
@@ -113,7 +113,7 @@ def test_a_set_climbs_and_says_what_it_is_worth(name: str, tmp_path: Path) -> No
     """No problem varies less than the one before it; the last is harder than the first."""
     run("init", tmp_path / "hw", "--set", name)
     slots, chosen = load_assignment(tmp_path / "hw").slots, SETS[name]
-    varied = [set(variation_axes(slot.variation)) for slot in slots]
+    varied = [set(list_variation_axes(slot.variation)) for slot in slots]
     assert all(before <= after for before, after in pairwise(varied))
     arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
     assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)

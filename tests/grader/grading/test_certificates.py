@@ -277,8 +277,8 @@ def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(
     monkeypatch.setattr(
         "qdot.exercises.notebook.notebook.write_statement", lambda *_: "Another wording."
     )  # as of a later version
-    monkeypatch.setattr("qdot.exercises.notebook.notebook.write_prompt", lambda *_: "Another question's wording.")
-    monkeypatch.setattr("qdot.grader.grading.certify.qdot_version", lambda: "9.1")
+    monkeypatch.setattr("qdot.exercises.notebook.notebook.prompt", lambda *_: "Another question's wording.")
+    monkeypatch.setattr("qdot.grader.grading.certify.find_qdot_version", lambda: "9.1")
     assert verified(folder)[0] == 0
 
 

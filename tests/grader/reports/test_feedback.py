@@ -183,6 +183,14 @@ def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_number
     assert "or follow from 1.1" in text and "'position'" not in text
 
 
+def test_the_page_links_the_first_part_to_correct_of_each_problem(assignment: Assignment, mix: Result) -> None:
+    """A wrong part comes before an unanswered one, and a problem without either has no link."""
+    _, page = page_of(assignment, mix)
+    [links] = [text for about, text in page.all("p") if about.get("class") == "review"]
+    assert links == "Start with: 1.2 Jacobian by differentiation, 2.2 Velocity caused by one joint"
+    assert page_of(assignment, result_of(assignment))[0].count('class="review"') == 0
+
+
 def test_a_table_is_called_what_it_is(tmp_path: Path) -> None:
     """And a short sheet has no contents."""
     asked = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\nconvention = "{}"\n'

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.common.console import printable
+from qdot.exercises.common.console import escape_controls
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.batch import grade_class
@@ -102,7 +102,7 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
 
 def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -> None:
     table, lines = grades_csv(results, assignment.roster), results_jsonl(results).decode()
-    assert printable(table) == table and printable(lines) == lines
+    assert escape_controls(table) == table and escape_controls(lines) == lines
     for row in csv.reader(io.StringIO(table)):
         assert len(row) == 12
         for cell in row:

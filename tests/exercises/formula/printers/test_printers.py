@@ -10,8 +10,8 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.printers.speech import speak
-from qdot.exercises.formula.printers.typst import typst_math
-from qdot.exercises.formula.printers.unicode import terminal_width, unicode_math
+from qdot.exercises.formula.printers.typst import typst_text
+from qdot.exercises.formula.printers.unicode import terminal_width, unicode_text
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.latex import lay_out
 
@@ -28,19 +28,19 @@ PRINTED = [
     (speak, r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}", "column with entries 1; 2; end of column"),
     (speak, r"90^\circ \leq \theta'_{1}", "90 degrees is at most theta 1 prime"),
     (speak, r"p^* + x^{n} \qquad 0{,}5", "p star plus x to the power n, 0,5"),
-    (typst_math, "(a)_{1}", r"\( a \)_(1)"), (typst_math, r"90^\circ = J^T", "90 ° = J^(T)"),
-    (typst_math, r"-\dfrac{a}{2}\, \sqrt{b}", "− display(frac(a, 2)) #h(0.17em) sqrt(b)"),
-    (typst_math, r"\left\{ 0{,}5 \right.", r'lr(\{ "0,5" )'),
-    (typst_math, r"\begin{bmatrix} a & b \\ c & d \end{bmatrix}", 'mat(delim: "[", a, b; c, d)'),
-    (typst_math, r"\begin{aligned} a &= b \\ c &= d \end{aligned}", "a & = b \\ c & = d"),
-    (typst_math, r"\text{ or } \sin x", '" or " op("sin") x'),
-    (unicode_math, r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}", "(d₂ + 0.5) cos φ₁ d\u0307₂"),
-    (unicode_math, r"-\frac{a_{1} + 1}{2 s_{2}} = -90^\circ", "−(a₁ + 1)/(2 s₂) = −90°"),
-    (unicode_math, r"p^*_{1} J^T \sqrt{2}", "p*₁ Jᵀ √2"),
-    (unicode_math, r"\omega_{1}' \times q_i' = v''", "ω₁′ × qᵢ′ = v″"),
-    (unicode_math, r"1.2 \cdot 10^{-6}", "1.2 ⋅ 10⁻⁶"), (unicode_math, r"x^{a b} + \left(y\right)", "x^(ab) + (y)"),
-    (unicode_math, r"\begin{aligned} a &= 1 \\ b &= 2 \end{aligned}", "a = 1\nb = 2"),
-    (unicode_math, r"J = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}", "J = ⎡1  2⎤\n    ⎣3  4⎦"),
+    (typst_text, "(a)_{1}", r"\( a \)_(1)"), (typst_text, r"90^\circ = J^T", "90 ° = J^(T)"),
+    (typst_text, r"-\dfrac{a}{2}\, \sqrt{b}", "− display(frac(a, 2)) #h(0.17em) sqrt(b)"),
+    (typst_text, r"\left\{ 0{,}5 \right.", r'lr(\{ "0,5" )'),
+    (typst_text, r"\begin{bmatrix} a & b \\ c & d \end{bmatrix}", 'mat(delim: "[", a, b; c, d)'),
+    (typst_text, r"\begin{aligned} a &= b \\ c &= d \end{aligned}", "a & = b \\ c & = d"),
+    (typst_text, r"\text{ or } \sin x", '" or " op("sin") x'),
+    (unicode_text, r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}", "(d₂ + 0.5) cos φ₁ d\u0307₂"),
+    (unicode_text, r"-\frac{a_{1} + 1}{2 s_{2}} = -90^\circ", "−(a₁ + 1)/(2 s₂) = −90°"),
+    (unicode_text, r"p^*_{1} J^T \sqrt{2}", "p*₁ Jᵀ √2"),
+    (unicode_text, r"\omega_{1}' \times q_i' = v''", "ω₁′ × qᵢ′ = v″"),
+    (unicode_text, r"1.2 \cdot 10^{-6}", "1.2 ⋅ 10⁻⁶"), (unicode_text, r"x^{a b} + \left(y\right)", "x^(ab) + (y)"),
+    (unicode_text, r"\begin{aligned} a &= 1 \\ b &= 2 \end{aligned}", "a = 1\nb = 2"),
+    (unicode_text, r"J = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}", "J = ⎡1  2⎤\n    ⎣3  4⎦"),
 ]  # fmt: skip
 
 
@@ -52,13 +52,13 @@ def test_a_power_has_its_base_in_parentheses_where_maxima_would_read_another(for
 @pytest.mark.parametrize(("printer", "latex", "text"), PRINTED)
 def test_a_formula_is_printed_for_its_reader(printer: Callable[[Layout], str], latex: str, text: str) -> None:
     printed = printer(parse_latex(latex))
-    assert (" ".join(printed.split()) if printer is typst_math else printed) == text
+    assert (" ".join(printed.split()) if printer is typst_text else printed) == text
 
 
 def test_stacked_matrices_keep_apart() -> None:
     column = r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"
     stacked = parse_latex(rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}")
-    assert [bool(line) for line in unicode_math(stacked).splitlines()] == [True, True, False, True, True]
+    assert [bool(line) for line in unicode_text(stacked).splitlines()] == [True, True, False, True, True]
 
 
 def test_a_dot_over_a_letter_takes_no_column() -> None:
@@ -68,6 +68,6 @@ def test_a_dot_over_a_letter_takes_no_column() -> None:
 def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
     for part in problem.parts:
         if isinstance(part.answer, Matrix):
-            text = unicode_math(lay_out(part.answer.reference, problem.chain))
+            text = unicode_text(lay_out(part.answer.reference, problem.chain))
             assert "\\" not in text and "{" not in text
             assert len(text.splitlines()) == part.answer.reference.rows
