@@ -12,7 +12,6 @@ import io
 import pickle
 import sys
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -37,55 +36,37 @@ STORE_FOLDER = ".qdot"
 
 @dataclass(frozen=True)
 class StoredProblems:
-    """The problems of a student with their slots, and the stored figures (SVG) and texts (HTML).
-
-    Figures and texts have the slot ("p1") as their key if they belong to a problem, and slot and part ("p1-jacobian")
-    if they belong to a part. The methods make figures and texts that are not stored.
-    """
+    """The problems of a student with their slots, and the stored pieces of feedback pages by slot (see `pieces_of`)."""
 
     problems: list[tuple[str, Problem]]
-    figures: Mapping[str, str] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
+    pieces_by_slot: dict[str, dict[str, str]] = field(default_factory=dict)
 
-    def figure(self, slot: str, problem: Problem) -> str:
-        """Return the figure of a problem's arm."""
-        return self.figures[slot] if slot in self.figures else figure_svg(problem.chain, slot)
+    def pieces_of(self, slot: str) -> dict[str, str]:
+        """Return the figures (SVG) and texts (HTML) of a problem that feedback pages show; make them if not stored.
 
-    def statement(self, slot: str, problem: Problem) -> str:
-        """Return the statement of a problem as HTML."""
-        return self.texts[slot] if slot in self.texts else write_statement_html(problem)
-
-    def prompt(self, slot: str, problem: Problem, part: str) -> str:
-        """Return the prompt of a part as HTML."""
-        name = f"{slot}-{part}"
-        return self.texts[name] if name in self.texts else to_html(write_prompt(problem, problem[part]))
-
-    def part_figure(self, slot: str, problem: Problem, part: str) -> str:
-        """Return the figure of a part, "" if it has none."""
-        name = f"{slot}-{part}"
-        is_stored = slot in self.figures  # then a part that is not in `figures` has no figure
-        return self.figures.get(name, "") if is_stored else part_svg(problem.chain, problem[part], name)
+        The keys are "figure" and "statement" and, for a part such as jacobian, "jacobian prompt" and "jacobian figure".
+        """
+        if slot not in self.pieces_by_slot:
+            self.pieces_by_slot[slot] = _make_pieces(slot, dict(self.problems)[slot])
+        return self.pieces_by_slot[slot]
 
 
-def write_statement_html(problem: Problem) -> str:
-    """Return the statement of a problem as HTML: the table of its arm and other given values."""
-    return to_html(write_statement(problem, "", explains_typing=False))
+def _make_pieces(slot: str, problem: Problem) -> dict[str, str]:
+    statement = to_html(write_statement(problem, "", explains_typing=False))
+    pieces = {"figure": figure_svg(problem.chain, slot), "statement": statement}
+    for part in problem.parts:
+        pieces[f"{part.name} prompt"] = to_html(write_prompt(problem, part))
+        pieces[f"{part.name} figure"] = part_svg(problem.chain, part, f"{slot}-{part.name}")
+    return pieces
 
 
 def store_problems(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
-    """Store the problems of a student with their figures; do nothing if the disk is full or read-only."""
-    figures, texts = {}, {}
-    for slot, problem in problems:
-        figures[slot], texts[slot] = figure_svg(problem.chain, slot), write_statement_html(problem)
-        for part in problem.parts:
-            name = f"{slot}-{part.name}"
-            texts[name] = to_html(write_prompt(problem, part))
-            if part_figure := part_svg(problem.chain, part, name):
-                figures[name] = part_figure
+    """Store the problems of a student with their figures and texts; do nothing if the disk is full or read-only."""
+    pieces = {slot: _make_pieces(slot, problem) for slot, problem in problems}
     answers = [part.answer for _, problem in problems for part in problem.parts]
     entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
     minors = [_pickle_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickle_content((problems, figures, texts, entry_texts, minors)), 1)
+    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, is_synced=False)
@@ -130,12 +111,12 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
         signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            problems, figures, texts, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
+            problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
             store_texts(entry_texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
                 if pickled_minors:
                     store_minors(problem.chain, partial(pickle.loads, pickled_minors))
-            return StoredProblems(problems, figures, texts)
+            return StoredProblems(problems, pieces)
     except (OSError, ValueError):
         pass  # nothing is stored, or it is damaged
     return StoredProblems(assignment.generate_problems(student))

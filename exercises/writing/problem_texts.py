@@ -77,8 +77,8 @@ def write_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str
     return load_catalogue(language).localize_formulas(_add_legend(legend, text, language))
 
 
-def write_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
-    """Return the solutions of all parts, by part name, for a single text.
+def write_solutions(problem: Problem) -> dict[str, str]:
+    """Return the solutions of all parts, by part name, for a single text in English.
 
     Each abbreviation is explained before its first use. The result of an earlier part is not derived again.
     """
@@ -86,7 +86,7 @@ def write_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]
     parts, solutions = problem.parts, {}
     for number, part in enumerate(parts, 1):
         problem_so_far = replace(problem, parts=parts[:number])
-        solutions[part.name] = write_next_solution(problem_so_far, explained_names, language, len(parts) > 1)
+        solutions[part.name] = write_next_solution(problem_so_far, explained_names, ENGLISH, len(parts) > 1)
     return solutions
 
 

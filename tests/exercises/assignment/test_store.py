@@ -49,24 +49,25 @@ def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
     for student in STUDENTS:
         assert file_of(made, student.id).is_file()
         kept, anew = store.load_stored_problems(made, student.id), made.generate_problems(student.id)
-        assert kept.figures
+        assert kept.pieces_by_slot
         for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
             assert digests(problem) == digests(other)
             assert problem == other
-            assert kept.figure(slot, problem) == figure_svg(other.chain, slot)
+            pieces = kept.pieces_of(slot)
+            assert pieces["figure"] == figure_svg(other.chain, slot)
             for part in other.parts:
-                assert kept.part_figure(slot, problem, part.name) == part_svg(other.chain, part, f"{slot}-{part.name}")
+                assert pieces[f"{part.name} figure"] == part_svg(other.chain, part, f"{slot}-{part.name}")
 
 
 def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Assignment, "problems", lambda *_: pytest.fail("the problems were worked out again"))
+    monkeypatch.setattr(Assignment, "generate_problems", lambda *_: pytest.fail("the problems were worked out again"))
     assert [slot for slot, _ in store.load_stored_problems(made, "ada").problems] == ["p1", "p2"]
 
 
 def is_made_anew(assignment: Assignment, student: str) -> bool:
     found = store.load_stored_problems(assignment, student)
     assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.generate_problems(student)]
-    return not found.figures
+    return not found.pieces_by_slot
 
 
 def test_what_was_kept_of_another_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
