@@ -1,6 +1,7 @@
 """Export a quiz for Canvas as QTI 1.2. Canvas picks one variant of each question for each student."""
 
 from collections.abc import Generator, Sequence
+from itertools import chain
 
 from qdot.exercises.exports import items, markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
@@ -17,10 +18,9 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     if any(item.single_number_item for item in quiz_items):
         request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
-    images = {
-        f"images/{markup.name_picture_file(picture)}": markup.make_svg_file(picture)
-        for group in groups.values() for item in group for picture in markup.find_pictures((*item.body, *item.solution))
-    }  # fmt: skip
+    images: dict[str, str | bytes] = {}
+    for item in chain.from_iterable(groups.values()):
+        images |= markup.make_image_files((*item.body, *item.solution))
     ident = f"qdot-{assignment.key}"
     context = {
         "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups, "images": sorted(images),
@@ -38,9 +38,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
 
 
 def _write_html(body: Sequence[str | markup.Picture]) -> str:
-    return markup.write_html_with_figures(
-        body, lambda picture: f"{FILE_FOLDER}/images/{markup.name_picture_file(picture)}"
-    )
+    return markup.write_html_with_figures(body, lambda p: f"{FILE_FOLDER}/images/{markup.name_picture_file(p)}")
 
 
 def _name_question_type(form: items.ItemForm) -> str:

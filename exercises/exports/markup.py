@@ -98,6 +98,11 @@ def make_svg_file(picture: Picture) -> bytes:
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
 
 
+def make_image_files(body: Sequence[str | Picture]) -> dict[str, bytes]:
+    """Return the files of a text's figures: path in a package and content."""
+    return {f"images/{name_picture_file(picture)}": make_svg_file(picture) for picture in find_pictures(body)}
+
+
 def format_decimal(value: float, digits: int = DIGITS) -> str:
     """Return a number in decimal notation without an exponent, as platforms require.
 

@@ -32,9 +32,8 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     points_by_question: dict[str, float] = {}
     for item in make_items_without_hidden_solutions(request):
         files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
-        pictures = markup.find_pictures((*item.body, *item.solution))
-        item_images = {markup.name_picture_file(picture): markup.make_svg_file(picture) for picture in pictures}
-        images |= {f"images/{name}": content for name, content in item_images.items()}
+        item_images = markup.make_image_files((*item.body, *item.solution))
+        images |= item_images
         resources.append({"ident": item.key, "images": sorted(item_images)})
         slot_name, number, kind = item.key.split("-", 2)
         variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{number}", []).append(item.key)

@@ -95,10 +95,11 @@ def _render_page(request: ExportRequest, version: str, assets: Assets) -> str:
 def _describe_assignment(request: ExportRequest) -> Json:
     """Return the data of an assignment for its page: its slots, with points and partial credit."""
     assignment = request.assignment
-    passing_share = None if request.passing_share is None else float(request.passing_share)
-    settings = {"tries": request.attempt_count, "pass": passing_share}
-    slots = [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots]
-    return {"key": assignment.key, "title": assignment.title, **settings, "places": slots}
+    return {
+        "key": assignment.key, "title": assignment.title, "tries": request.attempt_count,
+        "pass": None if request.passing_share is None else float(request.passing_share),
+        "places": [{"name": slot.name, "questions": _list_questions(slot)} for slot in assignment.slots],
+    }  # fmt: skip
 
 
 def _list_questions(slot: Slot) -> list[list[str | float]]:
@@ -123,20 +124,17 @@ def _make_bank_files(request: ExportRequest) -> _Files:
             raise QdotError(f"{failures[0]}. Nothing is exported")  # each problem passed before, so this is a bug
         for _ in range(len(assignment.slots) * request.variant_count - len(bank_problems)):
             request.on_step()
-        files = _read_bank(Path(folder), assignment.hints)
+        paths = sorted(Path(folder).rglob("*.json"))
+        files: _Files = {
+            path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_bytes()), assignment.hints)
+            for path in paths
+        }
     files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(entries, titles, level)
     return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
 
 
-def _read_bank(folder: Path, has_hints: bool) -> _Files:
-    """Return the files of a bank for a package, with hints only if the assignment gives hints."""
-    return {
-        path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_text(encoding="utf-8")), has_hints)
-        for path in sorted(folder.rglob("*.json"))
-    }
-
-
 def _compact_record(record: Json, has_hints: bool) -> str:
+    """Return the JSON text of a record of the bank for students, with hints only if `has_hints`."""
     fields = {name: value for name, value in record.items() if name not in _BUILD_ONLY_FIELDS}
     if not has_hints:
         fields["parts"] = [part | {"hints": []} if "hints" in part else part for part in fields["parts"]]

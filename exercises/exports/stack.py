@@ -7,7 +7,7 @@ different mistakes lead to the same answer.
 """
 
 import base64
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 from qdot.exercises.assignment.assignment import Slot
@@ -79,21 +79,18 @@ def _make_questions(
 
     The questions do not contain the variant's key yet.
     """
-    notes: dict[str, None] = {}
-    return [_make_question(request, slot, problem, part) for part in _make_stack_parts(slot, problem, notes)], notes
-
-
-def _make_stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
+    questions, notes = list[StackQuestion](), list[str]()
     for part in problem.parts:
         stack_part, note = convert_part(problem, remove_rounding(part)), f"{slot.name}: STACK"
         if isinstance(stack_part, str):
-            notes[f"{note} leaves out {part.name!r}: {stack_part}"] = None
+            notes.append(f"{note} leaves out {part.name!r}: {stack_part}")
             continue
         if part.rounding is not None and remove_rounding(part) is not part:
-            notes[f"{note} does not accept rounded decimals in {part.name!r}; qdot does, {part.rounding.words}"] = None
+            notes.append(f"{note} does not accept rounded decimals in {part.name!r}; qdot does, {part.rounding.words}")
         if is_product(part):
-            notes[f"{note} marks {part.name!r} right or wrong; right factors earn no partial credit"] = None
-        yield stack_part
+            notes.append(f"{note} marks {part.name!r} right or wrong; right factors earn no partial credit")
+        questions.append(_make_question(request, slot, problem, stack_part))
+    return questions, dict.fromkeys(notes)
 
 
 def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
