@@ -237,10 +237,7 @@ class Assignment:
 
     def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems with the names of their slots; the same at every call, on every machine."""
-        return [
-            (slot.name, slot.generate_problem(self.secret, student, self.seed_number_of(slot, student)))
-            for slot in self.slots
-        ]
+        return [(slot.name, slot.generate_from_seed(self.make_problem_id(slot, student).seed)) for slot in self.slots]
 
     def make_problem_id(self, slot: Slot, student: str) -> ProblemId:
         """Return the id of a student's problem in a slot."""

@@ -75,7 +75,7 @@ class ReleaseResult:
     - "kept": the notebooks were up to date.
     - "completed": a file was missing after an interrupted run; the released notebook is unchanged.
     - "rewritten": the released notebook has changed.
-    - "left out": there is no notebook, because no problem passed its certificate in each of the `failed_slots`.
+    - "left out": there is no notebook, because there is no valid problem for the `failed_slots`.
     - "replaced": nothing is written yet, because the replaced problems (`replacements`) must be recorded first.
     """
 
@@ -127,9 +127,8 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     except (QdotError, OSError, MemoryError):
         raise
     except Exception as error:
-        return ReleaseResult(
-            student, "left out", failed_slots=(_find_faulty_slot(assignment, student, problems, error),)
-        )
+        failed_slot = _find_faulty_slot(assignment, student, problems, error)
+        return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
     records = {slot: certified.record for slot, certified in student_problems.certified.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
     outcome = _write(assignment, student, notebooks, certificate)
@@ -142,7 +141,7 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(notebook_text, notebooks)
     existing_text = read_if_present(released_path)
-    # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
+    # If only the solution is old, an earlier run changed the released notebook and was stopped before it reported this.
     is_new_version = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
     if existing_text not in (None, "", new_text) or is_new_version:
         outcome = "rewritten"

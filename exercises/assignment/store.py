@@ -75,7 +75,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles sums, products and powers so that they load unchanged; SymPy would evaluate each one again."""
+    """Pickles sums, products and powers so that they load unchanged; SymPy would evaluate each expression again."""
 
     def reducer_override(self, value: object) -> Any:
         if isinstance(value, (sp.Add, sp.Mul)):
@@ -118,7 +118,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
                     store_minors(problem.chain, partial(pickle.loads, pickled_minors))
             return StoredProblems(problems, pieces)
     except (OSError, ValueError):
-        pass  # nothing is stored, or it is damaged
+        pass  # the file is missing or damaged
     return StoredProblems(assignment.generate_problems(student))
 
 

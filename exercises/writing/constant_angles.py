@@ -1,7 +1,7 @@
 """Rewrite constants with roots as the sine or cosine of an angle: cos(75°) instead of (√6 - √2)/4.
 
-SymPy evaluates both sin(15°) and cos(75°) to (√6 - √2)/4. The angle is one from the arm's table if possible, otherwise
-15°.
+SymPy evaluates both sin(15°) and cos(75°) to (√6 - √2)/4. If the arm's table has one of these angles, this angle is
+used; otherwise, the angle is 15°.
 """
 
 from collections.abc import Sequence

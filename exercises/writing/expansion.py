@@ -1,8 +1,7 @@
 """Expand a determinant in steps as by hand: simplify the matrix, expand along a row or column, and multiply out.
 
-No step changes the determinant. A step sets joint 1 to a value, expresses the Jacobian in another frame and about
-another point, or multiplies the only nonzero entry of a row or column by its cofactor. The steps are derived for an
-arm's structure (the arm with symbols for its lengths); the arm's numbers are substituted later.
+No step changes the determinant (see `ExpansionStep`). The steps are derived for an arm's structure, that is, for the
+arm with symbols for its lengths. The arm's numbers are substituted later.
 """
 
 from collections.abc import Callable

@@ -20,7 +20,7 @@ from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import terminal_width, unicode_text
 from qdot.exercises.writing.fit import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
-if TYPE_CHECKING:  # imported late because it is slow; grading uses cached HTML and needs no parser
+if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it, because grading uses stored HTML
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
     from markdown_it.tree import SyntaxTreeNode

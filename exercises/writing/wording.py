@@ -261,7 +261,7 @@ class Wording:
 
     @property
     def moved_axis_names(self) -> str:
-        """The names of the axes' directions and points after the joints before them have moved them."""
+        """The names of the axes' directions and points after the preceding joints have moved the axes."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = ([r"\omega_i", "q_i"] if "R" in kinds else []) + ["v_i"] * ("P" in kinds)
         return self.join([f"${name}'$" for name in names])
