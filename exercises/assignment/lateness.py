@@ -28,14 +28,14 @@ class LateRule:
     at_most: Fraction = Fraction(1)
     until: datetime.datetime | None = None
 
-    def penalty(
+    def compute_penalty(
         self, due_date: datetime.datetime, received: datetime.datetime, extension: datetime.timedelta
     ) -> Fraction:
         """Return the share of the earned points that is deducted; `extension` is the length of the student's extension.
 
         >>> due = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
         >>> rule = LateRule(grace=900, per_day=Fraction(1, 10), at_most=Fraction(1, 2))
-        >>> [str(rule.penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
+        >>> [str(rule.compute_penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
         ['0', '1/10', '1/5']
         """
         seconds_late = (received - due_date).total_seconds()

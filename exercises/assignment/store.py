@@ -67,7 +67,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.entries()]
     minors = [_pickle_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
-    text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
+    text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, is_synced=False)
     except QdotError:
@@ -110,7 +110,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
     try:
         signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
-        if hmac.compare_digest(signature, _signature(assignment, student, payload)):
+        if hmac.compare_digest(signature, _compute_signature(assignment, student, payload)):
             problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
             store_texts(entry_texts)
             for (_, problem), pickled_minors in zip(problems, minors, strict=True):
@@ -127,7 +127,7 @@ def store_path(assignment: Assignment, student: str) -> Path:
     return assignment.folder / STORE_FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 
 
-def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
+def _compute_signature(assignment: Assignment, student: str, payload: bytes) -> str:
     signed_data = repr(
         (compute_package_digest(), assignment.notebook_digest_of(student), assignment.marking_digest, student)
     ).encode()

@@ -71,7 +71,9 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
     solved: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("example")):
-        steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
+        steps = tuple(
+            (words.translate_question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions
+        )
         is_first_use = all(earlier.key != key for earlier in solved)
         has_singularities = "singular-angles" in questions
         solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))

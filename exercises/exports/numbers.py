@@ -52,7 +52,7 @@ class GivenValues:
     """
 
     joints: tuple[tuple[str, str], ...]
-    others: tuple[tuple[str, str], ...]
+    other_values: tuple[tuple[str, str], ...]
     values: Mapping[str, float]
 
 
@@ -266,7 +266,7 @@ def _describe_given_values(chain: Chain, part: Part, configuration: Configuratio
         other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
     rows = [sp.Symbol(row) for row in chain.task]
     if used_symbols & set(rows):
-        other_values += [(tex(row), wording.velocity_value(row, configuration[row])) for row in rows]
+        other_values += [(tex(row), wording.write_velocity(row, configuration[row])) for row in rows]
     other_values += [
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()

@@ -27,8 +27,8 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
         practised=bank_families,
         tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
-        translate_family=lambda title: {code: words[code].family(title) for code in words},
-        translate_question=lambda title: {code: words[code].question(title) for code in words},
+        translate_family=lambda title: {code: words[code].translate_family(title) for code in words},
+        translate_question=lambda title: {code: words[code].translate_question(title) for code in words},
     )
     return Page(GALLERY_PATH, "The arms", body, section="arms", kind="wide")
 

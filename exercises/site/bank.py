@@ -161,8 +161,10 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """
     words = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
-    return _json_text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
+    families = {name: words.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
+    return _json_text(
+        {"families": families, "questions": {q.name: words.translate_question(q.title) for q in ASKED.values()}}
+    )
 
 
 def _list_entries(entries: Sequence[Json], family: str) -> Iterator[Json]:

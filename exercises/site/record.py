@@ -24,7 +24,7 @@ from qdot.exercises.short_questions import ASKED
 from qdot.exercises.singularities.difficulty import difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import symbol_latex, tex
+from qdot.exercises.writing.latex import tex, write_symbol
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import (
     write_answer_code,
@@ -88,11 +88,11 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
     words = load_catalogue(language)
-    title = words.arm_title(problem.chain.title)
+    title = words.translate_arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
         shown_hints = [html_with_latex(hint) for hint in write_hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.question(ASKED[part.kind].title)}
+        texts: Json = {"name": part.name, "title": words.translate_question(ASKED[part.kind].title)}
         texts |= {"prompt": to_html(write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
@@ -113,8 +113,13 @@ def translate_solutions(problem: Problem, language: str) -> Json:
 
 def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     mistake = CATALOGUE[name]
-    title = words.mistake_title(name, mistake.title)
-    return [name, title, words.mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence), *missing]
+    title = words.translate_mistake_title(name, mistake.title)
+    return [
+        name,
+        title,
+        words.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence),
+        *missing,
+    ]
 
 
 def make_solutions_record(problem: Problem) -> Json:
@@ -144,7 +149,7 @@ def _list_symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
     symbols: Json = {}
     for name, info in problem.symbols().items():
-        symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
+        symbols[name] = {"role": info.role, "unit": info.unit, "latex": write_symbol(name, prismatic)}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
     return symbols

@@ -36,7 +36,7 @@ def _make_plain_tables() -> Iterator[Json]:
     for name in PLAIN_FAMILIES:
         chain = sample_chain(ProblemId(name, 0, variation="chapter"))
         title = FAMILIES[name].title
-        translations = {code: load_catalogue(code).family(title) for code in LANGUAGES}
+        translations = {code: load_catalogue(code).translate_family(title) for code in LANGUAGES}
         yield {"key": name, "titles": translations, **_make_table_of_chain(chain, title)}
 
 

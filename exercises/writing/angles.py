@@ -81,8 +81,8 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
 def needs_no_name(angle: sp.Expr) -> bool:
     """Return whether an angle is a number, or a sum of joint variables and multiples of 90 degrees."""
-    rest, constant = shortening.split_constant(angle)
-    return rest == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(rest))
+    remainder, constant = shortening.split_constant(angle)
+    return remainder == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
 
 
 def _has_unit_coefficients(angle: sp.Expr) -> bool:
@@ -109,7 +109,7 @@ def _make_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp
 
 def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles that may occur in an arm's formulas: of links, of rows of the table, and between two links."""
-    runs = _angles_by_run(chain)
+    runs = _group_angles_by_run(chain)
     yield from (angle for run in runs for angle in run)
     yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.kind == "R")
     for run in runs:
@@ -122,10 +122,10 @@ def list_link_angles(chain: Chain) -> list[sp.Expr]:
 
     If all axes are parallel, this is the angle of x_i in the world frame. The constant of an angle is in (-pi, pi].
     """
-    return [angle for run in _angles_by_run(chain) for angle in run][1:]
+    return [angle for run in _group_angles_by_run(chain) for angle in run][1:]
 
 
-def _angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
+def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
     """Return the angles of the base and of all links, grouped into runs of parallel axes."""
     total, sense = chain.base.yaw, 1
     runs: list[list[sp.Expr]] = [[]]

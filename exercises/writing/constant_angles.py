@@ -46,13 +46,13 @@ def use_constant_angles(expression: sp.Expr, angles: Sequence[sp.Expr] = ()) -> 
     """
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
         return expression
-    roots, sums = _trigs_by_value(tuple(angles))
+    roots, sums = _find_trigs_by_value(tuple(angles))
     without_nested_roots = expression.xreplace(roots)
     return without_nested_roots.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
 
 
 @lru_cache(maxsize=256)
-def _trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_SumOfRoots, ...]]:
+def _find_trigs_by_value(angles: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_SumOfRoots, ...]]:
     """Return the constants to rewrite, each with the equal sine or cosine (or its square): nested roots, and sums."""
     roots: dict[sp.Expr, sp.Expr] = {}
     sums: dict[sp.Expr, sp.Expr] = {}

@@ -7,7 +7,7 @@ which are explained below the matrix.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise, zip_longest
+from itertools import chain, pairwise, zip_longest
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.layout import Layout, Pieces, row
@@ -53,7 +53,7 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
         return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
         return estimate_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
-    return _leaf_width(kind, text)
+    return _estimate_leaf_width(kind, text)
 
 
 def is_too_wide_inline(formula: Layout, max_width: float) -> bool:
@@ -71,7 +71,7 @@ def _total_width(pieces: Sequence[Layout], scale: float = 1.0) -> float:
 
 
 @lru_cache(maxsize=2048)
-def _leaf_width(kind: str, text: str) -> float:
+def _estimate_leaf_width(kind: str, text: str) -> float:
     if kind == "space":
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATOR_WIDTHS:
@@ -111,8 +111,8 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
 
 
 def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
-    left, *rest = layout.split_at(equation, layout.EQUALS)
-    return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), rest))) if rest else ((), left)
+    left, *right_sides = layout.split_at(equation, layout.EQUALS)
+    return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), right_sides))) if right_sides else ((), left)
 
 
 def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
@@ -136,7 +136,8 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
             parts = [_break_side(factor, max_width - 1.5) for factor in factors]
-            return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
+            continued_parts = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in parts[1:])
+            return [*parts[0], *chain.from_iterable(continued_parts)]
     terms = layout.split_terms(side)
     lines = _break_fraction(side, max_width) or _name_entries(side, max_width) if len(terms) == 1 else []
     return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
@@ -157,17 +158,17 @@ def _find_matrix(piece: Layout) -> Layout | None:
 def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     """Return the lines of a wide fraction, as 1 over the denominator times the numerator; none for other formulas."""
     has_sign = formula_pieces[:1] == (layout.MINUS,)
-    sign, rest = formula_pieces[:has_sign], formula_pieces[has_sign:]
-    if len(rest) != 1 or rest[0].text != "frac":
+    sign, unsigned_pieces = formula_pieces[:has_sign], formula_pieces[has_sign:]
+    if len(unsigned_pieces) != 1 or unsigned_pieces[0].text != "frac":
         return []
-    numerator, denominator = (side.inner for side in rest[0].inner)
+    numerator, denominator = (side.inner for side in unsigned_pieces[0].inner)
     factor = Layout("number", "1")
     is_bracketed = len(numerator) > 3 and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
     if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
-    first, *others = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
+    first, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
     opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
-    return [(*opening, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
+    return [(*opening, *first), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
 
 
 def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
@@ -232,6 +233,6 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
     named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
     for entry, name in names.items():
-        first, *others = _break_side(entry, max_width - 4.0)
-        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
+        first, *other_lines = _break_side(entry, max_width - 4.0)
+        lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in other_lines)]
     return lines

@@ -70,12 +70,12 @@ class HintContext:
     def find_entry(matrix: sp.Matrix) -> Entry | None:
         """Return the first entry that is not constant, if another such entry differs by more than its sign."""
         entries = (Entry(i + 1, j + 1, matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols))
-        return _first_variable((entry, entry.value) for entry in entries)
+        return _find_first_variable((entry, entry.value) for entry in entries)
 
     @staticmethod
     def find_minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
         """Return the first minor that is not constant, if another such minor differs by more than its sign."""
-        return _first_variable((minor, minor[1]) for minor in minors)
+        return _find_first_variable((minor, minor[1]) for minor in minors)
 
     @staticmethod
     def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
@@ -138,7 +138,7 @@ class HintContext:
         ]
 
 
-def _first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
+def _find_first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
     """Return the first item whose value is not constant, if another such value differs by more than its sign."""
     variable = [(item, value) for item, value in items if _is_variable(value)]
     return variable[0][0] if len({_without_sign(value) for _, value in variable}) > 1 else None

@@ -84,36 +84,36 @@ class Catalogue:
             return text.replace(".", self._decimal_sign)
         return _translate_by_first_match(self._phrase_translations, text, self.translate_phrase)
 
-    def family(self, title: str) -> str:
+    def translate_family(self, title: str) -> str:
         """Return the title of a family."""
         return self._translate(FAMILY, title)
 
-    def question(self, title: str) -> str:
+    def translate_question(self, title: str) -> str:
         """Return the title of a question."""
         return self._translate(QUESTION, title)
 
-    def arm_title(self, name: str) -> str:
+    def translate_arm_title(self, name: str) -> str:
         """Return the heading for an arm that has a name, or the general heading if `name` is empty."""
         return _translate_by_first_match(self._arm_translations(ARM_HEADING), name or "arm")
 
-    def arm_in_sentence(self, name: str) -> str:
+    def translate_arm_in_sentence(self, name: str) -> str:
         """Return the name of an arm with an article, as in a sentence after "The figure shows"."""
         arm_name = name or "arm"
         if self.is_english:
             return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
         return _translate_by_first_match(self._arm_translations(ARM_IN_SENTENCE), arm_name)
 
-    def mistake_title(self, name: str, title: str) -> str:
+    def translate_mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
         return self._translate(name_mistake_context(name), title)
 
-    def mistake_title_in_sentence(self, name: str, title: str) -> str:
+    def translate_mistake_title_in_sentence(self, name: str, title: str) -> str:
         """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
-        translation = self.mistake_title(name, title)
+        translation = self.translate_mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
         return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
-    def mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
+    def translate_mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
         """Return the translation of a `sentence` on a mistake, which was made from `english_pattern`.
 
         The translation ends with a reference to the chapter, `english_source`.

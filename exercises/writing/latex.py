@@ -33,10 +33,10 @@ _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
 @cache
-def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
+def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
     r"""Return a symbol's LaTeX. `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d.
 
-    >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
+    >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("wx"), write_symbol("fx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
     if COMPONENT_PATTERN.fullmatch(name):
@@ -87,18 +87,18 @@ class _ExpressionLayout:
         """Return a product with its sign outside; no sum in brackets starts with a minus if that can be avoided."""
         if expression.is_Add:
             return _SignedTerm(False, self.lay_out(expression))
-        coefficient, rest = expression.as_coeff_Mul()
-        if rest == 1:
+        coefficient, remainder = expression.as_coeff_Mul()
+        if remainder == 1:
             return self.lay_out_number(coefficient)
         ordered = order.order_product(expression)
         above, below, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
-        number_above, number_below = self.split_coefficient(ordered.number, rest, bool(below))
+        number_above, number_below = self.split_coefficient(ordered.number, remainder, bool(below))
         is_alone = not number_above and len(above) == 1 and bool(below or number_below)
         numerator = number_above + self.lay_out_factors(above, flips, is_alone) or number("1")
         denominator = number_below + self.lay_out_factors(below, flips, is_alone=not number_below and len(below) == 1)
         if not denominator:
             return _SignedTerm(ordered.is_negative, numerator)
-        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, rest.is_number),))
+        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
 
     def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
         """Return factors side by side; sums get brackets unless the only factor of a numerator or denominator."""
@@ -116,7 +116,7 @@ class _ExpressionLayout:
         if factor.is_Pow:
             return self.lay_out_power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parse_latex(symbol_latex(factor.name, self.prismatic)).inner
+            return parse_latex(write_symbol(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
             return self.lay_out_number(factor).pieces
         if isinstance(factor, sp.Abs):
@@ -154,13 +154,13 @@ class _ExpressionLayout:
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
         """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1."""
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
-        rest, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
+        remainder, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
             return self.lay_out(value)
         degrees = script(Layout("number", digits), superscript=layout.DEGREE)
-        if rest == 0:
+        if remainder == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
-        rest_pieces = self.lay_out(rest)
+        rest_pieces = self.lay_out(remainder)
         if constant < 0 or rest_pieces[0] != layout.MINUS:
             return (*rest_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
         return (degrees, *rest_pieces)
@@ -176,7 +176,7 @@ class _ExpressionLayout:
             return _SignedTerm(is_negative, number(decimal_digits))
         return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
-    def split_coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
+    def split_coefficient(self, value: sp.Expr, remainder: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a numeric coefficient adds to the numerator and to the denominator of its term.
 
         7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator.
@@ -186,10 +186,10 @@ class _ExpressionLayout:
         if not value.is_Rational:
             return self.lay_out_number(value).pieces, ()
         digits, inverse_digits = decimal_text(value), decimal_text(1 / value)
-        if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
+        if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
             return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
-        if value.q > _MAX_DENOMINATOR or not (rest.is_number or rest.atoms(sp.Pow) & _list_roots(rest)):
+        if value.q > _MAX_DENOMINATOR or not (remainder.is_number or remainder.atoms(sp.Pow) & _list_roots(remainder)):
             is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
             if inverse_digits is not None and is_short:
                 return (), number(inverse_digits)
@@ -199,7 +199,7 @@ class _ExpressionLayout:
 
 
 @lru_cache(maxsize=1024)
-def _quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -> tuple[sp.Expr, sp.Expr] | None:
+def _find_quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ...]) -> tuple[sp.Expr, sp.Expr] | None:
     """Return a number as the numerator and denominator of a quotient of an arm's lengths: 7/9 as 0.35 and 0.45.
 
     Numerator and denominator may each be a product of two lengths, and the numerator may be 1. Returns None for other
@@ -245,8 +245,8 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     ('s_{3}', 'a_{1} - a_{2}')
     """
     named = sp.sympify(condition if angles is None else angles.use_names(condition))
-    _, rest = named.as_coeff_Mul()
-    return tex(rest if not rest.is_Add and rest != 1 else named, chain)
+    _, remainder = named.as_coeff_Mul()
+    return tex(remainder if not remainder.is_Add and remainder != 1 else named, chain)
 
 
 _LayoutOptions = tuple[tuple[str, ...], tuple[sp.Expr, ...], tuple[sp.Rational, ...]]
@@ -302,8 +302,10 @@ MAX_LINE_WIDTH = 44.0
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     """Return the LaTeX of a sum for the right side of an aligned formula, with long sums broken into lines."""
-    first, *others = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
-    return r" \\ & ".join(latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
+    first, *other_lines = fill_lines(layout.split_terms(lay_out(expression, chain, angles).inner), MAX_LINE_WIDTH)
+    return r" \\ & ".join(
+        latex_text(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in other_lines))
+    )
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -332,15 +334,17 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     (bracket,) = brackets
     numbers, terms = [], []
     for term in bracket.args:
-        number, rest = term.as_coeff_Mul()
-        terms.append((number, rest))
-        numbers += [] if rest == 1 else [number]
+        number, remainder = term.as_coeff_Mul()
+        terms.append((number, remainder))
+        numbers += [] if remainder == 1 else [number]
     if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
         return value
     common_factor = sp.Integer(math.gcd(*map(int, numbers)))
     if any(decimal_text(number / common_factor) is None for number, _ in terms):
         return value
-    return value / bracket * common_factor * sp.Add(*(number / common_factor * rest for number, rest in terms))
+    return (
+        value / bracket * common_factor * sp.Add(*(number / common_factor * remainder for number, remainder in terms))
+    )
 
 
 def tex_angle(value: sp.Expr) -> str:
@@ -349,11 +353,11 @@ def tex_angle(value: sp.Expr) -> str:
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     """
-    return _angle_in_degrees(sp.sympify(value))
+    return _write_angle_in_degrees(sp.sympify(value))
 
 
 @lru_cache(maxsize=1024)
-def _angle_in_degrees(value: sp.Expr) -> str:
+def _write_angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
         return _tex_with_unit(value, "rad")

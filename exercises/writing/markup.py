@@ -120,8 +120,8 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
     if len(pieces) < MIN_SPLIT_EQUATIONS:
         return [(latex, "")]
-    *others, last = pieces
-    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in others), (last.strip(), "")]
+    *first_pieces, last = pieces
+    return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in first_pieces), (last.strip(), "")]
 
 
 def fit_latex(latex: str, max_width: float) -> str:

@@ -31,14 +31,14 @@ def write_statement(
     chain, messages = problem.chain, load_catalogue(language)
     names = {"chain": chain, "title": title, "figure": figure, "typed": explains_typing}
     template = make_environment(language).get_template("writing/statement.md.j2")
-    text = template.render(names, w=Wording(chain, messages), arm=messages.arm_in_sentence(chain.title))
+    text = template.render(names, w=Wording(chain, messages), arm=messages.translate_arm_in_sentence(chain.title))
     return messages.localize_formulas(_clean_whitespace(text))
 
 
 def write_prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the question of a part: what to find, in which frame, in which units, and in which form to answer."""
     messages = load_catalogue(language)
-    text = str(_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
+    text = str(_get_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
         precision = messages.translate_phrase(part.rounding.words)
         text += "\n\n" + messages.gettext("Decimals are accepted %(how)s.", how=precision)
@@ -64,7 +64,7 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
 def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
     """Return three hints for this arm, from vague to detailed; no hint contains the answer."""
     chain, steps, messages = problem.chain, get_solution_steps(problem.chain), load_catalogue(language)
-    text = _question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
+    text = _get_question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
     vague, plan, detailed = map(messages.localize_formulas, with_legends)
     return vague, plan, detailed
@@ -72,7 +72,7 @@ def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[
 
 def write_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the worked solution of a part: formula, steps, result, meaning. The text begins with a legend."""
-    text = _derivation(problem, part, language)
+    text = _write_derivation(problem, part, language)
     legend = _make_legend(get_solution_steps(problem.chain), text)
     return load_catalogue(language).localize_formulas(_add_legend(legend, text, language))
 
@@ -99,16 +99,16 @@ def write_next_solution(
     `first_of_several` says whether solutions may follow, to which the legend also applies.
     """
     *earlier_parts, part = problem.parts
-    text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
+    text = _write_derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
     legend = [pair for pair in _make_legend(get_solution_steps(problem.chain), text) if pair[0] not in explained_names]
     explained_names.update(name for name, _ in legend)
     return load_catalogue(language).localize_formulas(_add_legend(legend, text, language, first_of_several))
 
 
-def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
+def _write_derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
     wording, steps = Wording(chain, load_catalogue(language), earlier), get_solution_steps(chain)
-    return str(_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
+    return str(_get_question_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
 def write_answer_code(problem: Problem, part: Part, used_columns: int = 0) -> str:
@@ -150,7 +150,7 @@ def get_solution_steps(chain: Chain) -> SolutionSteps:
     return SolutionSteps(chain)
 
 
-def _question_macros(part: Part, language: str) -> Any:
+def _get_question_macros(part: Part, language: str) -> Any:
     return make_environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
 
 

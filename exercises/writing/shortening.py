@@ -64,11 +64,11 @@ def _join_squares(total: sp.Expr) -> sp.Expr | None:
             base, power = square.as_base_exp()
             if power != 2 or not isinstance(base, (sp.sin, sp.cos)):
                 continue
-            rest, complement = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
-            if -rest in terms:
-                return total - term + rest - rest * complement
-            if rest * complement in terms:
-                return total - term - rest * complement + rest
+            remainder, complement = term / square, (sp.cos if isinstance(base, sp.sin) else sp.sin)(base.args[0]) ** 2
+            if -remainder in terms:
+                return total - term + remainder - remainder * complement
+            if remainder * complement in terms:
+                return total - term - remainder * complement + remainder
     return None
 
 
@@ -86,8 +86,8 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
         return expanded if sp.count_ops(expanded) < sp.count_ops(expression) else expression
     if expression.is_Add:
         number = sp.Add(*(term for term in expression.args if term.is_number))
-        others = (multiply_numbers(term) for term in expression.args if not term.is_number)
-        return sp.Add(multiply_numbers(number), *others)
+        other_terms = (multiply_numbers(term) for term in expression.args if not term.is_number)
+        return sp.Add(multiply_numbers(number), *other_terms)
     args = tuple(map(multiply_numbers, expression.args))
     return expression if args == expression.args else expression.func(*args)
 
@@ -105,8 +105,8 @@ def _shorten_sums(expression: sp.Expr, shorten_once: Callable[[sp.Expr], sp.Expr
 
 def _has_shift(angle: sp.Expr) -> bool:
     """Return whether an angle is a sum of joint variables plus a nonzero rational multiple of pi."""
-    rest, constant = split_constant(angle)
-    return constant != 0 and (constant / sp.pi).is_Rational and is_joint_sum(rest)
+    remainder, constant = split_constant(angle)
+    return constant != 0 and (constant / sp.pi).is_Rational and is_joint_sum(remainder)
 
 
 def is_joint_sum(angle: sp.Expr) -> bool:
@@ -116,14 +116,14 @@ def is_joint_sum(angle: sp.Expr) -> bool:
 
 def split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return the variable part and the constant part of an angle."""
-    constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest, constant
+    constant, remainder = angle.as_independent(sp.Symbol, as_Add=True)
+    return remainder, constant
 
 
 def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
     """Return the numeric coefficient of a term, with its roots, and the other factors."""
-    number, rest = term.as_independent(sp.Symbol, as_Add=False)
-    return number, list(sp.Mul.make_args(rest))
+    number, remainder = term.as_independent(sp.Symbol, as_Add=False)
+    return number, list(sp.Mul.make_args(remainder))
 
 
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
@@ -146,13 +146,13 @@ def _expand_shift(trig: sp.Expr) -> sp.Expr:
 
 def _combine_one_pair(total: sp.Expr, has_notation: HasNotation) -> sp.Expr | None:
     """Return a sum with two of its terms combined by an angle-sum identity, or None if none applies."""
-    for terms, factor, trig in _pairs_of_terms(total):
+    for terms, factor, trig in _iterate_pairs_of_terms(total):
         if has_notation(trig.args[0]):
             return total - sp.Add(*terms) + factor * trig
     return None
 
 
-def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
+def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
     """Yield pairs of terms that an angle-sum identity combines, with a factor and the new sine or cosine."""
     products: dict[tuple[frozenset[sp.Expr], sp.Expr], list[tuple[sp.Expr, sp.Expr, dict[sp.Expr, type]]]] = {}
     for term in total.args:
@@ -226,14 +226,14 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
     for term in total.args:
         factors = sp.Mul.make_args(term)
         trigs = [factor for factor in factors if factor in common_trigs]
-        rest = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
-        varies = not trigs and rest.free_symbols & angle_symbols
-        if len(trigs) > 1 or varies or rest.has(*common_trigs):
+        remainder = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
+        varies = not trigs and remainder.free_symbols & angle_symbols
+        if len(trigs) > 1 or varies or remainder.has(*common_trigs):
             return total
-        groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(rest)
-    if all(len(rests) < 2 for trig, rests in groups.items() if trig != 1):
+        groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(remainder)
+    if all(len(remainders) < 2 for trig, remainders in groups.items() if trig != 1):
         return total
-    return sp.Add(*(trig * sp.Add(*rests) for trig, rests in groups.items()))
+    return sp.Add(*(trig * sp.Add(*remainders) for trig, remainders in groups.items()))
 
 
 def _joints_in_angle(trig: sp.Expr) -> set[int]:

@@ -111,7 +111,7 @@ class SolutionSteps:
         """What hints show of the arm and its results."""
         return HintContext(self.chain)
 
-    def lost_direction_at(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
+    def find_lost_direction(self, values: Values) -> tuple[LostDirectionAt, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if there is no short formula for both."""
         return rank.find_lost_direction_formula(self.chain, BranchConfigurations(values))
 
@@ -192,11 +192,11 @@ class SolutionSteps:
         derive_jacobian = screws.derive_space_jacobian if frame == "space" else screws.derive_body_jacobian
         return self.convention.reorder_twists(derive_jacobian(self.chain))
 
-    def axis_at_home(self, joint: int) -> sp.Matrix:
+    def derive_axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint with all joint variables at zero (3 x 1)."""
         return self.derivation.z[:, joint - 1].xreplace(self.home_configuration).applyfunc(sp.expand)
 
-    def rotated_axis(self, joint: int) -> sp.Matrix | None:
+    def find_rotated_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint after the preceding joints have rotated it (3 x 1), or None if none does."""
         axis = self.derivation.z[:, joint - 1]
         return axis if self._depends_on_joints(axis) else None
@@ -218,7 +218,7 @@ class SolutionSteps:
             previous = position
         return positions if len(positions) < 2 or positions[-1][0] != 1 else positions[:-1]
 
-    def rotation(self, joint: int) -> sp.Matrix:
+    def derive_rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation matrix (3 x 3) of the frame on a joint's axis; the last column is the axis."""
         shortened = self.angles.shorten(self.derivation.rotations[self.convention.frame_on_axis(joint)])
         return sp.Matrix.hstack(shortened[:, :2], self.derivation.z[:, joint - 1])
@@ -249,19 +249,19 @@ class SolutionSteps:
         moves_point = i < self.chain.point.frame
         return Column(i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric[:3, i], moves_point)
 
-    def link_columns(self, k: int) -> list[Column]:
+    def list_link_columns(self, k: int) -> list[Column]:
         """Return the columns of the geometric Jacobian for the point O_k, one for each of the joints 1 ... k."""
         derivation = derive(self.convention.first_joints(k))
         return [self._make_column(derivation, i) for i in range(k)]
 
-    def rate_along_z(self, joint: int) -> sp.Matrix:
+    def make_rate_along_z(self, joint: int) -> sp.Matrix:
         """Return the vector (3 x 1) along the z axis of a frame on the joint's axis; its length is the joint rate."""
         return sp.Matrix([0, 0, self.chain.rates[joint - 1]])
 
     @cached_property
     def cofactors(self) -> sp.Matrix:
         """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
-        return self._substitute_numbers(_cofactors(self._structure))
+        return self._substitute_numbers(_compute_cofactors(self._structure))
 
     @property
     def never_vanishing_factors(self) -> list[sp.Expr]:
@@ -337,7 +337,7 @@ class SolutionSteps:
         values = (minor.substitute(self._values) for minor in self.derivation.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
+    def find_largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
         """Return the minor with the largest absolute value at a configuration: its columns or rows, and its value."""
         values = [(label, self.evaluate(configuration, minor)) for label, minor in self.minors]
         return max(values, key=lambda labelled_value: abs(labelled_value[1]))
@@ -376,7 +376,7 @@ class SolutionSteps:
         conditions = self._shown_conditions(component)
         kind = classify(self.chain, component)
         need = next(filter(None, (existence_condition(condition, self.chain) for condition in conditions)), None)
-        return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
+        return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), need)
 
     def shown_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor; a sum has the same signs as in the det J that is shown."""
@@ -387,11 +387,11 @@ class SolutionSteps:
         is_opposite_shown = opposite_latex in tex(self.derivation.determinant, self.chain, self.angles)
         return -without_number if is_opposite_shown else without_number
 
-    def _cases(self, component: Component, kind: Classification) -> tuple[tuple[Values, Classification], ...]:
+    def _find_cases(self, component: Component, kind: Classification) -> tuple[tuple[Values, Classification], ...]:
         cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, kind)]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
-    def components_at(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
+    def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
         components = (component for _, component in find_components_with(self.chain, configuration))
         return [SingularComponent(self._shown_conditions(c), c.solutions, classify(self.chain, c)) for c in components]
@@ -406,7 +406,7 @@ class SolutionSteps:
         """Return the value of a formula or matrix at a configuration, to four significant digits."""
         substituted = expression.xreplace(configuration.values)
         is_matrix = isinstance(substituted, sp.MatrixBase)
-        return substituted.applyfunc(_four_digits) if is_matrix else _four_digits(substituted)
+        return substituted.applyfunc(_round_to_four_digits) if is_matrix else _round_to_four_digits(substituted)
 
     def evaluate_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
@@ -419,7 +419,7 @@ class SolutionSteps:
     def substitute_joints(self, configuration: ConfigurationsOfOneKind, expression: sp.Expr) -> sp.Expr:
         """Return an expression with joint values substituted: lengths stay symbols, numbers get four digits."""
         substituted = sp.expand(sp.N(expression.xreplace(configuration.joints), 15))
-        return substituted.xreplace({number: _four_digits(number) for number in substituted.atoms(sp.Float)})
+        return substituted.xreplace({number: _round_to_four_digits(number) for number in substituted.atoms(sp.Float)})
 
     def format_answer(self, part: Part) -> list[str]:
         """Return the numbers of an answer as text, to three significant digits."""
@@ -432,7 +432,7 @@ def _make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
 
 
 @lru_cache(maxsize=512)
-def _cofactors(chain: Chain) -> sp.Matrix:
+def _compute_cofactors(chain: Chain) -> sp.Matrix:
     """Return the cofactors of the task Jacobian of a structure."""
     jacobian = derive(chain).jacobian
     n = jacobian.rows
@@ -441,8 +441,8 @@ def _cofactors(chain: Chain) -> sp.Matrix:
 
 def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
-    coefficient, rest = condition.as_coeff_Mul()
-    return condition if rest.is_Add or coefficient == 1 else rest
+    coefficient, remainder = condition.as_coeff_Mul()
+    return condition if remainder.is_Add or coefficient == 1 else remainder
 
 
 def format_three_digits(value: sp.Expr) -> str:
@@ -455,7 +455,7 @@ def format_three_digits(value: sp.Expr) -> str:
     return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
 
 
-def _four_digits(value: sp.Expr) -> sp.Expr:
+def _round_to_four_digits(value: sp.Expr) -> sp.Expr:
     number = sp.N(value, 15)
     if abs(number) < sp.Float("1e-12"):
         return sp.S.Zero

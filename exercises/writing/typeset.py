@@ -15,7 +15,7 @@ from qdot.exercises.formula import algebra, layout
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
-from qdot.exercises.writing.latex import symbol_latex
+from qdot.exercises.writing.latex import write_symbol
 
 MAX_DEPTH = 30
 """Maximum depth of trees that are typeset; deeper formulas would be unreadable."""
@@ -97,7 +97,7 @@ class _Typesetter:
         if name in _CONSTANTS:
             return _Operand((Layout("letter", _CONSTANTS[name]),), _ATOM)
         if _SYMBOL_PATTERN.fullmatch(name):
-            return _Operand(parse_latex(symbol_latex(name, self.prismatic)).inner, _ATOM)
+            return _Operand(parse_latex(write_symbol(name, self.prismatic)).inner, _ATOM)
         # A name may contain characters that normalize to others, such as Unicode's digits in brackets.
         text = "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)
         return _Operand((Layout("text", text),), _ATOM)

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singularity import Values
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.latex import lengths_of, tex, tex_angle, tex_length, tex_value, write_symbol
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
@@ -43,11 +43,11 @@ class Wording:
         names = name_velocity_components(self.convention.velocity_names)
         return ", ".join(names).replace("{", "").replace("}", "")
 
-    def twist(self, omega: str, v: str) -> str:
+    def write_twist(self, omega: str, v: str) -> str:
         """Return a twist with the halves `omega` and `v` in the order of the arm's convention."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
 
-    def halves(self, twist: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+    def split_twist(self, twist: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
         """Return omega and v from the six components of a twist in the order of the arm's convention."""
         components = [twist[row] for row in self.convention.twist_row_order]
         return components[:3], components[3:]
@@ -82,7 +82,7 @@ class Wording:
     @property
     def task(self) -> list[str]:
         """The components of velocity that belong to the task."""
-        return [symbol_latex(row) for row in self.chain.task]
+        return [write_symbol(row) for row in self.chain.task]
 
     @property
     def task_units(self) -> str:
@@ -92,7 +92,7 @@ class Wording:
     @property
     def linear(self) -> list[str]:
         """The linear components of velocity that belong to the task."""
-        return [symbol_latex(row) for row in self.chain.task if row[0] == "v"]
+        return [write_symbol(row) for row in self.chain.task if row[0] == "v"]
 
     @property
     def mover(self) -> str:
@@ -128,8 +128,8 @@ class Wording:
     def moves_outside_task(self, rows: int = len(TASK_ROWS)) -> bool:
         """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
         geometric = derive(self.chain).geometric
-        others = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
-        return any(not geometric[i, :].is_zero_matrix for i in others)
+        outside_task = (i for i, row in enumerate(TASK_ROWS[:rows]) if row not in self.chain.task)
+        return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 
     @property
     def can_classify_singularities(self) -> bool:
@@ -208,7 +208,7 @@ class Wording:
         """The numbers of the links whose vectors the recursion for p* adds, the last link first."""
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
-    def origin_name(self, frame: int) -> str:
+    def name_origin(self, frame: int) -> str:
         """Return the arm's name for the origin of a standard frame, "" if the convention has no such point."""
         return self.convention.origin_name(frame) or ""
 
@@ -286,14 +286,14 @@ class Wording:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
-    def velocity_value(self, component: sp.Symbol, value: sp.Expr) -> str:
+    def write_velocity(self, component: sp.Symbol, value: sp.Expr) -> str:
         """Return a component of velocity with its unit."""
         unit = r"\text{m/s}" if component.name.startswith("v") else r"\text{rad/s}"
         return rf"{tex(value)}\,{unit}"
 
-    def meaning(self, kind: Classification) -> str:
+    def explain_meaning(self, kind: Classification) -> str:
         """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
-        gettext, sentence = self.messages.gettext, self.sentence(kind.meaning)
+        gettext, sentence = self.messages.gettext, self.write_sentence(kind.meaning)
         if not self.can_classify_singularities or not kind.kind:
             return sentence
         if kind.uniform and kind.kind == "boundary":
@@ -308,7 +308,7 @@ class Wording:
             kind_sentence = gettext("Some of these configurations are boundary singularities, the others internal.")
         return f"{sentence} {kind_sentence}"
 
-    def cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
+    def explain_cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
         values_by_kind: dict[Classification, list[Values]] = {}
         for values, kind in kinds_by_value:
@@ -317,11 +317,11 @@ class Wording:
         sentences = []
         for kind, values_of_kind in values_by_kind.items():
             equations = ([f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in v] for v in values_of_kind)
-            words, case = conjunction.join(map(self.join, equations)), self.meaning(kind)
+            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
 
-    def sentence(self, english: str) -> str:
+    def write_sentence(self, english: str) -> str:
         """Return a description (see `describe`) as a sentence."""
         description = self.describe(english)
         return f"{description[0].upper()}{description[1:]}."
@@ -337,8 +337,9 @@ class Wording:
 
     def join(self, words: list[str]) -> str:
         """Join words as in a sentence: "x, y and z"."""
-        *rest, last = words
-        return self.messages.gettext("%(rest)s and %(last)s", rest=", ".join(rest), last=last) if rest else last
+        *first_words, last = words
+        joined_words = ", ".join(first_words)
+        return self.messages.gettext("%(rest)s and %(last)s", rest=joined_words, last=last) if first_words else last
 
 
 def format_coordinates(values: Iterable[sp.Expr]) -> str:

@@ -8,7 +8,7 @@ from qdot.exercises.formula.equality import Counterexample, EntryDifference, Set
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.latex import list_prismatic_joints, symbol_latex
+from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answers import make_visible
 
@@ -54,7 +54,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     for name in names:
         values = (configuration.get(name) for configuration in configurations)
         cells = tuple(_quantity_text(value, symbol_infos[name].unit) for value in values)
-        symbols.append(ExampleRow(mathml_text(parse_latex(symbol_latex(name, prismatic))), cells))
+        symbols.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic))), cells))
     if isinstance(example, SetDifference):
         headings = zip(SET_HEADINGS, candidates, strict=True)
         columns = [heading for heading, configuration in headings if configuration is not None]

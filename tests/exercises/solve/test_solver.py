@@ -97,7 +97,7 @@ def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) 
     (a1, a2, d3), share = sp.symbols("a1 a2 d3"), sp.Rational(1, 5)
     steps = SolutionSteps(chain)
     assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
-    assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
+    assert list(steps.derive_axis_at_home(3)) == [0, 3 * share, 4 * share]
     (_, place), *_ = steps.point_positions
     assert list(place) == [a1 + a2, 3 * share * d3, 4 * share * d3 + sp.Rational(1, 4)]
 

@@ -189,7 +189,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
-            if (lost := steps.lost_direction_at(tuple(place))) is not None:
+            if (lost := steps.find_lost_direction(tuple(place))) is not None:
                 shown.append((lost[0].jacobian, steps.derivation.jacobian.xreplace(dict(place))))
     for matrix, other in shown:
         assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))

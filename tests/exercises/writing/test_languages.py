@@ -99,7 +99,7 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
             plain, words = PIECES.sub(" ", own), PIECES.sub(" ", english)
             assert not LEFT.findall(plain), (problem.id, name, own)
             assert plain.strip() != words.strip() or not re.search(r"[a-z]{3}", words), (problem.id, name)
-        assert load_catalogue(language).arm_title(problem.chain.title) != problem.chain.title
+        assert load_catalogue(language).translate_arm_title(problem.chain.title) != problem.chain.title
 
 
 # --- the files of messages ---
@@ -227,7 +227,9 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
             one = message.id
             message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
     for name in translatable_phrases.ARMS:
-        found(made, name, languages.ARM_IN_SENTENCE).string = accented(load_catalogue("en").arm_in_sentence(name))
+        found(made, name, languages.ARM_IN_SENTENCE).string = accented(
+            load_catalogue("en").translate_arm_in_sentence(name)
+        )
     found(made, ".", "decimal sign").string = "."
     (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
     yield "eo"
@@ -267,7 +269,7 @@ def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str
     for name, kind in CATALOGUE.items():
         fields = re.findall(r"\{(\w+)\}", kind.message)
         words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
-        own = load_catalogue(language).mistake_sentence(
+        own = load_catalogue(language).translate_mistake_sentence(
             kind.name, kind.message, kind.chapter_reference, kind.sentence(words)
         )
         says = load_catalogue(language).translations.pgettext(name_mistake_context(name), kind.message)
@@ -285,9 +287,9 @@ def test_decimals_are_german_in_formulas_and_nowhere_else() -> None:
 
 def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
     words, own = load_catalogue("de"), "The one in our lab"
-    assert words.arm_title(own) == own and words.arm_in_sentence(own) == f"den Arm „{own}“"
+    assert words.translate_arm_title(own) == own and words.translate_arm_in_sentence(own) == f"den Arm „{own}“"
     assert words.translate_phrase("no such phrase") == "no such phrase"
-    assert words.arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
+    assert words.translate_arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
     assert make_phrase_pattern("{a} for {a}").fullmatch("x for y") is None
     titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", own, ""), ("p1", "First place", "")]
     assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}

@@ -22,11 +22,11 @@ from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import (
     MAX_LINE_WIDTH,
     list_numeric_lengths,
-    symbol_latex,
     tex,
     tex_angle,
     tex_length,
     tex_lines,
+    write_symbol,
 )
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps
@@ -94,7 +94,7 @@ def test_table_entries() -> None:
     for length, shown in ((Q(7, 20), r"0.35\,\text{m}"), (A1, "a_{1}"), (sp.S.Zero, "0")):
         assert tex_length(length) == shown
     assert tex_length(D2 - Q(33, 100)) == r"d_{2} - 0.33\,\text{m}"
-    assert symbol_latex("qd2", ("2",)) == r"\dot{d}_{2}"
+    assert write_symbol("qd2", ("2",)) == r"\dot{d}_{2}"
 
 
 # --- named angles ---

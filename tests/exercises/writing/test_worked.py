@@ -17,7 +17,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_hints, write_solution, write_solutions, write_statement
-from qdot.exercises.writing.solution_steps import SolutionSteps, _cofactors
+from qdot.exercises.writing.solution_steps import SolutionSteps, _compute_cofactors
 from tests.support.suites import few_of, several
 
 BOTH = ("inverse-jacobian", "inverse-velocity")
@@ -178,7 +178,7 @@ def test_what_is_told_of_a_structure_is_found_once_for_all_its_arms() -> None:
     first, second = (SolutionSteps(sample_chain(ProblemId("elbow-3r", seed, variation="zeros"))) for seed in (1, 2))
     assert first.chain != second.chain and first._structure == second._structure
     assert expand_jacobian(first._structure) is expand_jacobian(second._structure)
-    assert _cofactors(first._structure) is _cofactors(second._structure)
+    assert _compute_cofactors(first._structure) is _compute_cofactors(second._structure)
     for worked in (first, second):
         left = worked.derivation.jacobian * worked.cofactors.T - worked.derivation.determinant * sp.eye(3)
         assert all(near(e.xreplace(numbers(left.free_symbols, "inverse")), sp.S.Zero) for e in left)
