@@ -35,7 +35,8 @@ class LateRule:
 
         >>> due = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
         >>> rule = LateRule(grace=900, per_day=Fraction(1, 10), at_most=Fraction(1, 2))
-        >>> [str(rule.compute_penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
+        >>> times = [due + datetime.timedelta(minutes=minutes) for minutes in (15, 16, 1441)]
+        >>> [str(rule.compute_penalty(due, received, datetime.timedelta(0))) for received in times]
         ['0', '1/10', '1/5']
         """
         seconds_late = (received - due_date).total_seconds()
