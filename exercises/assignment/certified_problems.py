@@ -185,15 +185,11 @@ def record_replacements(assignment: Assignment, student: str, replacements: Mapp
 
 
 def certify_class(
-    assignment: Assignment,
-    students: Sequence[str],
-    find_failures: FindFailures,
-    jobs: int,
-    on_student: Callable[[], None],
+    assignment: Assignment, students: Sequence[str], find_failures: FindFailures, jobs: int, on_step: Callable[[], None]
 ) -> tuple[Assignment, list[FailedSlot]]:
     """Find certified problems for some students, and record the replaced ones.
 
-    Returns the assignment with the replaced problems, and the slots that failed. `on_student` is called after every
+    Returns the assignment with the replaced problems, and the slots that failed. `on_step` is called after every
     student. Raises QdotError.
     """
     all_failed_slots: list[FailedSlot] = []
@@ -203,7 +199,7 @@ def certify_class(
             if replacements:
                 assignment = record_replacements(assignment, student, replacements)
             all_failed_slots += failed_slots
-            on_student()
+            on_step()
     return assignment, all_failed_slots
 
 

@@ -104,9 +104,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
         domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
         working = numeric_working(problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream)))
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
-        wrong_answers += [
-            _describe_wrong(mistake, mistake.answer[..., 0]) for mistake in _list_wrong_answers(working, part)
-        ]
+        wrong_answers += [_describe_wrong(wrong, wrong.answer[..., 0]) for wrong in _list_wrong_answers(working, part)]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
 

@@ -107,7 +107,7 @@ class Catalogue:
         """Return the title of a mistake."""
         return self._translate(name_mistake_context(name), title)
 
-    def translate_mistake_title_in_sentence(self, name: str, title: str) -> str:
+    def translate_title_in_sentence(self, name: str, title: str) -> str:
         """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
         translation = self.translate_mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")

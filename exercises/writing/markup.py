@@ -79,16 +79,14 @@ def to_html(
     page = parser.renderer.render(tokens, parser.options, {})
 
     convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
-    may_be_unbreakable = convert_formula is None or join_punctuation
+    keeps_lines = convert_formula is None or join_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, is_displayed = formulas[int(number)]
         html = f"{prefix}{convert(latex, is_displayed)}{suffix}"
-        is_unbreakable = (
-            may_be_unbreakable and (prefix or suffix) and not is_displayed and len(_split_equations(latex)) == 1
-        )
-        return f'<span class="whole">{html}</span>' if is_unbreakable else html
+        is_single = not is_displayed and len(_split_equations(latex)) == 1
+        return f'<span class="whole">{html}</span>' if keeps_lines and is_single and (prefix or suffix) else html
 
     return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
 
@@ -96,9 +94,7 @@ def to_html(
 @lru_cache(maxsize=512)
 def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
-        return "".join(
-            mathml_text(parse_latex(equation)) + separator for equation, separator in _split_equations(latex)
-        )
+        return "".join(mathml_text(parse_latex(piece)) + separator for piece, separator in _split_equations(latex))
     fitted_layout = fit_formula(parse_latex(latex), max_width)
     return mathml_text(fitted_layout, True, min(100, int(100 * max_width / estimate_width(fitted_layout))))
 

@@ -55,9 +55,8 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
     if isinstance(details, ConfigurationOptions):
         option = templates.get_template("questions/rank.md.j2").module.option
         return messages.localize_formulas(str(option(details, details.places[index], chain)))
-    option_line = re.search(
-        rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", write_prompt(problem, part, language), re.MULTILINE
-    )
+    text = write_prompt(problem, part, language)
+    option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", text, re.MULTILINE)
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
 

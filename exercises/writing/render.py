@@ -87,9 +87,7 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     messages = load_catalogue(language)
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     templates.filters["phrase"] = messages.translate_phrase
-    templates.filters["mistake"] = lambda blame: messages.translate_mistake_title_in_sentence(
-        blame.mistake, blame.title
-    )
+    templates.filters["mistake"] = lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title)
     templates.filters["plain"] = escape_markdown
     templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return templates
