@@ -16,13 +16,13 @@ from sympy.polys.polyerrors import BasePolynomialError
 from qdot.exercises.answer_types import ConditionSet, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import RESULT, Change, numeric_working, symbolic_working, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import RESULT, numeric_working, symbolic_working, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.mistakes.base import Mistake, name_chapter
+from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
@@ -82,11 +82,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
         return tuple(_find_wrong_numbers(problem, part, max_count))
     if not part.answer.is_symbolic:
         return ()
-    result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
-    question = _StructureQuestion(structure(problem.chain).chain, part.kind, result_choice, part)
-    count = min(MISTAKES_PER_ANSWER * max_count, len(_find_numeric_wrong_answers(question)))
-    mistakes = (_apply_mistake(question, index) for index in range(count))
-    return tuple(islice(_substitute_arm_numbers(problem, part, filter(None, mistakes)), max_count))
+    return tuple(islice(_find_wrong_formulas(problem, part, MISTAKES_PER_ANSWER * max_count), max_count))
 
 
 def make_domain(problem: Problem) -> Domain:
@@ -125,19 +121,6 @@ class _StructureQuestion:
     part: Part = field(compare=False)
 
 
-@dataclass(frozen=True)
-class _StructureMistake:
-    """A mistake on a structure, and the answer that the mistake leads to.
-
-    If the mistake changes only the final result, `answer` is None, and the `changes` are applied to the reference.
-    """
-
-    mistake: Mistake
-    feedback: str
-    answer: sp.Matrix | None
-    changes: tuple[Change, ...] = ()
-
-
 @lru_cache(maxsize=512)
 def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[PredictedAnswer, ...]:
     """Return the numeric wrong answers of the mistakes that change the answer."""
@@ -150,41 +133,46 @@ def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[Predicted
 
 
 @lru_cache(maxsize=2048)
-def _apply_mistake(question: _StructureQuestion, index: int) -> _StructureMistake | None:
-    """Return the formulas that a mistake leads to; None if they are too long or can't be simplified."""
-    chain, part, wrong = question.chain, question.part, _find_numeric_wrong_answers(question)[index]
-    changes = wrong.working.changes
-    if all(stage == RESULT for stage, _ in changes):
-        return _StructureMistake(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
+def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matrix | None:
+    """Return the formulas that a mistake leads to; None if they are too long or can't be simplified.
+
+    `index` is the index of the mistake's numeric wrong answer.
+    """
+    chain, part = question.chain, question.part
     if chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # the derivation would take minutes
-    formulas = to_sympy_matrix(compute_answer(derive_simplified_formulas(chain).with_mistakes(dict(changes)), part))
+    mistakes = dict(_find_numeric_wrong_answers(question)[index].working.changes)
+    formulas = to_sympy_matrix(compute_answer(derive_simplified_formulas(chain).with_mistakes(mistakes), part))
     if formulas.has(*NOT_A_NUMBER) or len(str(formulas.tolist())) > MAX_UNSIMPLIFIED_CHARACTERS:
         return None
     try:
-        return _StructureMistake(wrong.mistake, wrong.sentence, formulas.applyfunc(tidy_entry))
+        return formulas.applyfunc(tidy_entry)
     except (TypeError, ValueError, BasePolynomialError):  # the formula is not a trigonometric polynomial
         return None
 
 
-def _substitute_arm_numbers(
-    problem: Problem, part: Part, mistakes: Iterable[_StructureMistake]
-) -> Iterator[KnownWrongAnswer]:
-    """Yield the wrong answers with the numbers of this arm, if they are short and the grader judges them as wrong."""
+def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> Iterator[KnownWrongAnswer]:
+    """Yield the wrong formulas of the first mistakes, if they are short and the grader judges them as wrong."""
+    result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
+    question = _StructureQuestion(structure(problem.chain).chain, part.kind, result_choice, part)
     reference = part.answer.as_matrix()
-    for mistake in mistakes:
-        if mistake.answer is None:
+    for index, wrong in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
+        changes = wrong.working.changes
+        if all(stage == RESULT for stage, _ in changes):
             entries = np.array(reference.tolist(), dtype=object)[..., None]
-            for change in mistake.changes:
+            for _, change in changes:
                 entries = change(symbolic_working(problem.chain), entries)
             answer = to_sympy_matrix(entries)
         else:
-            answer = derive(problem.chain).substitute_matrix(mistake.answer)
+            formulas = _derive_wrong_formulas(question, index)
+            if formulas is None:
+                continue
+            answer = derive(problem.chain).substitute_matrix(formulas)
         if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
             entries_equal = compare_entry_by_entry(problem, answer, reference)
             if not all(entries_equal):
-                feedback = name_chapter(mistake.feedback)
-                yield KnownWrongAnswer(mistake.mistake.name, mistake.mistake.title, feedback, answer, entries_equal)
+                feedback, mistake = name_chapter(wrong.sentence), wrong.mistake
+                yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer, entries_equal)
 
 
 def compare_entry_by_entry(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:

@@ -36,22 +36,6 @@ class PaperQuestion:
     answers: tuple[tuple[str, str], ...]
 
 
-def export_html(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield an HTML page for every student or version. For a key, also yield a page with all answers by question."""
-    return _write_files(request, "html", _write_html, has_class_file=False)
-
-
-def export_latex(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield LaTeX source for every student or version. For a key, also yield a file with all answers by question."""
-    return _write_files(request, "tex", _write_latex, has_class_file=False)
-
-
-def export_pdf(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield a PDF for every student or version, and a PDF for the class. Raises QdotError if typst is missing."""
-    require_extra("pdf", "PDF")
-    return _write_files(request, "pdf", lambda *arguments: compile_pdf(write_typst(*arguments)), has_class_file=True)
-
-
 def check_sheet(request: ExportRequest) -> None:
     """Raise QdotError if the requested kind of sheet is impossible with the other settings of the request."""
     if request.sheet == "marking" and request.earned_share is None:
@@ -62,28 +46,43 @@ def check_sheet(request: ExportRequest) -> None:
         )
 
 
-SheetWriter = Callable[[ExportRequest, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
+_TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
+    "html": ("paper.html.j2", {"markup": lambda text, share=1.0: to_html(text, width_share=share)}),
+    "tex": ("paper.tex.j2", {"markup": to_latex, "plain": escape_latex, "draw": convert_to_tikz}),
+    "pdf": ("paper.typ.j2", {"markup": to_typst, "plain": escape_typst, "string": typst_string}),
+}
+"""For each file type, the template and the functions that it calls."""
 
 
-def _write_files(
-    request: ExportRequest, file_type: str, write: SheetWriter, has_class_file: bool
-) -> Generator[ExportedFile, None, None]:
-    """Yield a file for each sheet, and then a file for the class.
+def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFile, None, None]:
+    """Yield a file for each student or version, and then a file for the class. `file_type` is a key of `_TEMPLATES`.
 
-    For a key, the class's file has all answers by question. For other kinds of sheets, it has all sheets, and it is
-    only written if `has_class_file`.
+    For a key, the class's file has all answers by question. For other kinds of sheets, only a PDF is written for the
+    class; it has all sheets. Raises QdotError if typst, which PDF needs, is missing.
     """
     check_sheet(request)
-    is_private = request.sheet in STAFF_SHEETS or request.has_solutions
+    if file_type == "pdf":
+        require_extra("pdf", "PDF")
+    is_private, is_key = request.sheet in STAFF_SHEETS or request.has_solutions, request.sheet == "key"
     stem = request.sheet + "-versions" * bool(request.version_count) + "-solutions" * request.has_solutions
+
+    def write_file(name: str, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion] = ()) -> ExportedFile:
+        template, functions = _TEMPLATES[file_type]
+        text = render(
+            f"exports/{template}", title=request.assignment.title, kind=request.sheet, solutions=request.has_solutions,
+            page=request.paper_size, sheets=sheets, questions=questions, last=END_WEIGHT, narrow=FORMULA_WIDTH_SHARE,
+            ticks=VERSION_TICKS if request.version_count else 1, **functions,
+        )  # fmt: skip
+        return ExportedFile(f"{name}.{file_type}", compile_pdf(text) if file_type == "pdf" else text, is_private)
+
     sheets: list[Sheet] = []
     for sheet in make_sheets(request):
-        yield ExportedFile(f"{stem}/{sheet.file_stem}.{file_type}", write(request, [sheet], ()), is_private)
+        yield write_file(f"{stem}/{sheet.file_stem}", [sheet])
         sheets.append(sheet)
-    is_key = request.sheet == "key"
-    if sheets and (is_key or has_class_file):
-        content = write(request, (), _list_answers_by_question(sheets)) if is_key else write(request, sheets, ())
-        yield ExportedFile(f"{stem}-all.{file_type}", content, is_private)
+    if sheets and is_key:
+        yield write_file(f"{stem}-all", (), _list_answers_by_question(sheets))
+    elif sheets and file_type == "pdf":
+        yield write_file(f"{stem}-all", sheets)
 
 
 def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
@@ -97,27 +96,6 @@ def _list_answers_by_question(sheets: Sequence[Sheet]) -> tuple[PaperQuestion, .
     )  # fmt: skip
 
 
-def _make_template_context(
-    request: ExportRequest, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion]
-) -> dict[str, object]:
-    return {
-        "title": request.assignment.title, "kind": request.sheet, "solutions": request.has_solutions,
-        "page": request.paper_size, "sheets": sheets, "questions": questions, "last": END_WEIGHT,
-        "ticks": VERSION_TICKS if request.version_count else 1, "narrow": FORMULA_WIDTH_SHARE,
-    }  # fmt: skip
-
-
-# --- PDF ---
-
-
-def write_typst(request: ExportRequest, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion]) -> str:
-    """Return the Typst document with these sheets."""
-    return render(
-        "exports/paper.typ.j2", **_make_template_context(request, sheets, questions), markup=to_typst,
-        plain=escape_typst, string=typst_string,
-    )  # fmt: skip
-
-
 def compile_pdf(source: str) -> bytes:
     """Return a Typst document as PDF/UA-1; needs the library typst (see `require_extra`).
 
@@ -126,20 +104,3 @@ def compile_pdf(source: str) -> bytes:
     import typst
 
     return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
-
-
-# --- LaTeX and HTML ---
-
-
-def _write_latex(request: ExportRequest, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion]) -> str:
-    return render(
-        "exports/paper.tex.j2", **_make_template_context(request, sheets, questions), markup=to_latex,
-        plain=escape_latex, draw=convert_to_tikz,
-    )  # fmt: skip
-
-
-def _write_html(request: ExportRequest, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion]) -> str:
-    return render(
-        "exports/paper.html.j2", **_make_template_context(request, sheets, questions),
-        markup=lambda text, share=1.0: to_html(text, width_share=share),
-    )  # fmt: skip

@@ -9,7 +9,7 @@ from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
 from qdot.exercises.exports.nbgrader import export_nbgrader
 from qdot.exercises.exports.otter import export_otter
-from qdot.exercises.exports.paper import check_sheet, export_html, export_latex, export_pdf
+from qdot.exercises.exports.paper import check_sheet, export_paper
 from qdot.exercises.exports.prairielearn import export_prairielearn
 from qdot.exercises.exports.qti import export_qti
 from qdot.exercises.exports.repositories import export_repositories
@@ -44,12 +44,13 @@ EXPORT_FORMATS = {
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", export_scorm, check=check_size,
             explain_missing=explain_missing_scripts),
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure",
-            "student", export_html, check=check_sheet),
+            "student",
+            partial(export_paper, file_type="html"), check=check_sheet),
         ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any PDF reader",
-            "Poppler", "student", export_pdf, check=check_sheet,
+            "Poppler", "student", partial(export_paper, file_type="pdf"), check=check_sheet,
             explain_missing=partial(explain_missing, "pdf", "PDF")),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX",
-            "student", export_latex, check=check_sheet),
+            "student", partial(export_paper, file_type="tex"), check=check_sheet),
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
