@@ -15,11 +15,10 @@ from qdot.exercises.problem.credit import CREDIT_FORM
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 
 FORMS_FILE = Path(__file__).with_name("expected_forms.toml")
-_VARIATIONS = {"steps": ", ".join(VARIATION_STEPS), "axes": ", ".join(VARIATION_AXES)}
-_CONVENTIONS = {"conventions": ", ".join(CONVENTIONS), "twist_orders": " or ".join(TWIST_ORDERS)}
 _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
-    _VARIATIONS | _CONVENTIONS, default_variation=DEFAULT_VARIATION, hardest_band=HARDEST_BAND
-)
+    steps=", ".join(VARIATION_STEPS), axes=", ".join(VARIATION_AXES), default_variation=DEFAULT_VARIATION,
+    conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_band=HARDEST_BAND,
+)  # fmt: skip
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
 EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM}
 LATE_FORMS, ATTEMPT_FORMS = _FORMS["late"], _FORMS["attempts"]

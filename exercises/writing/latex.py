@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -249,18 +249,12 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     return tex(remainder if not remainder.is_Add and remainder != 1 else named, chain)
 
 
-_LayoutOptions = tuple[tuple[str, ...], tuple[sp.Expr, ...], tuple[sp.Rational, ...]]
-"""An arm's prismatic joints, constant angles and numeric lengths."""
-
-
 def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: _LayoutOptions = ((), (), ())
+    options: tuple[Any, ...] = ((), (), ())
     if chain is not None:
         options = list_prismatic_joints(chain), list_constant_angles(chain), list_numeric_lengths(chain)
-    expression = sp.sympify(expression)
-    if angles is not None:
-        expression = angles.use_names(expression)
+    expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
     rows = expression.tolist()

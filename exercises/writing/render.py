@@ -82,14 +82,14 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         bytecode_cache=TemplateCache(find_template_folder()),
         optimized=False,  # constant folding makes loading slower by a fifth, and rendering hardly faster
     )
-    templates.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
-    templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
     messages = load_catalogue(language)
+    templates.filters |= {
+        "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
+        "tex_zero": tex_zero, "phrase": messages.translate_phrase, "plain": escape_markdown,
+        "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
+        "json": lambda value: json.dumps(value, ensure_ascii=False),
+    }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
-    templates.filters["phrase"] = messages.translate_phrase
-    templates.filters["mistake"] = lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title)
-    templates.filters["plain"] = escape_markdown
-    templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return templates
 
 
