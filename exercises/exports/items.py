@@ -110,11 +110,10 @@ class MatchingForm:
 
 @dataclass(frozen=True)
 class WrongValue:
-    """A wrong value with its tolerance, the title of the mistake that leads to it, and the feedback."""
+    """A wrong value that a known mistake leads to, with its tolerance, and the feedback on the mistake."""
 
     value: float
     tolerance: float
-    mistake_title: str
     feedback: str
 
 
@@ -346,14 +345,14 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     value = float(numeric_part.values.ravel()[index])
     tolerance = compute_tolerance(value)
     values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
-    for title, advice, values in numeric_part.wrong_answers if explains_mistakes else ():
+    for feedback, values in numeric_part.wrong_answers if explains_mistakes else ():
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
         wrong_tolerance = compute_tolerance(wrong_value)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
         is_new = all(abs(wrong_value - v) > wrong_tolerance + t for v, t in values_with_tolerance)
         if is_new and np.isfinite(wrong_value) and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
-            wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
+            wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
     row, column = divmod(index, columns)
     position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
     named_position = f"${label}$ ({position})" if position else f"${label}$"

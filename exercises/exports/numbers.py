@@ -60,14 +60,14 @@ class GivenValues:
 class NumericPart:
     """A part whose answer is numbers: `values` (rows x columns), computed with the `given_values`.
 
-    A wrong answer is (the mistake's title, the sentence on the mistake, the wrong values). For a direction,
-    `unit_entry` is the index (from 0) of the entry that is scaled to 1; None for other answers.
+    `wrong_answers` are pairs of the sentence on a mistake and the wrong values. For a direction, `unit_entry` is the
+    index (from 0) of the entry that is scaled to 1; None for other answers.
     """
 
     part: Part
     values: np.ndarray
     given_values: GivenValues | None
-    wrong_answers: tuple[tuple[str, str, np.ndarray], ...]
+    wrong_answers: tuple[tuple[str, np.ndarray], ...]
     unit_entry: int | None = None
 
 
@@ -95,7 +95,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
-        (mistake.title, name_chapter(mistake.sentence(mistaken.words)), _to_floats(mistaken.answer))
+        (name_chapter(mistake.sentence(mistaken.words)), _to_floats(mistaken.answer))
         for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken.answer, Number)
     ]
@@ -104,16 +104,13 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
         domain, stream = Domain({**roles, **dict.fromkeys(part.symbols, "signed")}), f"{problem.id}/{part.name}/wrong"
         working = numeric_working(problem.chain, sample_configurations(problem.chain, part, domain, 1, Stream(stream)))
         _check_agreement(problem, part, reference, compute_answer(working, part)[..., 0], is_direction)
-        wrong_answers += [_describe_wrong(wrong, wrong.answer[..., 0]) for wrong in _list_wrong_answers(working, part)]
+        predictions = _list_wrong_answers(working, part)
+        wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
 
 def _to_floats(answer: Number) -> np.ndarray:
     return np.array(answer.reference.tolist(), dtype=float)
-
-
-def _describe_wrong(wrong_answer: catalogue.PredictedAnswer, values: np.ndarray) -> tuple[str, str, np.ndarray]:
-    return wrong_answer.mistake.title, name_chapter(wrong_answer.sentence), values
 
 
 def _check_agreement(
@@ -162,7 +159,7 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     as_number = replace(part, answer=_make_number(part, exact_values))
     float_values = np.array(exact_values.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.counts_up_to_a_factor)
-    wrong_answers = tuple(_describe_wrong(wrong, wrong.answer[..., best_index]) for wrong in mistakes)
+    wrong_answers = tuple((name_chapter(wrong.sentence), wrong.answer[..., best_index]) for wrong in mistakes)
     given_values = _describe_given_values(chain, part, configurations[best_index], reference)
     return NumericPart(as_number, float_values, given_values, wrong_answers)
 
@@ -241,10 +238,7 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     unit_entry = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit_entry]
     with np.errstate(all="ignore"):
-        wrong_answers = tuple(
-            (title, sentence, answer / answer.ravel()[unit_entry])
-            for title, sentence, answer in direction.wrong_answers
-        )
+        wrong_answers = tuple((text, wrong / wrong.ravel()[unit_entry]) for text, wrong in direction.wrong_answers)
     reference = sp.Matrix(values.tolist())
     answer = Number(reference, ("",) * len(reference), inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
     part = replace(direction.part, answer=answer)

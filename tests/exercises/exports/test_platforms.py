@@ -271,7 +271,7 @@ def test_no_box_is_as_wide_as_its_answer_nor_ended_by_its_advice(asked: list[Qui
         assert {len(box[5]) for box in boxes if box} == {width}
         numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
         assert max(map(len, numbers)) <= width
-    wrong = WrongValue(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
+    wrong = WrongValue(9.0, 0.045, 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
     notations = first_changed(asked[0], wrong_values=(wrong,))
     assert all(CLOZE.fullmatch(notation) for notation in notations)
     read = html.unescape(notations[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
